@@ -1,0 +1,186 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Problems in launch files, and how they are shown."""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Sequence
+from dataclasses import dataclass
+from dataclasses import replace
+import os
+from pathlib import Path
+from typing import Literal
+import unicodedata
+
+from colcon_yamllaunch.language.position import Position
+
+Severity = Literal['error', 'warning']
+
+#: The longest piece of a source line that is shown, in characters.
+MAXIMUM_LINE_WIDTH = 160
+#: How many includes of a chain are shown.
+MAXIMUM_INCLUDES = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """
+    One problem.
+
+    :param severity: Whether the launch can go on
+    :param message: What is wrong, in one line
+    :param position: Where it is written, or None for the command line
+    :param hint: The way out, if there is one to name
+    :param length: How many characters the caret underlines
+    :param includes: The positions of the includes that led there, innermost
+      first
+    :param may_pass_after_build: Whether building the workspace may mend it,
+      as with a program that a package in the workspace brings
+    """
+
+    severity: Severity
+    message: str
+    position: Position | None = None
+    hint: str | None = None
+    length: int = 1
+    includes: tuple[Position, ...] = ()
+    may_pass_after_build: bool = False
+
+
+class LaunchError(Exception):
+    """
+    A launch file, or an argument to it, cannot be used.
+
+    :param diagnostics: What is wrong, at least one
+    """
+
+    def __init__(self, *diagnostics: Diagnostic) -> None:
+        super().__init__(diagnostics[0].message)
+        self.diagnostics = diagnostics
+
+    def included_from(self, position: Position) -> 'LaunchError':
+        """Return the same error with one more include in its chain."""
+        return LaunchError(
+            *(
+                replace(d, includes=(*d.includes, position))
+                for d in self.diagnostics
+            )
+        )
+
+
+def error(
+    message: str,
+    position: Position | None = None,
+    *,
+    hint: str | None = None,
+    length: int = 1,
+    may_pass_after_build: bool = False,
+) -> LaunchError:
+    """Make an error of one diagnostic; see :class:`Diagnostic`."""
+    return LaunchError(
+        Diagnostic(
+            'error',
+            message,
+            position,
+            hint,
+            length,
+            may_pass_after_build=may_pass_after_build,
+        )
+    )
+
+
+def shown_path(path: str, cwd: str) -> str:
+    """Return the path as a user in `cwd` would write it."""
+    relative = os.path.relpath(path, cwd)
+    return path if relative.startswith('..') else relative
+
+
+def render(diagnostics: Iterable[Diagnostic], cwd: str) -> str:
+    """
+    Lay the problems out as a compiler does.
+
+    :param diagnostics: The problems, in the order to show
+    :param cwd: The folder that paths are shown relative to
+    :returns: Lines, without a line end after the last
+    """
+    return '\n'.join(
+        line
+        for diagnostic in diagnostics
+        for line in _render_one(diagnostic, cwd)
+    )
+
+
+def _render_one(diagnostic: Diagnostic, cwd: str) -> Sequence[str]:
+    position = diagnostic.position
+    text = f'{diagnostic.severity}: {diagnostic.message}'
+    lines = []
+    if position is None:
+        lines.append(f'colcon launch: {text}')
+    else:
+        place = Position(
+            shown_path(position.path, cwd), position.line, position.column
+        )
+        lines.append(f'{place}: {text}')
+        lines.extend(_excerpt(position, diagnostic.length))
+    if diagnostic.hint is not None:
+        lines.append(f'  help: {diagnostic.hint}')
+    lines.extend(_include_chain(diagnostic.includes, cwd))
+    return lines
+
+
+def _include_chain(includes: Sequence[Position], cwd: str) -> Iterator[str]:
+    hidden = len(includes) - MAXIMUM_INCLUDES
+    for number, include in enumerate(includes):
+        if 0 <= number - MAXIMUM_INCLUDES // 2 < hidden:
+            if number == MAXIMUM_INCLUDES // 2:
+                yield f'  … {hidden} more'
+            continue
+        path = shown_path(include.path, cwd)
+        yield f'  included from {path}:{include.line}:{include.column}'
+
+
+def _excerpt(position: Position, length: int) -> Sequence[str]:
+    line = _line_of(position)
+    if line is None:
+        return ()
+    start = position.column - 1
+    first = max(0, start - MAXIMUM_LINE_WIDTH // 2)
+    text = _printable(line[first : first + MAXIMUM_LINE_WIDTH])
+    before = _printable(line[first:start])
+    length = max(1, min(length, len(line) - start, MAXIMUM_LINE_WIDTH // 2))
+    number = str(position.line)
+    return (
+        f'  {number} | {text}',
+        f'  {" " * len(number)} | {" " * _width(before)}{"^" * length}',
+    )
+
+
+def _line_of(position: Position) -> str | None:
+    try:
+        text = Path(position.path).read_text(
+            encoding='utf-8-sig', errors='replace'
+        )
+    except (OSError, ValueError):
+        return None
+    lines = text.split('\n')
+    if position.line > len(lines):
+        return None
+    return lines[position.line - 1].rstrip('\r')
+
+
+def _printable(text: str) -> str:
+    return ''.join(
+        c
+        if c.isprintable()
+        else ' '
+        if c == '\t'
+        else '\N{REPLACEMENT CHARACTER}'
+        for c in text
+    )
+
+
+def _width(text: str) -> int:
+    wide = sum(unicodedata.east_asian_width(c) in 'WF' for c in text)
+    combining = sum(unicodedata.combining(c) != 0 for c in text)
+    return len(text) + wide - combining

@@ -1,0 +1,384 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""From a launch file and its arguments to a plan."""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from dataclasses import dataclass
+import os
+
+from colcon_yamllaunch.language import processes
+from colcon_yamllaunch.language import settings
+from colcon_yamllaunch.language.diagnostics import Diagnostic
+from colcon_yamllaunch.language.diagnostics import error
+from colcon_yamllaunch.language.diagnostics import LaunchError
+from colcon_yamllaunch.language.packages import Packages
+from colcon_yamllaunch.language.plan import Entry
+from colcon_yamllaunch.language.plan import Plan
+from colcon_yamllaunch.language.plan import Timer
+from colcon_yamllaunch.language.position import Position
+from colcon_yamllaunch.language.source import read_source
+from colcon_yamllaunch.language.source import Source
+from colcon_yamllaunch.language.state import ExecutableUse
+from colcon_yamllaunch.language.state import State
+from colcon_yamllaunch.language.substitutions import AlreadyReportedError
+from colcon_yamllaunch.language.suggest import did_you_mean
+from colcon_yamllaunch.language.text import Text
+from colcon_yamllaunch.language.tree import Entity
+from colcon_yamllaunch.language.tree import Item
+from colcon_yamllaunch.language.tree import LaunchFile
+from colcon_yamllaunch.language.tree import read_launch_file
+import yaml
+
+#: How many launch files may be open inside of one another.
+MAXIMUM_INCLUDE_DEPTH = 40
+#: How many actions a launch may have.
+MAXIMUM_ACTIONS = 200_000
+
+#: The suffixes of launch files that are read.
+YAML_SUFFIXES = ('.yaml', '.yml', '.launch')
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """
+    What a launch file comes to.
+
+    :param plan: What to run; not complete when there are errors
+    :param packages: The packages that it names, and where first
+    :param executables: The packages' programs that it names
+    :param files: The launch files that were read, the given one first
+    :param diagnostics: Errors and warnings, in the order found
+    """
+
+    plan: Plan
+    packages: Mapping[str, Position]
+    executables: tuple[ExecutableUse, ...]
+    files: tuple[Source, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def errors(self) -> tuple[Diagnostic, ...]:
+        """The errors among the diagnostics."""
+        return tuple(d for d in self.diagnostics if d.severity == 'error')
+
+
+def evaluate(
+    name: str,
+    path: str,
+    *,
+    packages: Packages,
+    environment: Mapping[str, str],
+    arguments: Mapping[str, str],
+    cwd: str,
+    log_folder: str,
+) -> Evaluation:
+    """
+    Evaluate a launch file with everything that it includes.
+
+    Nothing is started but what `$(command …)` says.
+
+    :param name: The path that the launch file goes by
+    :param path: The file to read
+    :param packages: The packages that there are
+    :param environment: The environment that the launch runs in
+    :param arguments: The launch arguments
+    :param cwd: The folder that relative paths start from, absolute
+    :param log_folder: The folder that `$(log_dir)` names
+    """
+    state = State(
+        packages=packages,
+        environment=environment,
+        arguments=arguments,
+        cwd=cwd,
+        log_folder=log_folder,
+    )
+    evaluator = _Evaluator(state)
+    evaluator.run(name, path)
+    _warn_of_unknown_arguments(state, evaluator.files, arguments)
+    return Evaluation(
+        Plan(tuple(state.entries)),
+        state.packages_used,
+        tuple(state.executables),
+        tuple(file.source for file in evaluator.files.values()),
+        tuple(state.diagnostics),
+    )
+
+
+class _Evaluator:
+    """Goes through the actions in order."""
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self._actions = 0
+        self.files: dict[str, LaunchFile] = {}
+
+    def run(self, name: str, path: str) -> None:
+        try:
+            self._file(name, path, None)
+        except LaunchError as e:
+            self._state.report(e)
+        except _TooManyActionsError as e:
+            self._state.report(e.problem)
+        except RecursionError:
+            self._state.report(error('the launch file is nested too deep'))
+
+    def _file(
+        self, name: str, path: str, included_from: Position | None
+    ) -> None:
+        file = self._read(name, path, included_from)
+        with self._state.within(file.source, included_from):
+            if file.deprecated is not None:
+                self._state.warn(
+                    f'this launch file is deprecated: {file.deprecated}',
+                    file.source.position(0, 0),
+                )
+            self._visit_all(file.entities)
+
+    def _read(
+        self, name: str, path: str, included_from: Position | None
+    ) -> LaunchFile:
+        if path not in self.files:
+            try:
+                self.files[path] = read_launch_file(read_source(path, name))
+            except LaunchError as e:
+                if included_from is None:
+                    raise
+                raise e.included_from(included_from) from e
+        return self.files[path]
+
+    def _visit_all(self, entities: tuple[Entity, ...]) -> None:
+        for entity in entities:
+            self._actions += 1
+            if self._actions > MAXIMUM_ACTIONS:
+                raise _TooManyActionsError(entity.item.position)
+            try:
+                if _applies(self._state, entity.item):
+                    self._visit(entity)
+            except LaunchError as e:
+                self._state.report(e)
+            except AlreadyReportedError:
+                pass
+
+    def _visit(self, entity: Entity) -> None:
+        simple = _SIMPLE.get(entity.action.name)
+        if simple is not None:
+            simple(self._state, entity.item)
+        else:
+            _COMPOUND[entity.action.name](self, entity)
+
+    def include(self, entity: Entity) -> None:
+        state, item = self._state, entity.item
+        file = item.texts['file']
+        if state.depth >= MAXIMUM_INCLUDE_DEPTH:
+            raise error(
+                f'more than {MAXIMUM_INCLUDE_DEPTH} launch files include one '
+                'another',
+                file.position,
+                hint='does a launch file include itself?',
+            )
+        name, path = _locate(state, file)
+        for argument in ('arg', 'let'):
+            for pair in item.items.get(argument, ()):
+                settings.visit_let(state, pair)
+        self._file(name, path, file.position)
+
+    def group(self, entity: Entity) -> None:
+        state, item = self._state, entity.item
+        keep = state.pairs(item, 'keep')
+        outer = state.scope
+        if not state.boolean(item, 'scoped', True):
+            outer.configurations.update(keep)
+            self._visit_all(entity.children)
+            return
+        state.scope = outer.copy()
+        if not state.boolean(item, 'forwarding', True):
+            state.scope.reset_configurations()
+            state.scope.environment = dict(state.environment)
+        state.scope.configurations.update(keep)
+        try:
+            self._visit_all(entity.children)
+        finally:
+            state.scope = outer
+
+    def timer(self, entity: Entity) -> None:
+        state, item = self._state, entity.item
+        period = state.seconds(item, 'period')
+        assert period is not None
+        cancel = state.boolean(item, 'cancel_on_shutdown', True)
+        outer, before = state.scope, state.entries
+        entries: list[Entry] = []
+        state.scope, state.entries = outer.copy(), entries
+        try:
+            self._visit_all(entity.children)
+        finally:
+            state.scope, state.entries = outer, before
+        state.entries.append(Timer(period, tuple(entries), cancel))
+
+    def repeat(self, entity: Entity) -> None:
+        item = entity.item
+        count = self._state.integer(item, 'len', 0)
+        name = item.texts['name'].plain
+        for index in range(count):
+            self._iterate(entity, {name: str(index)})
+
+    def for_each(self, entity: Entity) -> None:
+        text = entity.item.texts['values']
+        values = text.evaluate(self._state)
+        if not values.strip():
+            self._state.warn(
+                "'for_each' has no values", text.position, length=text.length
+            )
+            return
+        for piece in values.split(';'):
+            self._iterate(entity, _loop_variables(piece, text))
+
+    def _iterate(self, entity: Entity, variables: dict[str, str]) -> None:
+        outer = self._state.scope.locals
+        self._state.scope.locals = {**outer, **variables}
+        try:
+            self._visit_all(entity.children)
+        finally:
+            self._state.scope.locals = outer
+
+
+_COMPOUND: Mapping[str, Callable[[_Evaluator, Entity], None]] = {
+    'include': _Evaluator.include,
+    'group': _Evaluator.group,
+    'timer': _Evaluator.timer,
+    'for': _Evaluator.repeat,
+    'for_each': _Evaluator.for_each,
+}
+_SIMPLE: Mapping[str, Callable[[State, Item], None]] = {
+    'arg': settings.visit_arg,
+    'bool_arg': settings.visit_bool_arg,
+    'let': settings.visit_let,
+    'reset': settings.visit_reset,
+    'set_env': settings.visit_set_env,
+    'unset_env': settings.visit_unset_env,
+    'append_env': settings.visit_append_env,
+    'reset_env': settings.visit_reset_env,
+    'log': settings.visit_log,
+    'log_info': settings.visit_log_info,
+    'log_warning': settings.visit_log_warning,
+    'log_error': settings.visit_log_error,
+    'log_debug': settings.visit_log_debug,
+    'shutdown': settings.visit_shutdown,
+    'push_ros_namespace': settings.visit_push_ros_namespace,
+    'set_parameter': settings.visit_set_parameter,
+    'set_parameters_from_file': settings.visit_set_parameters_from_file,
+    'set_remap': settings.visit_set_remap,
+    'set_use_sim_time': settings.visit_set_use_sim_time,
+    'set_ros_log_dir': settings.visit_set_ros_log_dir,
+    'executable': processes.visit_executable,
+    'node': processes.visit_node,
+    'node_container': processes.visit_node,
+}
+
+
+class _TooManyActionsError(Exception):
+    """The launch has more actions than any real one."""
+
+    def __init__(self, position: Position) -> None:
+        super().__init__()
+        self.problem = error(
+            f'the launch has more than {MAXIMUM_ACTIONS} actions',
+            position,
+            hint='does a launch file include itself?',
+        )
+
+
+def _applies(state: State, item: Item) -> bool:
+    """Evaluate the condition of an action."""
+    for name, wanted in (('if', True), ('unless', False)):
+        text = item.texts.get(name)
+        if text is None:
+            continue
+        value = text.evaluate(state).strip().lower()
+        if text.literal is not None and text.kind == 'bool':
+            value = str(text.value).lower()
+        if value not in ('true', '1', 'false', '0'):
+            raise error(
+                f"the condition '{name}' is '{value}'",
+                text.position,
+                hint='it must be true, 1, false or 0',
+                length=text.length,
+            )
+        return (value in ('true', '1')) is wanted
+    return True
+
+
+def _locate(state: State, file: Text) -> tuple[str, str]:
+    """Find an included file: the path it goes by, and the one to read."""
+    written = file.evaluate(state)
+    folders = [state.cwd]
+    if not os.path.isabs(written):
+        folders.append(os.path.dirname(state.source.name))
+    candidates = [
+        os.path.normpath(os.path.join(folder, written)) for folder in folders
+    ]
+    for candidate in candidates:
+        located = state.packages.locate(candidate)
+        if located is not None:
+            _check_suffix(candidate, file)
+            return located
+    raise error(
+        f"the launch file '{written}' does not exist",
+        file.position,
+        hint=did_you_mean(
+            os.path.basename(written),
+            state.packages.similar(candidates[-1]),
+        ),
+        length=file.length,
+    )
+
+
+def _check_suffix(path: str, file: Text) -> None:
+    if path.endswith(('.py', '.xml')):
+        language = 'Python' if path.endswith('.py') else 'XML'
+        raise error(
+            f'this launch file is written in {language}',
+            file.position,
+            hint='colcon launch runs launch files in YAML',
+            length=file.length,
+        )
+
+
+def _loop_variables(piece: str, text: Text) -> dict[str, str]:
+    try:
+        loaded = yaml.safe_load(piece)
+    except (yaml.YAMLError, ValueError, RecursionError):
+        loaded = None
+    if not isinstance(loaded, dict):
+        raise error(
+            f"'{piece.strip()}' is no YAML mapping of names to values",
+            text.position,
+            hint="write '{name: value}' for each, with ';' between",
+            length=text.length,
+        )
+    return {str(name): str(value) for name, value in loaded.items()}
+
+
+def _warn_of_unknown_arguments(
+    state: State,
+    files: Mapping[str, LaunchFile],
+    arguments: Mapping[str, str],
+) -> None:
+    declared = set(state.declared)
+    for file in files.values():
+        for entity in file.walk():
+            if entity.action.name in ('arg', 'bool_arg'):
+                declared.add(entity.item.texts['name'].plain)
+    known = declared | state.read | set(processes.PROCESS_ARGUMENTS)
+    for name in arguments:
+        if name not in known:
+            state.warn(
+                f"no launch file declares the launch argument '{name}'",
+                None,
+                hint=did_you_mean(name, declared)
+                or (
+                    'it declares '
+                    + (', '.join(sorted(declared)) if declared else 'none')
+                ),
+            )

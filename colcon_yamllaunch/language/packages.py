@@ -1,0 +1,46 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What the language asks about packages."""
+
+from collections.abc import Iterable
+from typing import Protocol
+
+
+class Packages(Protocol):
+    """The packages that a launch file may name."""
+
+    def prefix(self, name: str) -> str | None:
+        """
+        Return the install prefix of a package, or None when there is none.
+
+        The prefix of a package that is yet to be built is where it will be.
+        """
+
+    def names(self) -> Iterable[str]:
+        """Return the names of all packages."""
+
+    def executable(self, package: str, name: str) -> str | None:
+        """
+        Return the path of a package's program, or None when there is none.
+
+        The program of a package that is yet to be built may not exist.
+        """
+
+    def explain_executable(self, package: str, name: str) -> str:
+        """Say why a package has no such program, and the way out."""
+
+    def locate(self, path: str) -> tuple[str, str] | None:
+        """
+        Find a launch file that may not be installed yet.
+
+        :param path: The absolute path as a launch file writes it
+        :returns: The path that the file goes by and the path to read, or
+          None when there is no such file
+        """
+
+    def may_appear(self, path: str) -> bool:
+        """Say whether a build may bring a path that is not there."""
+
+    def similar(self, path: str) -> Iterable[str]:
+        """Return files that could be meant by a path that is not there."""

@@ -1,0 +1,69 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What an action sees of the actions before it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from dataclasses import field
+
+from colcon_yamllaunch.language.parameter_value import Parameter
+
+
+@dataclass(slots=True)
+class Scope:
+    """
+    The state that actions leave to those behind them.
+
+    ROS 2 keeps the last three among the launch configurations too; here each
+    has its own place, and lists are never shared between scopes.
+
+    :param configurations: The launch configurations
+    :param environment: The environment variables
+    :param namespace: The namespace of nodes, absolute, if one was pushed
+    :param parameters: What nodes get before their own parameters: a parameter
+      or the path of a file with parameters
+    :param remaps: The remappings of nodes, as from and to
+    :param failed: The launch configurations whose value could not be had
+    """
+
+    configurations: dict[str, str]
+    environment: dict[str, str]
+    namespace: str | None = None
+    parameters: tuple[Parameter | str, ...] = ()
+    remaps: tuple[tuple[str, str], ...] = ()
+    failed: set[str] = field(default_factory=set)
+    locals: dict[str, str] = field(default_factory=dict)
+
+    def copy(self) -> 'Scope':
+        """Return a scope that can be changed without changing this one."""
+        return Scope(
+            dict(self.configurations),
+            dict(self.environment),
+            self.namespace,
+            self.parameters,
+            self.remaps,
+            self.failed,
+            dict(self.locals),
+        )
+
+    def reset_configurations(self) -> None:
+        """Forget what ROS 2 keeps as launch configurations."""
+        self.configurations = {}
+        self.namespace = None
+        self.parameters = ()
+        self.remaps = ()
+
+    def changes_from(
+        self, environment: Mapping[str, str]
+    ) -> dict[str, str | None]:
+        """Return the variables that differ from another environment."""
+        changes: dict[str, str | None] = {
+            name: value
+            for name, value in self.environment.items()
+            if environment.get(name) != value
+        }
+        for name in environment:
+            if name not in self.environment:
+                changes[name] = None
+        return changes

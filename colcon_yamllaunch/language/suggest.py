@@ -1,0 +1,33 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The nearest name to one that does not exist."""
+
+from collections.abc import Iterable
+import difflib
+
+#: How alike two names must be to suggest one for the other, from 0 to 1.
+CUTOFF = 0.6
+
+
+def nearest(word: str, names: Iterable[str]) -> str | None:
+    """Return the name that is most like the word, if any is near."""
+    by_key = {_key(name): name for name in sorted(names, reverse=True)}
+    found = difflib.get_close_matches(_key(word), by_key, 1, CUTOFF)
+    return by_key[found[0]] if found else None
+
+
+def did_you_mean(word: str, names: Iterable[str]) -> str | None:
+    """Return the nearest name as a question, if any is near."""
+    name = nearest(word, names)
+    return None if name is None else f"did you mean '{name}'?"
+
+
+def listing(names: Iterable[str]) -> str:
+    """Return the names in order, for a sentence."""
+    return ', '.join(sorted(names))
+
+
+def _key(name: str) -> str:
+    # a dash for an underscore is the most common slip of all
+    return name.lower().replace('-', '_')
