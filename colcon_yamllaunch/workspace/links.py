@@ -1,0 +1,142 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Symbolic links from where a package is built and installed to its source."""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+import os
+from pathlib import Path
+
+#: What is compiled, configured or generated from, wherever it is linked to.
+_HEADERS = ('.h', '.hh', '.hpp', '.hxx', '.inl', '.ipp', '.tpp', '.cuh')
+_SOURCES = ('.c', '.cc', '.cpp', '.cxx', '.cu', '.s', '.f', '.f90', '.rs')
+_TEMPLATES = ('.cmake', '.in', '.em', '.ui', '.qrc', '.proto', '.pyx', '.pxd')
+_INTERFACES = ('.msg', '.srv', '.action', '.idl')
+COMPILED_SUFFIXES = frozenset(
+    (*_HEADERS, *_SOURCES, *_TEMPLATES, *_INTERFACES)
+)
+COMPILED_NAMES = frozenset(
+    ('CMakeLists.txt', 'CMakePresets.json', 'Makefile', 'package.xml')
+) | frozenset(('setup.py', 'setup.cfg', 'pyproject.toml'))
+#: Where CMake's generators write down what a build reads.
+_DEPENDENCY_FILES = (
+    'build.ninja',
+    'Makefile',
+    'CMakeFiles/Makefile.cmake',
+    'CMakeFiles/*.dir/build.make',
+    'CMakeFiles/*.dir/depend.make',
+    'CMakeFiles/*.dir/compiler_depend.make',
+)
+
+
+def live_files(
+    source: Path, files: Iterable[str], build: Path, installed: Iterable[Path]
+) -> frozenset[str]:
+    """
+    Get the source files whose edits show at once, without another build.
+
+    A file is live when it is reached by a link from the install space, or by
+    a linked folder in the build space (Python packages), and when no copy of
+    it was installed and the build itself does not read it. In doubt it is not.
+
+    :param source: The package's source
+    :param files: Its files, relative to it
+    :param build: The package's folder in the build space
+    :param installed: The files of the package in the install space
+    """
+    real = Path(os.path.realpath(source))
+    linked, folders, copies = _links(real, build, installed)
+    read = _read_by_build(build)
+    return frozenset(
+        relative
+        for relative in files
+        if _is_linked(relative, linked, folders)
+        and not _is_compiled(relative)
+        and Path(relative).name not in copies
+        and f'/{relative}' not in read
+    )
+
+
+def remove_dangling(folder: Path, source: Path) -> list[Path]:
+    """
+    Remove links into a package's source whose files are gone.
+
+    A build after a linked file was deleted may trip over them, or leaves them
+    (colcon-core issue 692).
+
+    :param folder: Where to look, below the build or install space
+    :param source: The package's source
+    :returns: What was removed
+    """
+    removed = []
+    for path in list(tree(folder)):
+        if not path.is_symlink() or path.exists():
+            continue
+        if Path(os.path.realpath(path)).is_relative_to(
+            os.path.realpath(source)
+        ):
+            path.unlink()
+            removed.append(path)
+    return removed
+
+
+def tree(folder: Path) -> Iterator[Path]:
+    """Iterate over what is below a folder and is not a real folder."""
+    for current, folders, files in os.walk(folder):
+        for name in files:
+            yield Path(current, name)
+        for name in folders:
+            if (path := Path(current, name)).is_symlink():
+                yield path
+
+
+def _links(
+    source: Path, build: Path, installed: Iterable[Path]
+) -> tuple[set[str], set[str], set[str]]:
+    linked: set[str] = set()
+    folders: set[str] = set()
+    copies: set[str] = set()
+    for path in installed:
+        if path.is_symlink():
+            _add(path, source, linked, folders)
+        else:
+            copies.add(path.name)
+    for path in build.iterdir() if build.is_dir() else ():
+        if path.is_symlink() and path.is_dir():
+            _add(path, source, linked, folders)
+    return linked, folders, copies
+
+
+def _add(
+    path: Path, source: Path, linked: set[str], folders: set[str]
+) -> None:
+    target = Path(os.path.realpath(path))
+    if target.is_relative_to(source):
+        where = folders if target.is_dir() else linked
+        where.add(str(target.relative_to(source)))
+
+
+def _is_linked(relative: str, linked: set[str], folders: set[str]) -> bool:
+    if relative in linked:
+        return True
+    return any(str(parent) in folders for parent in Path(relative).parents)
+
+
+def _is_compiled(relative: str) -> bool:
+    path = Path(relative)
+    if path.name in COMPILED_NAMES:
+        return True
+    return path.suffix.lower() in COMPILED_SUFFIXES
+
+
+def _read_by_build(build: Path) -> str:
+    texts = []
+    for pattern in _DEPENDENCY_FILES:
+        for path in sorted(build.glob(pattern)):
+            try:
+                texts.append(path.read_text('utf-8', errors='replace'))
+            except OSError:
+                continue
+    # make and Ninja escape blanks in paths
+    return '\n'.join(texts).replace('\\ ', ' ').replace('$ ', ' ')

@@ -1,0 +1,145 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Where a workspace begins."""
+
+from collections import deque
+from collections.abc import Iterator
+import os
+from pathlib import Path
+import stat
+
+#: How many folders deep packages are looked for to tell a workspace.
+PACKAGE_SEARCH_DEPTH = 5
+#: How many folders are read at most to tell a workspace.
+PACKAGE_SEARCH_FOLDERS = 2000
+
+#: Files that colcon makes, which nothing else does.
+_STRONG_MARKERS = ('install/.colcon_install_layout', 'build/.built_by')
+_WEAK_MARKERS = ('install', 'build')
+_PACKAGE_FILES = (
+    'package.xml',
+    'CMakeLists.txt',
+    'setup.py',
+    'pyproject.toml',
+    'colcon.pkg',
+)
+#: What colcon does not crawl below (colcon-core, colcon-ros).
+IGNORE_MARKERS = ('COLCON_IGNORE', 'AMENT_IGNORE', 'CATKIN_IGNORE')
+
+
+def find_root(start: Path, home: Path | None = None) -> Path | None:
+    """
+    Find the workspace that a folder belongs to.
+
+    The nearest folder from here upwards that colcon built in, or that has an
+    `install/`, a `build/` or a `src/` with packages. Only a folder that colcon
+    built in may be a package itself or the home folder. A folder below the
+    `src/` of a workspace that was built is never taken for one of its own just
+    because of the names in it.
+
+    :param start: Where the user is
+    :param home: The user's home folder; the current user's if not given
+    :returns: The absolute path, or None when there is no workspace
+    """
+    start = Path(os.path.realpath(start))
+    home = Path(os.path.realpath(home or Path('~').expanduser()))
+    weak: Path | None = None
+    for folder in (start, *start.parents):
+        if _is_strong(folder):
+            inside = weak is not None and weak.is_relative_to(folder / 'src')
+            return folder if weak is None or inside else weak
+        if weak is None and _is_weak(folder, home):
+            weak = folder
+    if weak is not None:
+        return weak
+    if _may_be_weak(start, home) and has_package_below(start):
+        return start
+    return None
+
+
+def is_package(folder: Path) -> bool:
+    """Tell whether a folder looks like a package of any type."""
+    if any((folder / name).is_file() for name in _PACKAGE_FILES):
+        return True
+    return _names_a_project(folder / 'setup.cfg')
+
+
+def has_package_below(folder: Path) -> bool:
+    """
+    Tell whether there is a package in a folder below the given one.
+
+    At most :data:`PACKAGE_SEARCH_DEPTH` levels and
+    :data:`PACKAGE_SEARCH_FOLDERS` folders are looked at, nearest first.
+    """
+    pending = deque([(folder, 0)])
+    seen = 0
+    while pending and seen < PACKAGE_SEARCH_FOLDERS:
+        current, depth = pending.popleft()
+        for child in _crawled_folders(current):
+            seen += 1
+            if is_package(child):
+                return True
+            if depth + 1 < PACKAGE_SEARCH_DEPTH:
+                pending.append((child, depth + 1))
+    return False
+
+
+def _crawled_folders(folder: Path) -> Iterator[Path]:
+    try:
+        children = sorted(folder.iterdir())
+    except OSError:
+        return
+    for child in children:
+        if child.name.startswith('.') or not child.is_dir():
+            continue
+        if not is_ignored(child):
+            yield child
+
+
+def is_ignored(folder: Path) -> bool:
+    """Tell whether colcon was told not to look at this folder."""
+    return any(os.path.lexists(folder / name) for name in IGNORE_MARKERS)
+
+
+def _is_strong(folder: Path) -> bool:
+    return any((folder / marker).is_file() for marker in _STRONG_MARKERS)
+
+
+def _is_weak(folder: Path, home: Path) -> bool:
+    if not _may_be_weak(folder, home):
+        return False
+    if any((folder / marker).is_dir() for marker in _WEAK_MARKERS):
+        return True
+    source = folder / 'src'
+    return source.is_dir() and has_package_below(source)
+
+
+def _may_be_weak(folder: Path, home: Path) -> bool:
+    if home.is_relative_to(folder) or _belongs_to_everyone(folder):
+        return False
+    return not is_package(folder)
+
+
+def _belongs_to_everyone(folder: Path) -> bool:
+    # such as /tmp: what lies there says nothing about the folders beside it
+    try:
+        return bool(folder.stat().st_mode & stat.S_ISVTX)
+    except OSError:
+        return False
+
+
+def _names_a_project(path: Path) -> bool:
+    try:
+        text = path.read_text(encoding='utf-8', errors='replace')
+    except OSError:
+        return False
+    section = ''
+    for line in text.splitlines():
+        if line.startswith('['):
+            section = line.strip()
+        elif section == '[metadata]' and line.partition('=')[0].strip() == (
+            'name'
+        ):
+            return True
+    return False

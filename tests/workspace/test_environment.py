@@ -1,0 +1,195 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What sourcing a setup script gives, with a real bash."""
+
+import os
+import subprocess
+
+from colcon_yamllaunch.workspace.environment import Environment
+from colcon_yamllaunch.workspace.environment import missing_packages
+from colcon_yamllaunch.workspace.environment import source
+from colcon_yamllaunch.workspace.error import WorkspaceError
+import pytest
+
+BASE = {'PATH': os.environ['PATH'], 'HOME': '/nowhere', 'SHLVL': '3'}
+
+
+def script(tmp_path, text, name='setup.bash'):
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+def test_variables_are_set_changed_and_unset(tmp_path):
+    setup = script(tmp_path, 'export A=1 B="$B:2"\nunset C\nlocal=3\n')
+    before = {**BASE, 'B': '1', 'C': 'x'}
+    environment = source(setup, before)
+    assert environment.variables == {**BASE, 'A': '1', 'B': '1:2'}
+    assert before['C'] == 'x'
+
+
+def test_odd_values_survive(tmp_path):
+    value = 'two\nlines = "quoted" $HOME \udcff ü'
+    setup = script(tmp_path, 'export COPY="$VALUE"\n')
+    variables = source(setup, {**BASE, 'VALUE': value}).variables
+    assert variables['COPY'] == value
+    assert variables['VALUE'] == value
+
+
+def test_output_is_kept_apart(tmp_path):
+    setup = script(tmp_path, 'echo X=1\necho Y=2 >&2\nexport Z=3\n')
+    environment = source(setup, BASE)
+    assert environment.variables == {**BASE, 'Z': '3'}
+    assert environment.messages == 'X=1\nY=2\n'
+
+
+def test_path_with_odd_characters(tmp_path):
+    folder = tmp_path / 'a b\'c$(touch x)"d'
+    folder.mkdir()
+    setup = script(folder, 'export HERE="${BASH_SOURCE[0]}" COUNT=$#\n')
+    variables = source(setup, BASE).variables
+    assert variables['HERE'] == str(setup)
+    assert variables['COUNT'] == '0'
+
+
+def test_bash_starts_fresh(tmp_path):
+    trap = script(tmp_path, 'export TRAPPED=1\n', 'env.bash')
+    setup = script(tmp_path, 'export N="$UNKNOWN"\n')
+    before = {**BASE, 'BASH_ENV': str(trap), 'SHELLOPTS': 'nounset'}
+    assert source(setup, before).variables == {**before, 'N': ''}
+
+
+def test_functions_and_own_variables(tmp_path):
+    setup = script(tmp_path, 'cd /\nf() { echo; }\nexport -f f\n')
+    before = {'PATH': BASE['PATH'], 'PWD': '/somewhere'}
+    variables = source(setup, before).variables
+    assert variables['PWD'] == '/somewhere'
+    assert set(variables) == {'PATH', 'PWD', 'BASH_FUNC_f%%'}
+
+
+def test_script_has_no_input(tmp_path):
+    setup = script(tmp_path, 'read -r line || export EMPTY=1\n')
+    assert source(setup, BASE).variables['EMPTY'] == '1'
+
+
+def test_path_that_the_script_breaks(tmp_path):
+    setup = script(tmp_path, 'export PATH=/nowhere\n')
+    assert source(setup, BASE).variables['PATH'] == '/nowhere'
+
+
+def test_process_left_behind_is_not_waited_for(tmp_path):
+    setup = script(tmp_path, 'sleep 300 &\nexport PID=$!\n')
+    variables = source(setup, BASE, timeout=60).variables
+    os.kill(int(variables['PID']), 9)
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('echo oh no >&2\nreturn 3\n', 'failed with exit code 3\n  oh no'),
+        ('exit 0\n', 'ended the shell'),
+        ('exit 4\n', 'exit code 4'),
+        ('if\n', 'syntax error'),
+    ],
+)
+def test_failing_script(tmp_path, text, message):
+    setup = script(tmp_path, text)
+    with pytest.raises(WorkspaceError) as error:
+        source(setup, BASE)
+    assert message in str(error.value)
+    assert str(setup) in str(error.value)
+
+
+def test_script_that_hangs(tmp_path):
+    setup = script(tmp_path, 'echo waiting\nsleep 300\n')
+    with pytest.raises(WorkspaceError, match=r'within 0\.5 s\n  waiting'):
+        source(setup, BASE, timeout=0.5)
+
+
+def test_missing_script(tmp_path):
+    with pytest.raises(WorkspaceError, match='build the workspace first'):
+        source(tmp_path / 'setup.bash', BASE)
+    script(tmp_path, '', 'setup.sh')
+    with pytest.raises(WorkspaceError, match='colcon-bash'):
+        source(tmp_path / 'setup.bash', BASE)
+
+
+def test_same_as_a_shell(workspace, update):
+    workspace.ament_cmake('node', '<exec_depend>flow</exec_depend>')
+    workspace.cmake('flow')
+    workspace.ament_python('talker')
+    assert update('node', 'talker')[0][0] == 0
+    setup = workspace.root / 'install/setup.bash'
+    before = workspace.environment(A='1')
+    printed = subprocess.run(
+        ['bash', '--norc', '-c', f'. {setup} && env -0'],
+        env=before,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    expected = dict(
+        entry.split('=', 1) for entry in printed.stdout.split('\0') if entry
+    )
+    for name in ('SHLVL', '_', 'PWD', 'OLDPWD'):
+        expected.pop(name, None)
+    environment = source(setup, before)
+    assert environment.variables == expected
+    names = ['node', 'talker', 'flow']
+    install = workspace.root / 'install'
+    assert missing_packages(environment, names, install, False) == {}
+
+
+@pytest.fixture
+def sourced(workspace, update):
+    """Source a workspace that was broken; get what is missing."""
+    workspace.ament_cmake('node')
+    assert update('node')[0][0] == 0
+    install = workspace.root / 'install'
+
+    def get():
+        environment = source(install / 'setup.bash', workspace.environment())
+        return missing_packages(environment, ['node'], install, False)
+
+    return get
+
+
+def test_broken_script_is_noticed_though_bash_returns_0(workspace, sourced):
+    assert sourced() == {}
+    workspace.write('install/_local_setup_util_sh.py', 'boom = 1 / 0\n')
+    text = sourced()['node']
+    assert 'did not bring in node' in text
+    assert 'ZeroDivisionError' in text
+    assert 'launch again' in text
+
+
+def test_circle_of_installed_packages_is_noticed(workspace, sourced):
+    workspace.write('install/node/share/colcon-core/packages/node', 'x')
+    workspace.write('install/x/share/colcon-core/packages/x', 'node')
+    text = sourced()['node']
+    assert 'PREFIX_PATH lacks' in text
+    assert 'Circular dependency' in text
+
+
+def test_package_that_is_not_installed(tmp_path):
+    missing = missing_packages(Environment({}), ['a'], tmp_path, False)
+    assert 'a: it is not installed in' in missing['a']
+
+
+def test_merged_install_space(tmp_path):
+    share = tmp_path / 'share/a'
+    share.mkdir(parents=True)
+    (share / 'package.sh').touch()
+    (share / 'package.dsv').write_text('source;share/a/x.dsv\n')
+    (share / 'x.dsv').write_text(
+        'prepend-non-duplicate;PYTHONPATH;lib/py\n'
+        'prepend-non-duplicate-if-exists;PATH;bin\n'
+        'set;OTHER;1\n'
+    )
+    variables = {'COLCON_PREFIX_PATH': str(tmp_path)}
+    missing = missing_packages(Environment(variables), ['a'], tmp_path, True)
+    assert f'PYTHONPATH lacks {tmp_path}/lib/py' in missing['a']
+    variables['PYTHONPATH'] = f'/x:{tmp_path}/lib/py'
+    environment = Environment(variables)
+    assert missing_packages(environment, ['a'], tmp_path, True) == {}
