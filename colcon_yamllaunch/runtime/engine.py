@@ -1,0 +1,352 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The loop that ties processes, output, signals and time together."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Mapping
+from dataclasses import dataclass
+import errno
+import os
+import select
+import signal
+import time
+
+from colcon_yamllaunch.language.plan import Plan
+from colcon_yamllaunch.language.plan import Process
+from colcon_yamllaunch.runtime import limits
+from colcon_yamllaunch.runtime.channels import Channel
+from colcon_yamllaunch.runtime.channels import close
+from colcon_yamllaunch.runtime.channels import open_channels
+from colcon_yamllaunch.runtime.descriptors import DescriptorLimit
+from colcon_yamllaunch.runtime.events import Event
+from colcon_yamllaunch.runtime.events import Listener
+from colcon_yamllaunch.runtime.events import Warned
+from colcon_yamllaunch.runtime.guard_link import GuardLink
+from colcon_yamllaunch.runtime.members import find_members
+from colcon_yamllaunch.runtime.members import is_alive
+from colcon_yamllaunch.runtime.members import MARK
+from colcon_yamllaunch.runtime.members import Member
+from colcon_yamllaunch.runtime.outcome import Outcome
+from colcon_yamllaunch.runtime.parameter_files import ParameterFiles
+from colcon_yamllaunch.runtime.relay import Relay
+from colcon_yamllaunch.runtime.signals import received
+from colcon_yamllaunch.runtime.signals import STOPPING
+from colcon_yamllaunch.runtime.spawn import Spawn
+from colcon_yamllaunch.runtime.spawn import spawn_process
+from colcon_yamllaunch.runtime.spawn import StartError
+from colcon_yamllaunch.runtime.stopping import Order
+from colcon_yamllaunch.runtime.stopping import send
+from colcon_yamllaunch.runtime.stopping import Timeouts
+from colcon_yamllaunch.runtime.supervisor import Supervisor
+from colcon_yamllaunch.runtime.writer import Writer
+
+_GONE = select.EPOLLERR | select.EPOLLHUP
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """
+    What holds for a whole launch.
+
+    :param identity: Its identity, see `members`
+    :param environment: The environment that processes change for themselves
+    :param terminal_size: The size of terminals for processes
+    :param clock: Returns seconds that never go back
+    :param spawn: Starts a program as :func:`os.posix_spawn` does
+    """
+
+    identity: str
+    environment: Mapping[str, str]
+    terminal_size: os.terminal_size
+    clock: Callable[[], float] = time.monotonic
+    spawn: Spawn = os.posix_spawn
+
+
+class Engine:
+    """
+    Runs a plan on the system.
+
+    :param plan: What to run
+    :param settings: What holds for all of it
+    :param guard: Is told of all processes
+    :param files: The parameter files
+    :param writer: The screen, whose pace output keeps to
+    :param listeners: Are told what happens
+    :param publish: Is called once a turn, to write what has been collected
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        settings: Settings,
+        guard: GuardLink,
+        files: ParameterFiles,
+        writer: Writer,
+        listeners: Iterable[Listener],
+        publish: Callable[[], None],
+    ) -> None:
+        self._settings = settings
+        self._guard = guard
+        self._files = files
+        self._writer = writer
+        self._listeners = tuple(listeners)
+        self._publish = publish
+        self._poll = select.epoll()
+        self._relay = Relay(self._poll, writer.accepts, self.tell)
+        self._supervisor = Supervisor(plan, self, settings.clock)
+        self._limit = DescriptorLimit(sum(1 for _ in plan.processes()))
+        self._null = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
+        self._session = os.getsid(0)
+        self._screen_mask: int | None = None
+        self._last_stop = -limits.SIGNAL_ECHO
+        self._stopped_by_signal = False
+
+    def run(self, signals: int) -> None:
+        """
+        Run to the end.
+
+        :param signals: Where signals arrive, see `signals.caught`
+        """
+        self._poll.register(signals, select.EPOLLIN)
+        supervisor = self._supervisor
+        while True:
+            supervisor.advance()
+            if supervisor.done:
+                break
+            self._end_turn()
+            wait = supervisor.seconds_to_wait()
+            for descriptor, mask in self._poll.poll(wait):
+                if descriptor == signals:
+                    self._take_signals(received(signals))
+                elif self._relay.owns(descriptor):
+                    self._relay.read(descriptor)
+                elif descriptor == self._writer.descriptor and mask & _GONE:
+                    self._writer.give_up()
+        self._relay.close()
+
+    def finish(self, signals: int) -> None:
+        """Wait until the screen has taken everything."""
+        self._end_turn()
+        deadline: float | None = None
+        while self._writer.waits() and not self._writer.broken:
+            if self._stopped_by_signal:
+                deadline = time.monotonic() + limits.SCREEN_PATIENCE
+            ready = self._poll.poll(
+                None if deadline is None else limits.SCREEN_PATIENCE
+            )
+            stopped = any(
+                number in STOPPING
+                for descriptor, _ in ready
+                if descriptor == signals
+                for number in received(signals)
+            )
+            if stopped or not ready:
+                return
+            self._end_turn()
+
+    def close(self) -> None:
+        """Free what the engine holds."""
+        self._poll.close()
+        os.close(self._null)
+        self._limit.restore()
+
+    def start(self, number: int, process: Process) -> int:
+        """Start a process; see `supervisor.Host`."""
+        argv = self._command_line(number, process)
+        try:
+            channels = open_channels(
+                process.emulate_tty, self._settings.terminal_size
+            )
+        except OSError as error:
+            raise StartError(_no_channel(error)) from error
+        stdout, stderr = channels
+        try:
+            group = self._spawn(number, process, argv, stdout, stderr)
+        except BaseException:
+            close(stdout)
+            close(stderr)
+            raise
+        os.close(stdout.writer)
+        os.close(stderr.writer)
+        self._relay.add(group, process, stdout.reader, stderr.reader)
+        timeouts = Timeouts(process.sigterm_timeout, process.sigkill_timeout)
+        self._guard.started(number, group, timeouts)
+        return group
+
+    def release(self, group: int) -> bool:
+        """Tell whether a group ended with its leader."""
+        try:
+            os.killpg(group, 0)
+        except PermissionError:
+            return False
+        except ProcessLookupError:
+            self._guard.ended(group)
+            return True
+        return False
+
+    def send(self, order: Order) -> bool:
+        """Send a signal."""
+        return send(order)
+
+    def members(self, groups: Mapping[int, int]) -> list[Member]:
+        """Find the running processes of the launch."""
+        return find_members(self._settings.identity, groups, self._session)
+
+    def is_alive(self, member: Member) -> bool:
+        """Tell whether a process still runs."""
+        return is_alive(member)
+
+    def tell(self, event: Event) -> None:
+        """Tell everybody who listens."""
+        for listener in self._listeners:
+            listener(event)
+
+    def _command_line(self, number: int, process: Process) -> list[str]:
+        try:
+            return self._files.command_line(number, process)
+        except (OSError, ValueError) as error:
+            raise StartError(
+                f'its parameter file cannot be written: {error}'
+            ) from error
+
+    def _spawn(
+        self,
+        number: int,
+        process: Process,
+        argv: list[str],
+        stdout: Channel,
+        stderr: Channel,
+    ) -> int:
+        environment = dict(self._settings.environment)
+        for name, value in process.environment:
+            if value is None:
+                environment.pop(name, None)
+            else:
+                environment[name] = value
+        environment[MARK] = f'{self._settings.identity}.{number}'
+        return spawn_process(
+            argv,
+            environment,
+            process.cwd,
+            (self._null, stdout.writer, stderr.writer),
+            self._limit.wrapped(self._settings.spawn),
+        )
+
+    def _end_turn(self) -> None:
+        self._publish()
+        self._writer.flush()
+        self._relay.resume()
+        if self._writer.broken:
+            self._supervisor.stop('nobody reads the output any more')
+        self._watch_screen()
+
+    def _watch_screen(self) -> None:
+        descriptor = self._writer.descriptor
+        if descriptor == -1 or self._screen_mask == -1:
+            return
+        mask = select.EPOLLOUT if self._writer.waits() else 0
+        if self._writer.broken:
+            if self._screen_mask is not None:
+                self._poll.unregister(descriptor)
+            self._screen_mask = -1
+        elif self._screen_mask is None:
+            try:
+                self._poll.register(descriptor, mask)
+                self._screen_mask = mask
+            except PermissionError:
+                # an ordinary file is always ready
+                self._screen_mask = -1
+        elif mask != self._screen_mask:
+            self._poll.modify(descriptor, mask)
+            self._screen_mask = mask
+
+    def _take_signals(self, numbers: list[int]) -> None:
+        for number in numbers:
+            if number in STOPPING:
+                self._stop_by(number)
+            elif number == signal.SIGTSTP:
+                self._hold()
+            elif number == signal.SIGCONT:
+                self._signal_groups(signal.SIGCONT)
+        if signal.SIGCHLD in numbers:
+            self._reap()
+
+    def _stop_by(self, number: int) -> None:
+        now = self._settings.clock()
+        is_echo = now - self._last_stop < limits.SIGNAL_ECHO
+        self._last_stop = now
+        self._stopped_by_signal = True
+        if not self._supervisor.is_stopping:
+            name = signal.Signals(number).name
+            by_key = number == signal.SIGINT
+            self._supervisor.stop(
+                'interrupted' if by_key else f'{name} received',
+                interactive=by_key,
+                drop_timers=not by_key,
+            )
+            return
+        # a terminal that closes sends SIGHUP, and so does its shell
+        if not is_echo and number != signal.SIGHUP:
+            self._supervisor.hurry()
+
+    def _hold(self) -> None:
+        self._signal_groups(signal.SIGSTOP)
+        os.kill(os.getpid(), signal.SIGSTOP)
+
+    def _signal_groups(self, number: int) -> None:
+        for group in self._supervisor.groups:
+            try:
+                os.killpg(group, number)
+            except (ProcessLookupError, PermissionError):
+                continue
+
+    def _reap(self) -> None:
+        """
+        Wait for the children that ended, and only for ours.
+
+        Looking first and waiting then leaves children of other code alone; if
+        one of those is first in line, ours are tried one by one.
+        """
+        flags = os.WEXITED | os.WNOHANG | os.WNOWAIT
+        ours = {*self._supervisor.groups, self._guard.pid}
+        while True:
+            try:
+                ended = os.waitid(os.P_ALL, 0, flags)
+            except ChildProcessError:
+                return
+            if ended is None:
+                return
+            if ended.si_pid not in ours:
+                break
+            self._collect(ended.si_pid)
+        for pid in ours & {*self._supervisor.groups, self._guard.pid} - {0}:
+            if os.waitid(os.P_PID, pid, flags) is not None:
+                self._collect(pid)
+
+    def _collect(self, pid: int) -> None:
+        _, status = os.waitpid(pid, 0)
+        if pid == self._guard.pid:
+            try:
+                self._guard.restart()
+            except OSError as error:
+                self.tell(Warned(no_guard(error)))
+            return
+        self._relay.drain(pid)
+        self._supervisor.exited(pid, Outcome.from_status(status))
+
+
+def no_guard(error: OSError) -> str:
+    """Say what it means that the guard cannot be started."""
+    return (
+        f'the guard cannot be started: {error.strerror}; if the launcher is '
+        'killed, its processes go on'
+    )
+
+
+def _no_channel(error: OSError) -> str:
+    cure = ''
+    if error.errno == errno.EMFILE:
+        cure = '; allow more of them: ulimit -n'
+    return f'there is no pipe for its output: {error.strerror}{cure}'

@@ -1,0 +1,50 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The time-outs and limits of the engine, all in one place."""
+
+#: Bytes read from a process at once; the usual capacity of a pipe.
+READ_SIZE = 64 * 1024
+#: Capacity in bytes that a pipe gets once its process fills it; the most that
+#: Linux allows without privileges.
+LARGE_PIPE = 1024 * 1024
+#: Bytes of one line that are collected before it is passed on in pieces.
+MAXIMUM_LINE = 16 * 1024 * 1024
+
+#: Bytes of one stream that may wait for a slow screen before the stream is
+#: not read any more, so that its process waits.
+STREAM_BACKLOG = 256 * 1024
+#: Bytes of all streams that may wait before no stream may add to its own.
+SCREEN_BACKLOG = 4 * 1024 * 1024
+#: Pieces that are handed to the screen in one system call.
+WRITE_BATCH = 256
+
+#: Bytes for the log of the whole launch that are collected at most.
+COLLECTED_LOG = 256 * 1024
+
+#: Characters of the widest label that others are aligned to.
+LABEL_WIDTH = 24
+#: Names that a progress line lists before it only counts.
+NAMES_SHOWN = 6
+#: Lines of a failed process that are shown again at the end.
+TAIL_LINES = 10
+#: Bytes of its output that are kept for that.
+TAIL_BYTES = 4096
+#: Bytes of a label that a folder's name takes.
+FOLDER_NAME_BYTES = 200
+
+#: Processes that are started before output and signals get a turn.
+STARTS_PER_TURN = 4
+#: Seconds between two looks at processes that are not our children.
+STRAY_CHECK_INTERVAL = 0.05
+#: Seconds between two lines about what is still being waited for.
+PROGRESS_INTERVAL = 1.0
+#: Seconds in which a repeated signal is the same one; `timeout` sends its
+#: signal to the process and once more to the group.
+SIGNAL_ECHO = 0.1
+#: Seconds that a killed process gets to vanish, as it may hang in the kernel.
+KILL_PATIENCE = 5.0
+#: Seconds that a screen which takes nothing is waited for after a stop.
+SCREEN_PATIENCE = 5.0
+#: How often a guard that died is replaced in one launch.
+GUARD_RESTARTS = 3

@@ -1,0 +1,318 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The log files of a launch.
+
+`LABEL/stdout.log`, `LABEL/stderr.log` and `LABEL/stdout_stderr.log` hold what
+a process wrote, byte by byte; `launch.log` has the lines of all of them, and
+the launcher's own, with the time in seconds since the epoch and the label.
+
+`events.jsonl` has one JSON object a line. Each has `time`, in seconds since
+the epoch, and `event`; most have the `label` of a process and its `pid`:
+
+- `started`, `respawned` (before the next `started`, with `attempt`, counted
+  from 1) and `start_failed` (with `reason`),
+- `exited` with `exit_code` or the name of a `signal`, `core_dumped`,
+  `seconds` that it ran, whether it was `asked` to stop, whether it `failed`,
+  and `respawn_delay` in seconds if it is started again,
+- `signalled` with the name of the `signal`, and whether it went to the whole
+  `group` or to one process that left its group,
+- `left_behind`, where not even SIGKILL helped,
+- `message` with `level` and `text`, `shutdown` with `reason`, and `ended`
+  with `exit_code`.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+import json
+import os
+from pathlib import Path
+import time
+from typing import Any
+
+from colcon_yamllaunch.language.plan import Process
+from colcon_yamllaunch.runtime import limits
+from colcon_yamllaunch.runtime.events import Ended
+from colcon_yamllaunch.runtime.events import Event
+from colcon_yamllaunch.runtime.events import Exited
+from colcon_yamllaunch.runtime.events import LeftBehind
+from colcon_yamllaunch.runtime.events import Output
+from colcon_yamllaunch.runtime.events import Respawned
+from colcon_yamllaunch.runtime.events import Said
+from colcon_yamllaunch.runtime.events import ShuttingDown
+from colcon_yamllaunch.runtime.events import Signalled
+from colcon_yamllaunch.runtime.events import Started
+from colcon_yamllaunch.runtime.events import StartFailed
+from colcon_yamllaunch.runtime.lines import normalised
+from colcon_yamllaunch.runtime.lines import prefixed
+from colcon_yamllaunch.runtime.outcome import signal_name
+from colcon_yamllaunch.runtime.output_modes import IN_COMMON_LOG
+from colcon_yamllaunch.runtime.output_modes import IN_OWN_LOG
+from colcon_yamllaunch.runtime.reporting import LAUNCHER
+from colcon_yamllaunch.runtime.reporting import report
+
+#: The log file of the whole launch, each line with a time stamp.
+COMMON_LOG = 'launch.log'
+#: The events of the launch, one JSON object a line.
+EVENT_LOG = 'events.jsonl'
+#: The log file of a process that has both of its streams, as colcon names it.
+COMBINED_LOG = 'stdout_stderr.log'
+
+_FLAGS = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
+
+
+class LogFile:
+    """
+    A file that takes bytes as long as the disk does.
+
+    :param path: The file, which is appended to
+    :raises OSError: It cannot be opened
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._descriptor = os.open(path, _FLAGS, 0o644)
+
+    def write(self, data: bytes) -> None:
+        """
+        Append to the file at once.
+
+        :raises OSError: The disk is full, for instance
+        """
+        written = os.write(self._descriptor, data)
+        while written < len(data):
+            written += os.write(self._descriptor, memoryview(data)[written:])
+
+    def close(self) -> None:
+        """Close the file."""
+        os.close(self._descriptor)
+
+
+class Logs:
+    """
+    Records what happens.
+
+    What cannot be written is said once; the launch goes on.
+
+    :param folder: The folder of the launch; made when it is missing
+    :param processes: All that may be started
+    :param complain: Is told that logs cannot be written
+    :param now: Returns the time in seconds since the epoch
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        processes: Iterable[Process],
+        complain: Callable[[str], None],
+        now: Callable[[], float] = time.time,
+    ) -> None:
+        self._folder = folder
+        self._folders = folder_names(p.label for p in processes)
+        self._complain = complain
+        self._complained = False
+        self._now = now
+        self._files: dict[str, tuple[LogFile | None, ...]] = {}
+        self._common_pending: list[bytes] = []
+        self._pending_size = 0
+        self._event_pending: list[bytes] = []
+        self._common = self._open(COMMON_LOG)
+        self._events = self._open(EVENT_LOG)
+
+    def handle(self, event: Event) -> None:
+        """Listen to an event."""
+        if isinstance(event, Output):
+            self._record_output(event)
+            return
+        if isinstance(event, Started):
+            self._open_own(event.process)
+        for line in _common_lines(event):
+            self._common_pending.append(self._stamp().encode() + line)
+        fields = _fields(event)
+        if fields:
+            record = {'time': round(self._now(), 6), **fields}
+            text = json.dumps(record, ensure_ascii=False) + '\n'
+            self._event_pending.append(text.encode(errors='replace'))
+
+    def flush(self) -> None:
+        """Write what has been collected since the last call."""
+        self._write(self._common, b''.join(self._common_pending))
+        self._write(self._events, b''.join(self._event_pending))
+        self._pending_size = 0
+        self._common_pending.clear()
+        self._event_pending.clear()
+
+    def close(self) -> None:
+        """Write everything, and close all files."""
+        self.flush()
+        every = [self._common, self._events]
+        for files in self._files.values():
+            every.extend(files)
+        for file in every:
+            if file is not None:
+                file.close()
+
+    def combined_files(self, processes: Iterable[Process]) -> dict[str, Path]:
+        """Return for each label the log file that has both streams."""
+        return {
+            p.label: self._folder / self._folders[p.label] / COMBINED_LOG
+            for p in processes
+            if p.output in IN_OWN_LOG
+        }
+
+    def _record_output(self, event: Output) -> None:
+        process = event.process
+        files = self._files.get(process.label)
+        if files is not None:
+            stdout, stderr, combined = files
+            own = stdout if event.stream == 'stdout' else stderr
+            self._write(own, event.data)
+            self._write(combined, event.data)
+        if process.output in IN_COMMON_LOG and self._common is not None:
+            prefix = f'{self._stamp()}[{process.label}] '.encode(
+                errors='replace'
+            )
+            lines = prefixed(normalised(event.data), prefix)
+            self._common_pending.append(lines)
+            self._pending_size += len(lines)
+            if self._pending_size > limits.COLLECTED_LOG:
+                self.flush()
+
+    def _stamp(self) -> str:
+        return f'{self._now():.6f} '
+
+    def _open_own(self, process: Process) -> None:
+        label = process.label
+        if process.output in IN_OWN_LOG and label not in self._files:
+            folder = self._folders[label]
+            self._files[label] = tuple(
+                self._open(f'{folder}/{name}')
+                for name in ('stdout.log', 'stderr.log', COMBINED_LOG)
+            )
+
+    def _open(self, name: str) -> LogFile | None:
+        path = self._folder / name
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            return LogFile(path)
+        except OSError as error:
+            self._fail(path, error)
+            return None
+
+    def _write(self, file: LogFile | None, data: bytes) -> None:
+        if file is not None and data:
+            try:
+                file.write(data)
+            except OSError as error:
+                self._fail(file.path, error)
+
+    def _fail(self, path: Path, error: OSError) -> None:
+        if not self._complained:
+            self._complained = True
+            self._complain(
+                f'the log {path} cannot be written: {error.strerror}; '
+                'the launch goes on, and its logs are incomplete'
+            )
+
+
+def folder_names(labels: Iterable[str]) -> dict[str, str]:
+    """
+    Return for each label the name of its folder.
+
+    A label may hold what a file name cannot; names differ all the same.
+    """
+    names: dict[str, str] = {}
+    taken = {COMMON_LOG, EVENT_LOG}
+    for label in labels:
+        base = ''.join(
+            '_' if c == '/' or not c.isprintable() else c for c in label
+        )
+        base = _shortened(base) if base.strip('.') else '_'
+        name = base
+        count = 1
+        while name in taken:
+            count += 1
+            name = f'{base}-{count}'
+        taken.add(name)
+        names[label] = name
+    return names
+
+
+def _shortened(name: str) -> str:
+    data = name.encode(errors='replace')[: limits.FOLDER_NAME_BYTES]
+    return data.decode(errors='ignore')
+
+
+def _common_lines(event: Event) -> list[bytes]:
+    if isinstance(event, Said):
+        text = f'[{event.level}] [launch.user]: {event.text}\n'
+        return [text.encode(errors='replace')]
+    return [
+        f'[{LAUNCHER}] {line}\n'.encode(errors='replace')
+        for line in report(event)
+    ]
+
+
+def _fields(event: Event) -> dict[str, Any]:
+    match event:
+        case Started():
+            return {'event': 'started', **_who(event.process, event.pid)}
+        case StartFailed():
+            return {
+                'event': 'start_failed',
+                **_who(event.process),
+                'reason': event.reason,
+            }
+        case Exited():
+            return _exited(event)
+        case Respawned():
+            return {
+                'event': 'respawned',
+                **_who(event.process),
+                'attempt': event.attempt,
+            }
+        case Signalled():
+            return {
+                'event': 'signalled',
+                **_who(event.process, event.pid),
+                'signal': signal_name(event.signal),
+                'group': event.group,
+            }
+        case ShuttingDown():
+            return {'event': 'shutdown', 'reason': event.reason}
+        case LeftBehind():
+            return {
+                'event': 'left_behind',
+                'label': event.label,
+                'pid': event.pid,
+            }
+        case Said():
+            return {
+                'event': 'message',
+                'level': event.level,
+                'text': event.text,
+            }
+        case Ended():
+            return {'event': 'ended', 'exit_code': event.exit_code}
+        case _:
+            return {}
+
+
+def _who(process: Process, pid: int | None = None) -> dict[str, Any]:
+    return {'label': process.label} | ({} if pid is None else {'pid': pid})
+
+
+def _exited(event: Exited) -> dict[str, Any]:
+    number = event.outcome.signal
+    return {
+        'event': 'exited',
+        **_who(event.process, event.pid),
+        'exit_code': event.outcome.code,
+        'signal': None if number is None else signal_name(number),
+        'core_dumped': event.outcome.core_dumped,
+        'seconds': round(event.seconds, 6),
+        'asked': event.asked,
+        'failed': event.failed,
+        'respawn_delay': event.respawn_delay,
+    }

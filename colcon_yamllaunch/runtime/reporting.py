@@ -1,0 +1,97 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What the launcher itself says about what happens."""
+
+from colcon_yamllaunch.runtime import limits
+from colcon_yamllaunch.runtime.events import Ended
+from colcon_yamllaunch.runtime.events import Event
+from colcon_yamllaunch.runtime.events import Exited
+from colcon_yamllaunch.runtime.events import LeftBehind
+from colcon_yamllaunch.runtime.events import Respawned
+from colcon_yamllaunch.runtime.events import ShuttingDown
+from colcon_yamllaunch.runtime.events import Signalled
+from colcon_yamllaunch.runtime.events import Started
+from colcon_yamllaunch.runtime.events import StartFailed
+from colcon_yamllaunch.runtime.events import StillRunning
+from colcon_yamllaunch.runtime.events import Warned
+from colcon_yamllaunch.runtime.outcome import signal_name
+
+#: The label of the launcher's own lines.
+LAUNCHER = 'launch'
+
+
+def report(event: Event) -> tuple[str, ...]:
+    """Return the lines about an event; some need none."""
+    match event:
+        case Started():
+            return (f'{event.process.label}: started, pid {event.pid}',)
+        case StartFailed():
+            return (
+                f'{event.process.label}: could not be started: {event.reason}',
+            )
+        case Exited():
+            return (_exited(event),)
+        case Signalled(group=False):
+            name = signal_name(event.signal)
+            return (
+                f'{event.process.label}: {name} to what it left running, '
+                f'pid {event.pid}',
+            )
+        case ShuttingDown():
+            hint = ' (Ctrl-C again to hurry)' if event.interactive else ''
+            return (f'stopping: {event.reason}{hint}',)
+        case StillRunning():
+            return (_still_running(event),)
+        case LeftBehind():
+            return (
+                f'{event.label}: pid {event.pid} cannot be stopped, not even '
+                'by SIGKILL; it is left behind',
+            )
+        case Warned():
+            return (f'warning: {event.text}',)
+        case Ended():
+            return event.summary
+        case Respawned() | _:
+            return ()
+
+
+def is_alarming(event: Event) -> bool:
+    """Tell whether an event is bad news."""
+    match event:
+        case Exited():
+            return event.failed
+        case StartFailed() | LeftBehind() | Warned():
+            return True
+        case Ended():
+            return event.exit_code != 0
+        case _:
+            return False
+
+
+def _exited(event: Exited) -> str:
+    if event.outcome.code == 0:
+        ending = 'finished'
+    elif event.asked and not event.failed:
+        ending = f'stopped, {event.outcome}'
+    else:
+        ending = str(event.outcome)
+    text = f'{event.process.label}: {ending} after {event.seconds:.1f} s'
+    if event.respawn_delay is None:
+        return text
+    if event.respawn_delay:
+        return f'{text}, starts again in {event.respawn_delay:g} s'
+    return f'{text}, starts again'
+
+
+def _still_running(event: StillRunning) -> str:
+    names = event.labels[: limits.NAMES_SHOWN]
+    parts = [', '.join(names)] if names else []
+    if len(event.labels) > len(names):
+        parts.append(f'{len(event.labels) - len(names)} more')
+    if event.timers:
+        parts.append(f'{event.timers} timer' + 's' * (event.timers > 1))
+    waited = ' and '.join(parts)
+    if not event.labels:
+        return f'waiting for {waited}'
+    return f'waiting for {waited} after {signal_name(event.signal)}'

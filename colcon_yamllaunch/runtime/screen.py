@@ -1,0 +1,119 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The launch as the user sees it."""
+
+from collections.abc import Iterable
+
+from colcon_yamllaunch.language.plan import Process
+from colcon_yamllaunch.runtime import limits
+from colcon_yamllaunch.runtime.events import Ended
+from colcon_yamllaunch.runtime.events import Event
+from colcon_yamllaunch.runtime.events import Exited
+from colcon_yamllaunch.runtime.events import Output
+from colcon_yamllaunch.runtime.events import Said
+from colcon_yamllaunch.runtime.lines import legible
+from colcon_yamllaunch.runtime.lines import normalised
+from colcon_yamllaunch.runtime.lines import prefixed
+from colcon_yamllaunch.runtime.output_modes import SHOWN
+from colcon_yamllaunch.runtime.reporting import is_alarming
+from colcon_yamllaunch.runtime.reporting import LAUNCHER
+from colcon_yamllaunch.runtime.reporting import report
+from colcon_yamllaunch.runtime.writer import Writer
+
+_RESET = '\x1b[0m'
+_DIM = '\x1b[2m'
+_ALARM = '\x1b[1;31m'
+# red is left for what goes wrong, black and white may be the background
+_COLOURS = tuple(
+    f'\x1b[{code}m' for code in (36, 33, 35, 32, 34, 96, 93, 95, 92, 94)
+)
+_LEVEL_COLOURS = {
+    'WARNING': '\x1b[33m',
+    'ERROR': '\x1b[31m',
+    'CRITICAL': '\x1b[1;31m',
+}
+
+
+class Screen:
+    """
+    Shows what happens.
+
+    :param writer: Where to
+    :param processes: All that may be started, in the order of the plan
+    :param color: Whether to use colours
+    :param terminal: Whether control characters could do harm
+    """
+
+    def __init__(
+        self,
+        writer: Writer,
+        processes: Iterable[Process],
+        *,
+        color: bool,
+        terminal: bool,
+    ) -> None:
+        self._writer = writer
+        self._color = color
+        self._terminal = terminal
+        labels = [p.label for p in processes]
+        self._width = min(
+            max((len(t) for t in (LAUNCHER, *labels)), default=0),
+            limits.LABEL_WIDTH,
+        )
+        self._prefixes = {
+            label: self._prefix(label, _COLOURS[index % len(_COLOURS)])
+            for index, label in enumerate(labels)
+        }
+
+    def handle(self, event: Event) -> None:
+        """Listen to an event."""
+        if isinstance(event, Output):
+            self._show_output(event)
+        elif isinstance(event, Said):
+            self._show_message(event)
+        else:
+            for line in report(event):
+                self._show_own(line, is_alarming(event))
+        if isinstance(event, Exited | Ended):
+            self._writer.flush()
+
+    def _show_output(self, event: Output) -> None:
+        process = event.process
+        if event.stream in SHOWN[process.output]:
+            data = legible(normalised(event.data), self._terminal)
+            data = prefixed(
+                data,
+                self._prefixes[process.label],
+                reset=self._color or self._terminal,
+            )
+            self._writer.write((process.label, event.stream), data)
+
+    def _show_message(self, event: Said) -> None:
+        if event.level != 'DEBUG':
+            colour = _LEVEL_COLOURS.get(event.level, '')
+            tag = f'[{event.level}]'
+            if self._color and colour:
+                tag = f'{colour}{tag}{_RESET}'
+            self._show_text(f'{tag} [launch.user]: ', event.text)
+
+    def _show_own(self, line: str, alarming: bool) -> None:
+        # ^C stands at the start of the line that it was typed on
+        start = '\r' if self._terminal else ''
+        label = f'[{LAUNCHER}]'.ljust(self._width + 3)
+        if self._color:
+            line = f'{_ALARM if alarming else _DIM}{label}{line}{_RESET}'
+            label = ''
+        self._show_text(start + label, line)
+
+    def _show_text(self, prefix: str, text: str) -> None:
+        data = text.encode(errors='replace')
+        data = legible(normalised(data), self._terminal)
+        self._writer.write(None, prefixed(data, prefix.encode()))
+
+    def _prefix(self, label: str, colour: str) -> bytes:
+        text = f'[{label}]'
+        padding = ' ' * (self._width + 3 - len(text)) or ' '
+        if self._color:
+            text = f'{colour}{text}{_RESET}'
+        return (text + padding).encode(errors='replace')

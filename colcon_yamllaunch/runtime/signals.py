@@ -1,0 +1,65 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Signals to the launcher, as bytes on a pipe that the loop reads."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import os
+import signal
+
+#: Those that stop the launch.
+STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+#: Those that a shell holds and continues jobs with.
+JOB_CONTROL = (signal.SIGTSTP, signal.SIGCONT)
+
+# whoever ignores these for us means it, as nohup and a shell without job
+# control do; a SIGINT that is sent all the same is meant, too
+_RESPECTED = frozenset((signal.SIGHUP, signal.SIGTSTP))
+
+
+@contextmanager
+def caught() -> Iterator[int]:
+    """
+    Catch signals while the loop runs.
+
+    Works in the main thread only, as Python handles signals there.
+
+    :returns: The descriptor on which each caught signal arrives as a byte
+    """
+    reader, writer = os.pipe()
+    os.set_blocking(reader, False)
+    os.set_blocking(writer, False)
+    wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+    before = {}
+    try:
+        for number in (*STOPPING, *JOB_CONTROL, signal.SIGCHLD):
+            handler = signal.getsignal(number)
+            if handler == signal.SIG_IGN and number in _RESPECTED:
+                continue
+            before[number] = handler
+            signal.signal(number, _ignored)
+        yield reader
+    finally:
+        for number, handler in before.items():
+            signal.signal(
+                number, signal.SIG_DFL if handler is None else handler
+            )
+        signal.set_wakeup_fd(wakeup)
+        os.close(reader)
+        os.close(writer)
+
+
+def received(reader: int) -> list[int]:
+    """Return the signals that arrived since the last call."""
+    numbers: list[int] = []
+    try:
+        while data := os.read(reader, 4096):
+            numbers.extend(data)
+    except BlockingIOError:
+        return numbers
+    return numbers
+
+
+def _ignored(number: int, frame: object) -> None:
+    """Let the wake-up descriptor do the work."""

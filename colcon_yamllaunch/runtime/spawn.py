@@ -1,0 +1,204 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Starting a process."""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+from contextlib import contextmanager
+import errno
+import os
+from pathlib import Path
+import signal
+from typing import Any
+
+#: Starts a program as :func:`os.posix_spawn` does.
+Spawn = Callable[..., int]
+
+_SIGNALS = sorted(signal.valid_signals() - {signal.SIGKILL, signal.SIGSTOP})
+
+
+class StartError(Exception):
+    """A process cannot be started; the text says why, in one line."""
+
+
+def spawn_process(
+    argv: Sequence[str],
+    environment: Mapping[str, str],
+    cwd: str,
+    descriptors: tuple[int, int, int],
+    spawn: Spawn = os.posix_spawn,
+) -> int:
+    """
+    Start a process in a process group of its own.
+
+    It gets no signal mask and no ignored signal of ours, and no descriptor
+    but the three. Threads must not run beside, as the working directory
+    changes for a moment: Python's posix_spawn() takes none.
+
+    :param argv: The command line; its first item is looked up in the `PATH`
+      of `environment`, or is a path, which may be relative to `cwd`
+    :param environment: The whole environment
+    :param cwd: The working directory
+    :param descriptors: What becomes its standard input, output and error
+    :returns: Its process id, which is the id of its group, too
+    :raises StartError: It cannot be started
+    """
+    with _working_directory(cwd):
+        program = find_program(argv[0], environment.get('PATH', os.defpath))
+        actions = [
+            (os.POSIX_SPAWN_DUP2, descriptor, number)
+            for number, descriptor in enumerate(descriptors)
+        ]
+        options: dict[str, Any] = {
+            'file_actions': actions,
+            'setpgroup': 0,
+            'setsigmask': (),
+            'setsigdef': _SIGNALS,
+        }
+        try:
+            return spawn(program, argv, environment, **options)
+        except OSError as error:
+            raise StartError(explain(error, program)) from error
+        except ValueError as error:
+            raise StartError(
+                f'{program}: its arguments or its environment cannot be '
+                f'passed to a program: {error}'
+            ) from error
+
+
+def find_program(name: str, path: str) -> str:
+    """
+    Find a program as execvp() of POSIX does.
+
+    :param name: Its name, or a path when it contains a slash
+    :param path: The folders to search, separated by colons
+    :returns: A path, which may be relative to the working directory
+    :raises StartError: There is no such program
+    """
+    if not name:
+        raise StartError('the name of the program is empty')
+    if '/' in name:
+        if not os.path.lexists(name):
+            raise StartError(f"there is no file '{name}'")
+        return name
+    denied = None
+    for folder in path.split(':'):
+        candidate = os.path.join(folder, name)
+        if os.path.isfile(candidate):
+            if os.access(candidate, os.X_OK):
+                return candidate
+            denied = denied or candidate
+    if denied is not None:
+        raise StartError(_not_executable(denied))
+    raise StartError(
+        f"there is no program '{name}' in the folders of PATH; "
+        'install it, or give its path'
+    )
+
+
+def explain(error: OSError, program: str) -> str:
+    """
+    Say why the system would not start a program, and the way out.
+
+    :param error: What execve() reported
+    :param program: The path that it was given
+    """
+    if error.errno == errno.EACCES:
+        if Path(program).is_dir():
+            return f"'{program}' is a folder, not a program"
+        interpreter = _interpreter(program)
+        if os.access(program, os.X_OK) and interpreter is not None:
+            return (
+                f"the first line of '{program}' names the interpreter "
+                f"'{interpreter}', which may not be executed"
+            )
+        return _not_executable(program)
+    if error.errno == errno.ENOENT:
+        return _missing(program)
+    if error.errno == errno.ENOEXEC:
+        return _wrong_format(program)
+    reason = os.strerror(error.errno) if error.errno else str(error)
+    return f"'{program}': {reason}"
+
+
+@contextmanager
+def _working_directory(path: str) -> Iterator[None]:
+    try:
+        before = os.open('.', os.O_PATH | os.O_CLOEXEC)
+    except OSError as error:
+        raise StartError(
+            f'there is no way back from its working directory: '
+            f'{error.strerror}'
+        ) from error
+    try:
+        try:
+            os.chdir(path)
+        except (OSError, ValueError) as error:
+            reason = error.strerror if isinstance(error, OSError) else error
+            raise StartError(
+                f"the working directory '{path}' cannot be entered: {reason}"
+            ) from error
+        yield
+    finally:
+        os.fchdir(before)
+        os.close(before)
+
+
+def _not_executable(program: str) -> str:
+    return (
+        f"'{program}' may not be executed; "
+        f'make it executable: chmod +x {program}'
+    )
+
+
+def _missing(program: str) -> str:
+    interpreter = _interpreter(program)
+    if not Path(program).exists():
+        return f"'{program}' is a link to a file that does not exist"
+    if interpreter is None:
+        return (
+            f"'{program}' needs a program loader that does not exist here; "
+            'it was made for another system'
+        )
+    if interpreter.endswith('\r'):
+        return (
+            f"the lines of '{program}' end as on Windows, so its "
+            'interpreter is not found; convert it: '
+            f"sed -i 's/\\r$//' {program}"
+        )
+    return (
+        f"the first line of '{program}' names the interpreter "
+        f"'{interpreter}', which does not exist; "
+        'install it, or correct the line'
+    )
+
+
+def _wrong_format(program: str) -> str:
+    start = _first_bytes(program)
+    if start.startswith(b'\x7fELF'):
+        return f"'{program}' was made for another kind of machine"
+    if not start:
+        return f"'{program}' is empty"
+    return (
+        f"'{program}' is no program: a script needs a first line that names "
+        'its interpreter, such as #!/usr/bin/env python3'
+    )
+
+
+def _interpreter(program: str) -> str | None:
+    start = _first_bytes(program)
+    if not start.startswith(b'#!'):
+        return None
+    line = start[2:].partition(b'\n')[0].strip(b' \t')
+    return os.fsdecode(line.replace(b'\t', b' ').partition(b' ')[0])
+
+
+def _first_bytes(program: str) -> bytes:
+    try:
+        with Path(program).open('rb') as file:
+            return file.read(256)
+    except OSError:
+        return b''

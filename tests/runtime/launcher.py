@@ -1,0 +1,55 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Runs the plan that a JSON file describes; the tests start it."""
+
+import json
+import os
+from pathlib import Path
+import sys
+from typing import Any
+
+from colcon_yamllaunch.language.plan import Entry
+from colcon_yamllaunch.language.plan import Message
+from colcon_yamllaunch.language.plan import ParameterFile
+from colcon_yamllaunch.language.plan import Plan
+from colcon_yamllaunch.language.plan import Process
+from colcon_yamllaunch.language.plan import Shutdown
+from colcon_yamllaunch.language.plan import Timer
+from colcon_yamllaunch.language.position import Position
+from colcon_yamllaunch.runtime.launch import run
+
+
+def entry_of(data: dict[str, Any]) -> Entry:
+    """Return the entry of a plan that one object stands for."""
+    kind = data.pop('kind', 'process')
+    if kind == 'message':
+        return Message(**data)
+    if kind == 'shutdown':
+        return Shutdown(**data)
+    if kind == 'timer':
+        entries = tuple(entry_of(e) for e in data.pop('entries'))
+        return Timer(entries=entries, **data)
+    data['argv'] = tuple(
+        a if isinstance(a, str) else ParameterFile(a['content'])
+        for a in data['argv']
+    )
+    data['environment'] = tuple(data.get('environment', {}).items())
+    data.setdefault('cwd', '/')
+    return Process(position=Position('/ws/demo.yaml', 14, 5), **data)
+
+
+def main() -> int:
+    """Run the plan, and return the exit code."""
+    data = json.loads(Path(sys.argv[1]).read_text(encoding='utf-8'))
+    log_folder = data.get('log_folder')
+    return run(
+        Plan(tuple(entry_of(e) for e in data['entries'])),
+        environment=dict(os.environ),
+        log_folder=None if log_folder is None else Path(log_folder),
+        color=data.get('color'),
+    )
+
+
+if __name__ == '__main__':
+    sys.exit(main())

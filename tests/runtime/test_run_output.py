@@ -1,0 +1,253 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Output of real processes: complete, in time, and harmless."""
+
+import os
+import resource
+import signal
+import subprocess
+
+import pytest
+
+
+def test_print_shows_at_once(launch, python):
+    one = launch(python('a', 'print("now"); import time; time.sleep(99)'))
+    one.shows('[a]      now')
+
+
+def test_partial_last_lines_are_shown(launch, sh):
+    one = launch(sh('a', 'printf partial; printf error >&2'))
+    assert one.ends() == 0
+    assert '[a]      partial\n' in one.screen
+    assert '[a]      error\n' in one.screen
+    assert one.log('a/stdout.log') == b'partial'
+
+
+def test_invalid_bytes_are_replaced_on_the_screen_only(launch, sh):
+    one = launch(sh('a', r"printf 'a\377b\n'"))
+    assert one.ends() == 0
+    assert '[a]      a\ufffdb\n' in one.screen
+    assert one.log('a/stdout.log') == b'a\xffb\n'
+
+
+def test_a_progress_display_is_shown_line_by_line(launch, sh):
+    one = launch(sh('a', r"printf ' 10%%\r 20%%\r\n'"))
+    assert one.ends() == 0
+    assert '[a]       10%\n[a]       20%\n' in one.screen
+    assert one.log('a/stdout.log') == b' 10%\r 20%\r\n'
+
+
+def test_a_line_of_ten_megabytes_goes_through(launch, sh):
+    one = launch(sh('a', "head -c 10000000 /dev/zero | tr '\\0' x; echo"))
+    assert one.ends() == 0
+    assert '[a]      ' + 'x' * 10_000_000 + '\n' in one.screen
+    assert one.log('a/stdout.log') == b'x' * 10_000_000 + b'\n'
+
+
+def test_binary_output_is_kept_exactly(launch, sh, tmp_path):
+    data = os.urandom(500_000)
+    (tmp_path / 'data').write_bytes(data)
+    one = launch(sh('a', f'cat {tmp_path}/data'))
+    assert one.ends() == 0
+    assert one.log('a/stdout.log') == data
+    assert one.log('a/stdout_stderr.log') == data
+
+
+def test_a_terminal_is_emulated_where_it_is_asked_for(launch, python):
+    script = (
+        'import os, sys\n'
+        'print([os.isatty(n) for n in (0, 1, 2)])\n'
+        'print(os.get_terminal_size(1).columns)\n'
+        'os.write(2, b"partial")\n'
+    )
+    one = launch(
+        python('tty', script, emulate_tty=True),
+        python('pipe', 'import os; print(os.isatty(1))'),
+    )
+    assert one.ends() == 0
+    assert '[tty]    [False, True, True]\n[tty]    80\n' in one.screen
+    assert '[tty]    partial\n' in one.screen
+    assert '[pipe]   False\n' in one.screen
+    assert one.log('tty/stdout.log') == b'[False, True, True]\n80\n'
+
+
+def test_a_terminal_loses_nothing_at_its_end(launch, sh):
+    one = launch(sh('tty', 'seq 1 50000', emulate_tty=True, output='own_log'))
+    assert one.ends() == 0
+    expected = ''.join(f'{n}\n' for n in range(1, 50001)).encode()
+    assert one.log('tty/stdout.log') == expected
+
+
+def test_what_was_written_before_a_stop_is_logged(launch, python):
+    script = (
+        'import os, signal, time\n'
+        'def stop(*_):\n'
+        '    os.write(1, b"last words\\n" * 4000)\n'
+        '    os._exit(0)\n'
+        'signal.signal(signal.SIGINT, stop)\n'
+        'print("ready", flush=True)\n'
+        'while True: time.sleep(1)\n'
+    )
+    one = launch(python('a', script)).shows('ready')
+    assert one.sends(signal.SIGINT).ends() == 0
+    assert one.log('a/stdout.log') == b'ready\n' + b'last words\n' * 4000
+
+
+def test_what_was_written_before_a_kill_is_logged(launch, sh):
+    one = launch(sh('a', 'seq 1 9000; kill -KILL $$'))
+    assert one.ends() == 1
+    assert one.log('a/stdout.log').endswith(b'\n9000\n')
+
+
+def test_a_child_that_keeps_the_pipe_open_does_not_hold_up_the_end(launch, sh):
+    one = launch(
+        sh(
+            'a',
+            "trap '' INT; (trap 'exit 0' TERM; while :; do "
+            'echo child; sleep 0.1; done) & echo parent; exit 0',
+            sigterm_timeout=0.3,
+        )
+    )
+    assert one.ends() == 0
+    assert '[a]      parent' in one.screen
+    assert 'a: finished' in one.screen
+    assert b'child' in one.log('a/stdout.log')
+    assert one.processes() == []
+
+
+def test_output_modes(launch, sh):
+    script = 'echo out; echo err >&2'
+    modes = ('screen', 'log', 'both', 'own_log', 'full')
+    one = launch(*(sh(m, script, output=m) for m in modes))
+    assert one.ends() == 0
+    lines = one.screen.splitlines()
+    shown = {
+        mode: sorted(
+            line.split()[1] for line in lines if line.startswith(f'[{mode}]')
+        )
+        for mode in modes
+    }
+    assert shown == {
+        'screen': ['err', 'out'],
+        'log': ['err'],
+        'both': ['err', 'out'],
+        'own_log': [],
+        'full': ['err', 'out'],
+    }
+    assert not (one.log_folder / 'screen').exists()
+    for mode in modes[1:]:
+        assert one.log(f'{mode}/stdout.log') == b'out\n'
+        assert one.log(f'{mode}/stderr.log') == b'err\n'
+
+
+@pytest.fixture
+def pipe():
+    """Give a pipe, of which the test may close an end."""
+    reader, writer = os.pipe()
+    ends = {'reader': reader, 'writer': writer}
+    yield ends
+    for descriptor in ends.values():
+        os.close(descriptor)
+
+
+def test_a_slow_reader_slows_the_flood_but_not_the_others(
+    launch, sh, pipe, wait_until
+):
+    one = launch(
+        sh('flood', 'yes', output='screen'),
+        sh('quiet', 'for n in 1 2 3 4 5; do echo tick; sleep 0.1; done'),
+        popen={'stdout': pipe['writer']},
+    )
+    os.close(pipe.pop('writer'))
+
+    def ticks():
+        path = one.log_folder / 'quiet/stdout.log'
+        return path.exists() and path.read_bytes().count(b'tick') == 5
+
+    # nobody reads the screen, yet the other process goes on
+    wait_until(ticks)
+    memory = _memory_kib(one.popen.pid)
+    assert memory < 100_000
+    one.sends(signal.SIGINT)
+    _read_to_end(pipe['reader'])
+    assert one.ends() == 0
+
+
+def test_a_screen_that_nobody_reads_does_not_hold_up_a_stop(
+    launch, sh, pipe, wait_until
+):
+    one = launch(
+        sh('flood', 'yes', output='screen'),
+        popen={'stdout': pipe['writer']},
+    )
+    wait_until(one.processes)
+    one.sends(signal.SIGTERM)
+    assert one.ends() == 0
+    assert one.processes() == []
+
+
+def test_the_end_of_the_reader_stops_the_launch(launch, sh, pipe):
+    one = launch(
+        sh('a', 'while echo x; do sleep 0.05; done'),
+        popen={'stdout': pipe['writer'], 'stderr': subprocess.PIPE},
+    )
+    os.close(pipe.pop('writer'))
+    assert os.read(pipe['reader'], 10)
+    os.close(pipe.pop('reader'))
+    assert one.popen.communicate(timeout=60)[1] == b''
+    assert one.ends() == 0
+    assert one.processes() == []
+
+
+def test_the_end_of_the_reader_is_noticed_when_all_is_quiet(
+    launch, sleep, pipe
+):
+    one = launch(sleep('a'), popen={'stdout': pipe['writer']})
+    os.close(pipe.pop('writer'))
+    shown = b''
+    while b'a: started' not in shown:
+        shown += os.read(pipe['reader'], 1000)
+    os.close(pipe.pop('reader'))
+    assert one.ends() == 0
+    assert one.processes() == []
+
+
+def test_everything_reaches_a_slow_reader_in_the_end(launch, sh, pipe):
+    one = launch(
+        sh('a', 'seq 1 200000', output='screen'),
+        popen={'stdout': pipe['writer']},
+    )
+    os.close(pipe.pop('writer'))
+
+    assert _read_to_end(pipe['reader']).count(b'[a] ') == 200_000
+    assert one.ends() == 0
+
+
+def test_a_log_that_cannot_grow_does_not_hold_up_the_output(launch, sh, pipe):
+    # the system reports the limit much as it does a full disk
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+    one = launch(
+        sh('a', 'seq 1 20000'),
+        popen={'stdout': pipe['writer'], 'preexec_fn': limit},
+    )
+    os.close(pipe.pop('writer'))
+    shown = _read_to_end(pipe['reader'])
+    assert one.ends() == 0
+    assert shown.count(b'[a] ') == 20_000
+    assert shown.count(b'cannot be written') == 1
+    assert (
+        one.log('a/stdout.log')
+        == (''.join(f'{n}\n' for n in range(1, 2000)).encode()[:4096])
+    )
+
+
+def _memory_kib(pid):
+    with open(f'/proc/{pid}/status') as file:
+        return int(file.read().partition('VmRSS:')[2].split()[0])
+
+
+def _read_to_end(descriptor):
+    return b''.join(iter(lambda: os.read(descriptor, 65536), b''))
