@@ -1,0 +1,176 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The workspace of a launch, as far as it has been built and sourced."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Mapping
+from collections.abc import Sequence
+from pathlib import Path
+
+from colcon_yamllaunch.workspace.colcon import Colcon
+from colcon_yamllaunch.workspace.environment import Environment
+from colcon_yamllaunch.workspace.environment import missing_packages
+from colcon_yamllaunch.workspace.environment import source
+from colcon_yamllaunch.workspace.error import WorkspaceError
+from colcon_yamllaunch.workspace.locate import PackageLocator
+from colcon_yamllaunch.workspace.manifest import broken_manifests
+from colcon_yamllaunch.workspace.manifest import BrokenManifest
+from colcon_yamllaunch.workspace.manifest import invalid_manifest
+from colcon_yamllaunch.workspace.package import Package
+from colcon_yamllaunch.workspace.underlay import build_environment
+from colcon_yamllaunch.workspace.update import bring_up_to_date
+from colcon_yamllaunch.workspace.update import Update
+
+
+class InstalledWorkspace:
+    """
+    A workspace, or none: then there are only the underlays.
+
+    :param root: The root of the workspace, or None
+    :param build_arguments: Further arguments for `colcon build`
+    :param environment: The user's environment
+    :param announce: Is called with a line that the user should see at once
+    """
+
+    def __init__(
+        self,
+        root: Path | None,
+        build_arguments: Sequence[str],
+        environment: Mapping[str, str],
+        announce: Callable[[str], None],
+    ) -> None:
+        self.root = root
+        self._announce = announce
+        self._user_environment = environment
+        self._sourced = Environment(environment)
+        self._packages: dict[str, Package] = {}
+        self._colcon: Colcon | None = None
+        if root is not None:
+            self._colcon = Colcon(root, build_arguments)
+            self._find_packages()
+            if self._setup.is_file():
+                self._source()
+        self._make_locator()
+
+    @property
+    def environment(self) -> Mapping[str, str]:
+        """The user's environment with the workspace sourced."""
+        return self._sourced.variables
+
+    @property
+    def package_names(self) -> set[str]:
+        """The names of the packages of the workspace."""
+        return set(self._packages)
+
+    def broken_manifests(self) -> tuple[BrokenManifest, ...]:
+        """Return the manifests in the workspace that make no package."""
+        if self._colcon is None:
+            return ()
+        return broken_manifests(
+            self._colcon.base_paths(), self._packages.values()
+        )
+
+    def select(self, paths: Iterable[str], cwd: Path) -> tuple[str, ...]:
+        """
+        Return the names of the packages at paths.
+
+        :raises WorkspaceError: if there is none at a path
+        """
+        if self._colcon is None:
+            raise WorkspaceError('there is no workspace to build in')
+        names = self._colcon.select(paths, cwd)
+        self._find_packages()
+        self._make_locator()
+        return names
+
+    def update(self, wanted: set[str], *, exactly: bool) -> Update:
+        """
+        Build packages that are stale, with what they need, and source again.
+
+        :param wanted: Their names
+        :param exactly: Whether what they need is left as it is
+        :raises WorkspaceError: if a package cannot be built
+        """
+        assert self._colcon is not None
+        self._refuse_invalid_manifests(wanted)
+        build = build_environment(
+            self._user_environment, self._colcon.install_base
+        )
+        update = bring_up_to_date(
+            self._colcon,
+            wanted,
+            # what colcon sets for the programs that it calls
+            {'COLCON': '1', **build.variables},
+            self._announce,
+            exactly=exactly,
+            notes=build.notes,
+        )
+        if update.returncode == 0 and update.stale:
+            self._source()
+            self._make_locator()
+        return update
+
+    def check_sourced(self, names: Sequence[str], *, may_build: bool) -> None:
+        """
+        Check that packages arrived in the environment.
+
+        :param names: Packages of the workspace
+        :param may_build: Whether the launch was allowed to build
+        :raises WorkspaceError: if one did not
+        """
+        if self._colcon is None:
+            return
+        colcon = self._colcon
+        for name in names:
+            prefix = Path(self.locator.prefix(name) or '')
+            if not (prefix / 'share' / name / 'package.sh').is_file():
+                raise WorkspaceError(_not_built(name, may_build=may_build))
+        missing = missing_packages(
+            self._sourced, names, colcon.install_base, colcon.merge_install
+        )
+        for reason in missing.values():
+            raise WorkspaceError(reason)
+
+    @property
+    def _setup(self) -> Path:
+        assert self._colcon is not None
+        install_base: Path = self._colcon.install_base
+        return install_base / 'setup.bash'
+
+    def _find_packages(self) -> None:
+        assert self._colcon is not None
+        self._packages = {p.name: p for p in self._colcon.packages()}
+
+    def _source(self) -> None:
+        self._sourced = source(self._setup, self._user_environment)
+
+    def _make_locator(self) -> None:
+        colcon = self._colcon
+        self.locator = PackageLocator(
+            self._packages.values(),
+            Path() if colcon is None else colcon.install_base,
+            colcon is not None and colcon.merge_install,
+            self.environment,
+        )
+
+    def _refuse_invalid_manifests(self, names: set[str]) -> None:
+        for name in sorted(names & self.package_names):
+            package = self._packages[name]
+            reason = invalid_manifest(package)
+            if reason is not None:
+                raise WorkspaceError(
+                    f'{package.path / "package.xml"} is invalid, so colcon '
+                    f'would build {name} as a {package.type} package without '
+                    f'its dependencies: {reason}'
+                )
+
+
+def _not_built(name: str, *, may_build: bool) -> str:
+    cure = (
+        'its path is not among --paths'
+        if may_build
+        else 'leave out --no-build, or build it'
+    )
+    return f'the package {name} is not built: {cure}'

@@ -1,0 +1,284 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What `colcon launch` does, step by step."""
+
+from collections.abc import Iterable
+from collections.abc import Mapping
+from dataclasses import dataclass
+import logging
+import os
+from pathlib import Path
+import sys
+import time
+from typing import Any
+
+from colcon_core.location import get_log_path
+from colcon_yamllaunch.language.diagnostics import Diagnostic
+from colcon_yamllaunch.language.diagnostics import render
+from colcon_yamllaunch.language.evaluate import evaluate
+from colcon_yamllaunch.language.evaluate import Evaluation
+from colcon_yamllaunch.runtime.launch import run
+from colcon_yamllaunch.verb.installed import InstalledWorkspace
+from colcon_yamllaunch.verb.launch_packages import LaunchPackages
+from colcon_yamllaunch.verb.log_base import LOG_PATH
+from colcon_yamllaunch.verb.log_base import root_of
+from colcon_yamllaunch.verb.options import Options
+from colcon_yamllaunch.verb.options import parse_options
+from colcon_yamllaunch.verb.pitfalls import pitfalls
+from colcon_yamllaunch.verb.pitfalls import undeclared_packages
+from colcon_yamllaunch.verb.target import package_target
+from colcon_yamllaunch.verb.target import path_target
+from colcon_yamllaunch.verb.target import Target
+from colcon_yamllaunch.workspace.error import WorkspaceError
+from colcon_yamllaunch.workspace.manifest import BrokenManifest
+
+#: How often what a build brought may make more packages necessary.
+MAXIMUM_ROUNDS = 5
+#: The exit code after Ctrl-C before anything runs (128 + SIGINT).
+INTERRUPTED = 130
+
+logger = logging.getLogger('colcon.colcon_yamllaunch')
+
+
+def main(known: Any, environment: Mapping[str, str]) -> int:
+    """
+    Build, source and launch.
+
+    :param known: What colcon's parser has made of the command line
+    :param environment: The user's environment
+    :returns: The exit code
+    """
+    if any(word in ('-h', '--help') for word in known.words):
+        known.verb_parser.print_help()
+        return 0
+    try:
+        log_folder = _log_folder(known.log_base, environment)
+        options = parse_options(known)
+        return Launching(options, Path.cwd(), environment, log_folder).run()
+    except WorkspaceError as e:
+        say(f'colcon launch: error: {e}')
+        return 1
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except Exception as e:
+        # a defect of ours: the user gets one line, the log the traceback
+        logger.debug('unexpected exception', exc_info=True)
+        say(
+            f'colcon launch: internal error: {type(e).__name__}: {e}\n'
+            '  help: please report it with logger_all.log from '
+            f'{get_log_path() or "the log folder"}'
+        )
+        return 1
+
+
+def say(text: str) -> None:
+    """Print a line for the user, apart from the output of processes."""
+    sys.stdout.flush()
+    print(text, file=sys.stderr, flush=True)
+
+
+class _GiveUpError(Exception):
+    """The launch ends here; the user was told why."""
+
+    def __init__(self, returncode: int) -> None:
+        super().__init__()
+        self.returncode = returncode
+
+
+@dataclass(frozen=True, slots=True)
+class _Ready:
+    """A launch that can be run."""
+
+    evaluation: Evaluation
+    environment: Mapping[str, str]
+
+
+class Launching:
+    """
+    One launch.
+
+    :param options: What the user asks for
+    :param cwd: Where the user is
+    :param environment: The user's environment
+    :param log_folder: The folder for the logs, or None to keep none
+    """
+
+    def __init__(
+        self,
+        options: Options,
+        cwd: Path,
+        environment: Mapping[str, str],
+        log_folder: Path | None,
+    ) -> None:
+        self._options = options
+        self._cwd = cwd
+        self._environment = environment
+        self._log_folder = log_folder
+        self._workspace = InstalledWorkspace(
+            self._find_root(), options.build_arguments, environment, say
+        )
+
+    def run(self) -> int:
+        """Do it, and return the exit code."""
+        try:
+            ready = self._prepare()
+        except _GiveUpError as e:
+            return e.returncode
+        return run(
+            ready.evaluation.plan,
+            environment=ready.environment,
+            log_folder=self._log_folder,
+        )
+
+    def _find_root(self) -> Path | None:
+        given = self._options.workspace
+        if given is None:
+            return root_of(list(self._options.words))
+        root = self._cwd / given
+        if not root.is_dir():
+            raise WorkspaceError(f"there is no workspace folder '{given}'")
+        return root
+
+    def _prepare(self) -> _Ready:
+        """Evaluate and build until nothing more is needed."""
+        built: set[str] = set()
+        is_final = not self._options.build or self._workspace.root is None
+        for _ in range(MAXIMUM_ROUNDS):
+            target = self._target()
+            environment = self._launch_environment()
+            packages = LaunchPackages(self._workspace.locator, built=is_final)
+            evaluation = self._evaluate(target, environment, packages)
+            errors = evaluation.errors
+            if is_final or any(not e.may_pass_after_build for e in errors):
+                break
+            wanted = self._wanted(target, evaluation)
+            is_final = wanted <= built or not self._update(wanted)
+            built |= wanted
+            if is_final and _is_installed(evaluation):
+                # nothing was built since, so all of it still holds
+                break
+        self._stop_at_errors(target, evaluation)
+        self._report(evaluation.diagnostics)
+        self._stop_at_pitfalls(evaluation, packages.not_installed)
+        return _Ready(evaluation, environment)
+
+    def _target(self) -> Target:
+        words = self._options.words
+        target = path_target(words, self._cwd)
+        if target is None:
+            locator = self._workspace.locator
+            broken: tuple[BrokenManifest, ...] = ()
+            if locator.prefix(words[0]) is None:
+                broken = self._workspace.broken_manifests()
+            target = package_target(words, locator, broken)
+        return target
+
+    def _launch_environment(self) -> Mapping[str, str]:
+        environment = dict(self._workspace.environment)
+        environment.setdefault('ROS_LOG_DIR', str(self._log_folder_name()))
+        return environment
+
+    def _log_folder_name(self) -> Path:
+        return self._log_folder or _ros_log_folder(self._environment)
+
+    def _evaluate(
+        self,
+        target: Target,
+        environment: Mapping[str, str],
+        packages: LaunchPackages,
+    ) -> Evaluation:
+        located = packages.locate(target.name)
+        name = target.path if located is None else located[0]
+        return evaluate(
+            name,
+            target.path,
+            packages=packages,
+            environment=environment,
+            arguments=self._options.arguments,
+            cwd=str(self._cwd),
+            log_folder=str(self._log_folder_name()),
+        )
+
+    def _stop_at_errors(self, target: Target, evaluation: Evaluation) -> None:
+        errors = evaluation.errors
+        if all(error.may_pass_after_build for error in errors):
+            # what is missing may be missing for this reason
+            self._check_sourced(target, evaluation)
+        if errors:
+            self._report(evaluation.diagnostics)
+            raise _GiveUpError(1)
+
+    def _wanted(self, target: Target, evaluation: Evaluation) -> set[str]:
+        """Return the packages of the workspace to bring up to date."""
+        workspace = self._workspace
+        if self._options.build_all:
+            return set(workspace.package_names)
+        if self._options.paths is not None:
+            return set(workspace.select(self._options.paths, self._cwd))
+        wanted = set(evaluation.packages)
+        if target.package is not None:
+            wanted.add(target.package)
+        return wanted & workspace.package_names
+
+    def _update(self, wanted: set[str]) -> bool:
+        """Build what is stale, and return whether anything was."""
+        update = self._workspace.update(
+            wanted, exactly=self._options.paths is not None
+        )
+        if update.returncode:
+            raise _GiveUpError(update.returncode)
+        return bool(update.stale)
+
+    def _check_sourced(self, target: Target, evaluation: Evaluation) -> None:
+        names = set(evaluation.packages)
+        if target.package is not None:
+            names.add(target.package)
+        self._workspace.check_sourced(
+            sorted(names & self._workspace.package_names),
+            may_build=self._options.build,
+        )
+
+    def _stop_at_pitfalls(
+        self, evaluation: Evaluation, missing: Iterable[str]
+    ) -> None:
+        locator = self._workspace.locator
+        found = [
+            *undeclared_packages(evaluation, locator),
+            *pitfalls(evaluation, missing, locator),
+        ]
+        self._report(found)
+        if any(d.severity == 'error' for d in found):
+            raise _GiveUpError(1)
+
+    def _report(self, diagnostics: Iterable[Diagnostic]) -> None:
+        text = render(diagnostics, str(self._cwd))
+        if text:
+            say(text)
+
+
+def _is_installed(evaluation: Evaluation) -> bool:
+    return all(Path(file.name).exists() for file in evaluation.files)
+
+
+def _log_folder(
+    log_base: str | None, environment: Mapping[str, str]
+) -> Path | None:
+    """Return the folder for the logs of this launch, None for no logs."""
+    path: Path | None = get_log_path()
+    if path is not None:
+        return path.absolute()
+    if log_base is not None or environment.get(LOG_PATH):
+        return None
+    # there is no workspace: the logs go where ROS 2 keeps them
+    stamp = time.strftime('%Y-%m-%d_%H-%M-%S')
+    return _ros_log_folder(environment) / f'launch_{stamp}_{os.getpid()}'
+
+
+def _ros_log_folder(environment: Mapping[str, str]) -> Path:
+    # the rule of ROS 2 (rcl_logging_get_logging_directory)
+    own = environment.get('ROS_LOG_DIR')
+    if own:
+        return Path(own).expanduser().absolute()
+    home = environment.get('ROS_HOME') or '~/.ros'
+    return Path(home).expanduser().absolute() / 'log'

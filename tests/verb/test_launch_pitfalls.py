@@ -1,0 +1,101 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The mistakes that a guide warns of: each has a message with its cure."""
+
+from support.user import User
+
+NODE = 'launch:\n  - node: {pkg: {name}, exec: hello.sh}\n'
+
+
+def test_first_item_is_indented_otherwise(user: User) -> None:
+    user.package(
+        'one',
+        'launch:\n\n'
+        '    - node:\n        pkg: one\n        exec: hello.sh\n\n'
+        '  - node:\n      pkg: one\n      exec: hello.sh\n',
+    )
+    output = user.launch('one', 'one', code=1)
+    assert 'src/one/launch/one.yaml:7:3: error: this list item' in output
+    assert 'by 2 spaces' in output
+    assert '(line 3) by 4 spaces' in output
+
+
+def test_script_is_not_executable(user: User) -> None:
+    folder = user.package('one', NODE)
+    (folder / 'scripts/hello.sh').chmod(0o644)
+    output = user.launch('one', 'one', code=1)
+    assert 'chmod +x scripts/hello.sh' in output
+    assert 'src/one/launch/one.yaml:2:' in output
+    # the cure cures it
+    (folder / 'scripts/hello.sh').chmod(0o755)
+    assert 'hello from one --ros-args' in user.launch('one', 'one')
+
+
+def test_script_is_not_installed(user: User) -> None:
+    user.package('one', NODE.replace('hello.sh', 'new.sh'))
+    user.write('src/one/scripts/new.sh', '#!/bin/sh\n', 0o755)
+    output = user.launch('one', 'one', code=1)
+    cure = 'install(PROGRAMS scripts/new.sh DESTINATION lib/${PROJECT_NAME})'
+    assert cure in output
+
+
+def test_program_without_its_extension(user: User) -> None:
+    user.package('one', NODE.replace('hello.sh', 'hello'))
+    output = user.launch('one', 'one', code=1)
+    assert "did you mean 'hello.sh'?" in output
+
+
+def test_unknown_program_lists_those_there_are(user: User) -> None:
+    user.package('one', NODE.replace('hello.sh', 'goodbye'))
+    output = user.launch('one', 'one', code=1)
+    assert "one has no executable 'goodbye': it has hello.sh" in output
+
+
+def test_launch_folder_is_not_installed(user: User) -> None:
+    folder = user.package('one')
+    cmake = folder / 'CMakeLists.txt'
+    cmake.write_text(
+        cmake.read_text().replace('DIRECTORY launch', 'DIRECTORY')
+    )
+    output = user.launch('one', 'one')
+    assert 'launch/one.yaml of one is not installed' in output
+    cure = 'install(DIRECTORY launch DESTINATION share/${PROJECT_NAME})'
+    assert cure in output
+    # what is in the source runs all the same
+    assert 'hello from one' in output
+    assert cure in user.launch('one', 'one')
+
+
+def test_config_folder_is_not_installed(user: User) -> None:
+    folder = user.package(
+        'one',
+        'launch:\n'
+        '  - node: {pkg: one, exec: hello.sh,\n'
+        '           args: -c $(dirname)/../config/hello.txt}\n',
+    )
+    cmake = folder / 'CMakeLists.txt'
+    cmake.write_text(cmake.read_text().replace('launch config', 'launch'))
+    output = user.launch('one', 'one')
+    cure = 'install(DIRECTORY config DESTINATION share/${PROJECT_NAME})'
+    assert cure in output
+    assert 'src/one/launch/one.yaml:2:' in output
+
+
+def test_package_name_is_misspelled(user: User) -> None:
+    user.package('my_camera', NODE.replace('{name}', 'my_camrea'))
+    output = user.launch('my_camera', 'my_camera', code=1)
+    assert "did you mean 'my_camera'?" in output
+
+
+def test_dirname_is_not_affected_by_find_pkg_share(user: User) -> None:
+    user.package('other')
+    user.package(
+        'one',
+        'launch:\n'
+        '  - include: {file: $(find-pkg-share other)/launch/other.yaml}\n'
+        '  - executable: {cmd: echo $(find-pkg-share other) $(dirname)}\n',
+    )
+    install = user.root / 'install'
+    wanted = f'{install}/other/share/other {install}/one/share/one/launch'
+    assert wanted in user.launch('one', 'one')
