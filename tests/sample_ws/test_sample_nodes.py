@@ -1,0 +1,158 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The nodes of sample_ws, started by hand from the sourced workspace."""
+
+from pathlib import Path
+import signal
+
+import pytest
+
+from .conftest import Environment
+from .conftest import Start
+from .conftest import Workspace
+
+# One build serves all tests here when they run on one worker.
+pytestmark = pytest.mark.xdist_group('sample_ws')
+
+COUNTER = 'install/my_pkg/lib/my_pkg/counter.py'
+DOUBLE = 'install/my_pkg/lib/my_pkg/double.py'
+SQUARE = 'install/my_py_pkg/lib/my_py_pkg/square'
+
+
+def test_messages_cross_until_signals_end_the_nodes(
+    workspace: Workspace, ros_environment: Environment, start: Start
+) -> None:
+    double = start(ros_environment, workspace.root / DOUBLE)
+    counter = start(ros_environment, workspace.root / COUNTER)
+    double.wait_for('Received 1 which double is 2')
+    double.wait_for('Received 4 which double is 8')
+    assert counter.stop(signal.SIGINT) == 0
+    assert double.stop(signal.SIGTERM) == 0
+    assert 'Publishing 4' in counter.lines
+    assert 'Traceback' not in '\n'.join(counter.lines + double.lines)
+
+
+def test_late_listener_hears_what_was_sent_before(
+    workspace: Workspace, ros_environment: Environment, start: Start
+) -> None:
+    counter = start(ros_environment, workspace.root / COUNTER)
+    counter.wait_for('Publishing 2')
+    double = start(ros_environment, workspace.root / DOUBLE)
+    double.wait_for('Received 1 which double is 2')
+    assert counter.stop(signal.SIGTERM) == 0
+    assert double.stop(signal.SIGINT) == 0
+
+
+def test_parameters_are_read_and_the_count_wraps(
+    workspace: Workspace, ros_environment: Environment, start: Start
+) -> None:
+    counter = start(
+        ros_environment,
+        workspace.root / COUNTER,
+        '--ros-args',
+        *('--params-file', workspace.root / 'src/my_pkg/config/counter.yaml'),
+        *('-p', 'my_array:=[1.0, 2.0]'),
+        *('-p', 'delta:=65534'),
+    )
+    counter.wait_for('Publishing 65533')
+    assert counter.stop(signal.SIGINT) == 0
+    assert counter.lines[:6] == [
+        'my_int: 7',
+        'my_array: [1.0, 2.0]',
+        'delta: 65534',
+        'Publishing 1',
+        'Publishing 65535',
+        'Publishing 65533',
+    ]
+
+
+def test_parameter_of_another_type_is_one_clear_line(
+    workspace: Workspace, ros_environment: Environment, start: Start
+) -> None:
+    argv = (workspace.root / COUNTER, '--ros-args', '-p', 'delta:=0.5')
+    counter = start(ros_environment, *argv)
+    assert counter.end() == 1
+    [line] = counter.lines
+    assert line.startswith("counter: Trying to set parameter 'delta'")
+
+
+def test_double_reads_its_own_arguments(
+    workspace: Workspace,
+    ros_environment: Environment,
+    start: Start,
+    tmp_path: Path,
+) -> None:
+    text = tmp_path / 'text.txt'
+    text.write_text('Hello\n')
+    argv = (workspace.root / DOUBLE, '-d', text, '--ros-args')
+    double = start(ros_environment, *argv, '-r', '__node:=other')
+    double.wait_for('Hello')
+    counter = start(ros_environment, workspace.root / COUNTER)
+    double.wait_for('Received 1 which double is 2')
+    assert counter.stop(signal.SIGINT) == 0
+    assert double.stop(signal.SIGINT) == 0
+
+
+def test_double_says_that_its_file_is_missing(
+    workspace: Workspace, ros_environment: Environment, start: Start
+) -> None:
+    argv = (workspace.root / DOUBLE, '-d', workspace.root / 'no.txt')
+    double = start(ros_environment, *argv)
+    assert double.end() == 1
+    [line] = double.lines
+    assert line.startswith('double: ')
+    assert 'no.txt' in line
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_signal_right_behind_a_message_is_a_clean_end(
+    workspace: Workspace,
+    ros_environment: Environment,
+    start: Start,
+    number: signal.Signals,
+) -> None:
+    counter = start(ros_environment, workspace.root / COUNTER)
+    doubles = [
+        start(ros_environment, workspace.root / DOUBLE) for _ in range(3)
+    ]
+    for double in doubles:
+        double.wait_for('Received 1 which double is 2')
+        assert double.stop(number) == 0, double.lines
+    counter.wait_for('Publishing 2')
+    assert counter.stop(number) == 0, counter.lines
+
+
+def test_entry_point_hears_the_counter_through_a_remapping(
+    workspace: Workspace, ros_environment: Environment, start: Start
+) -> None:
+    argv = (workspace.root / SQUARE, '--ros-args', '-r', 'number:=count')
+    square = start(ros_environment, *argv)
+    counter = start(ros_environment, workspace.root / COUNTER)
+    square.wait_for('Received 3 whose square is 9')
+    assert square.stop(signal.SIGTERM) == 0
+    assert counter.stop(signal.SIGTERM) == 0
+
+
+@pytest.mark.parametrize(
+    ('installed', 'source'),
+    [
+        (COUNTER, 'src/my_pkg/scripts/counter.py'),
+        (
+            'install/my_pkg/share/my_pkg/launch/demo.yaml',
+            'src/my_pkg/launch/demo.yaml',
+        ),
+        (
+            'install/my_pkg/share/my_pkg/config/counter.yaml',
+            'src/my_pkg/config/counter.yaml',
+        ),
+        (
+            'install/my_py_pkg/share/my_py_pkg/launch/square.yaml',
+            'src/my_py_pkg/launch/square.yaml',
+        ),
+    ],
+)
+def test_installed_files_are_links_to_the_sources(
+    workspace: Workspace, installed: str, source: str
+) -> None:
+    assert (workspace.root / installed).samefile(workspace.root / source)
