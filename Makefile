@@ -1,0 +1,79 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+# `make demo` and `make test` need Python 3.10 to 3.13, make and a C/C++
+# compiler; everything else comes from PyPI into .venv.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+SOURCES := $(shell find colcon_yamllaunch -name '*.py' -o -name py.typed)
+COLCON_PRODUCTS := $(addprefix sample_ws/,build install log)
+
+# What a sourced ROS installation leaves in the shell must not mix with the
+# ROS 2 wheels, and colcon's make must not think that it is a part of this one.
+ifdef AMENT_PREFIX_PATH
+unexport LD_LIBRARY_PATH
+endif
+unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH PYTHONPATH
+unexport RMW_IMPLEMENTATION ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
+unexport MAKEFLAGS MAKELEVEL MFLAGS
+export PATH := $(CURDIR)/$(BIN):$(PATH)
+
+.NOTPARALLEL:
+.PHONY: help demo test lint clean distclean
+
+help:
+	@echo 'make demo       build and launch sample_ws, stop after 15 seconds'
+	@echo 'make test       ruff, mypy and all tests'
+	@echo 'make lint       ruff and mypy alone'
+	@echo 'make clean      remove what was built, keep .venv'
+	@echo 'make distclean  remove .venv too'
+
+demo: $(VENV)/.installed
+	$(BIN)/python .ci/demo.py
+
+test: lint
+	$(BIN)/pytest -n auto --dist loadgroup
+
+lint: $(VENV)/.installed
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+
+clean:
+	rm -rf build dist *.egg-info $(COLCON_PRODUCTS)
+	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
+
+distclean: clean
+	rm -rf $(VENV)
+
+# Not editable: the demo and the tests run what a user gets. A `build` folder
+# that is left over would bring deleted modules back.
+$(VENV)/.installed: $(VENV)/.dependencies $(SOURCES) README.md
+	rm -rf build *.egg-info
+	$(PIP) install --quiet --no-build-isolation --no-deps --force-reinstall .
+	rm -rf build *.egg-info
+	@touch $@
+
+# setuptools below 80 still has what colcon needs for --symlink-install, and
+# from 70.1 on it needs no `wheel` package.
+$(VENV)/.dependencies: setup.cfg setup.py | $(BIN)/python
+	@echo 'Installing into $(VENV); the first time takes some minutes.'
+	$(PIP) install --quiet 'setuptools>=70.1,<80'
+	$(PIP) install --quiet --no-build-isolation '.[ros,test]'
+	command -v cmake >/dev/null || $(PIP) install --quiet cmake
+	@touch $@
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit( \
+		not (3, 10) <= sys.version_info[:2] <= (3, 13))' \
+		|| { echo '$(PYTHON) is missing or not Python 3.10 to 3.13, for' \
+		'which there are ROS 2 wheels: make PYTHON=python3.12 …' >&2; \
+		exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null \
+		|| { echo '$(PYTHON) cannot make virtual environments:' \
+		'sudo apt install python3-venv' >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
