@@ -3,6 +3,7 @@
 
 """Problems in launch files, and how they are shown."""
 
+import codecs
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Sequence
@@ -35,6 +36,8 @@ class Diagnostic:
     :param length: How many characters the caret underlines
     :param includes: The positions of the includes that led there, innermost
       first
+    :param origins: Where the value that is wrong was set, and what it was
+      made of, nearest first
     :param may_pass_after_build: Whether building the workspace may mend it,
       as with a program that a package in the workspace brings
     """
@@ -46,6 +49,7 @@ class Diagnostic:
     length: int = 1
     includes: tuple[Position, ...] = ()
     may_pass_after_build: bool = False
+    origins: tuple[Position, ...] = ()
 
 
 class LaunchError(Exception):
@@ -76,6 +80,7 @@ def error(
     hint: str | None = None,
     length: int = 1,
     may_pass_after_build: bool = False,
+    origins: tuple[Position, ...] = (),
 ) -> LaunchError:
     """Make an error of one diagnostic; see :class:`Diagnostic`."""
     return LaunchError(
@@ -86,6 +91,7 @@ def error(
             hint,
             length,
             may_pass_after_build=may_pass_after_build,
+            origins=origins,
         )
     )
 
@@ -118,13 +124,13 @@ def _render_one(diagnostic: Diagnostic, cwd: str) -> Sequence[str]:
     if position is None:
         lines.append(f'colcon launch: {text}')
     else:
-        place = Position(
-            shown_path(position.path, cwd), position.line, position.column
-        )
-        lines.append(f'{place}: {text}')
+        lines.append(f'{_place(position, cwd)}: {text}')
         lines.extend(_excerpt(position, diagnostic.length))
     if diagnostic.hint is not None:
         lines.append(f'  help: {diagnostic.hint}')
+    for number, origin in enumerate(diagnostic.origins):
+        verb = 'passed by' if number else 'its value was set at'
+        lines.append(f'  {verb} {_place(origin, cwd)}')
     lines.extend(_include_chain(diagnostic.includes, cwd))
     return lines
 
@@ -136,8 +142,12 @@ def _include_chain(includes: Sequence[Position], cwd: str) -> Iterator[str]:
             if number == MAXIMUM_INCLUDES // 2:
                 yield f'  … {hidden} more'
             continue
-        path = shown_path(include.path, cwd)
-        yield f'  included from {path}:{include.line}:{include.column}'
+        yield f'  included from {_place(include, cwd)}'
+
+
+def _place(position: Position, cwd: str) -> str:
+    path = shown_path(position.path, cwd)
+    return f'{path}:{position.line}:{position.column}'
 
 
 def _excerpt(position: Position, length: int) -> Sequence[str]:
@@ -148,21 +158,24 @@ def _excerpt(position: Position, length: int) -> Sequence[str]:
     first = max(0, start - MAXIMUM_LINE_WIDTH // 2)
     text = _printable(line[first : first + MAXIMUM_LINE_WIDTH])
     before = _printable(line[first:start])
-    length = max(1, min(length, len(line) - start, MAXIMUM_LINE_WIDTH // 2))
+    length = max(1, min(length, MAXIMUM_LINE_WIDTH // 2))
+    marked = _printable(line[start : start + length])
     number = str(position.line)
     return (
         f'  {number} | {text}',
-        f'  {" " * len(number)} | {" " * _width(before)}{"^" * length}',
+        f'  {" " * len(number)} | {" " * _width(before)}'
+        + '^' * max(1, _width(marked)),
     )
 
 
 def _line_of(position: Position) -> str | None:
     try:
-        text = Path(position.path).read_text(
-            encoding='utf-8-sig', errors='replace'
-        )
+        data = Path(position.path).read_bytes()
     except (OSError, ValueError):
         return None
+    is_utf_16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    encoding = 'utf-16' if is_utf_16 else 'utf-8-sig'
+    text = data.decode(encoding, errors='replace')
     lines = text.split('\n')
     if position.line > len(lines):
         return None

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import dataclass
 import os
+from typing import NoReturn
 
 from colcon_yamllaunch.language import processes
 from colcon_yamllaunch.language import settings
@@ -14,10 +15,13 @@ from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import error
 from colcon_yamllaunch.language.diagnostics import LaunchError
 from colcon_yamllaunch.language.packages import Packages
+from colcon_yamllaunch.language.plan import Condition
 from colcon_yamllaunch.language.plan import Entry
 from colcon_yamllaunch.language.plan import Plan
 from colcon_yamllaunch.language.plan import Timer
 from colcon_yamllaunch.language.position import Position
+from colcon_yamllaunch.language.python_launch import add_python_launch_file
+from colcon_yamllaunch.language.python_launch import PYTHON_SUFFIX
 from colcon_yamllaunch.language.source import read_source
 from colcon_yamllaunch.language.source import Source
 from colcon_yamllaunch.language.state import ExecutableUse
@@ -35,9 +39,6 @@ import yaml
 MAXIMUM_INCLUDE_DEPTH = 40
 #: How many actions a launch may have.
 MAXIMUM_ACTIONS = 200_000
-
-#: The suffixes of launch files that are read.
-YAML_SUFFIXES = ('.yaml', '.yml', '.launch')
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,9 +97,13 @@ def evaluate(
     )
     evaluator = _Evaluator(state)
     evaluator.run(name, path)
-    _warn_of_unknown_arguments(state, evaluator.files, arguments)
+    if not evaluator.has_python:
+        # what a launch file in Python declares is not known
+        _warn_of_unknown_arguments(state, evaluator.files, arguments)
     return Evaluation(
-        Plan(tuple(state.entries)),
+        Plan(
+            tuple(state.entries), tuple(state.blocks), tuple(state.conditions)
+        ),
         state.packages_used,
         tuple(state.executables),
         tuple(file.source for file in evaluator.files.values()),
@@ -113,14 +118,18 @@ class _Evaluator:
         self._state = state
         self._actions = 0
         self.files: dict[str, LaunchFile] = {}
+        self.has_python = False
 
     def run(self, name: str, path: str) -> None:
         try:
-            self._file(name, path, None)
+            if path.endswith(PYTHON_SUFFIX):
+                self._python(name, path, Position(path, 1, 1))
+            else:
+                self._file(name, path, None)
         except LaunchError as e:
             self._state.report(e)
-        except _TooManyActionsError as e:
-            self._state.report(e.problem)
+        except _EndlessError:
+            pass
         except RecursionError:
             self._state.report(error('the launch file is nested too deep'))
 
@@ -128,13 +137,26 @@ class _Evaluator:
         self, name: str, path: str, included_from: Position | None
     ) -> None:
         file = self._read(name, path, included_from)
-        with self._state.within(file.source, included_from):
+        start = included_from or file.source.position(0, 0)
+        with (
+            self._state.within(file.source, included_from),
+            self._state.within_block('file', name, start),
+        ):
             if file.deprecated is not None:
                 self._state.warn(
                     f'this launch file is deprecated: {file.deprecated}',
                     file.source.position(0, 0),
                 )
             self._visit_all(file.entities)
+
+    def _python(
+        self, name: str, path: str, position: Position, length: int = 1
+    ) -> None:
+        # before the package is built, only the file in its source is there
+        file = name if os.path.isfile(name) else path
+        self.has_python = True
+        with self._state.within_block('file', name, position):
+            add_python_launch_file(self._state, file, position, length)
 
     def _read(
         self, name: str, path: str, included_from: Position | None
@@ -152,7 +174,10 @@ class _Evaluator:
         for entity in entities:
             self._actions += 1
             if self._actions > MAXIMUM_ACTIONS:
-                raise _TooManyActionsError(entity.item.position)
+                self._give_up(
+                    f'the launch has more than {MAXIMUM_ACTIONS} actions',
+                    entity.item.position,
+                )
             try:
                 if _applies(self._state, entity.item):
                     self._visit(entity)
@@ -160,6 +185,11 @@ class _Evaluator:
                 self._state.report(e)
             except AlreadyReportedError:
                 pass
+
+    def _give_up(self, message: str, position: Position) -> NoReturn:
+        hint = 'does a launch file include itself?'
+        self._state.report(error(message, position, hint=hint))
+        raise _EndlessError
 
     def _visit(self, entity: Entity) -> None:
         simple = _SIMPLE.get(entity.action.name)
@@ -172,19 +202,26 @@ class _Evaluator:
         state, item = self._state, entity.item
         file = item.texts['file']
         if state.depth >= MAXIMUM_INCLUDE_DEPTH:
-            raise error(
+            self._give_up(
                 f'more than {MAXIMUM_INCLUDE_DEPTH} launch files include one '
                 'another',
                 file.position,
-                hint='does a launch file include itself?',
             )
-        name, path = _locate(state, file)
+        name, path = locate_include(state, file)
         for argument in ('arg', 'let'):
             for pair in item.items.get(argument, ()):
                 settings.visit_let(state, pair)
-        self._file(name, path, file.position)
+        if path.endswith(PYTHON_SUFFIX):
+            self._python(name, path, file.position, file.length)
+        else:
+            self._file(name, path, file.position)
 
     def group(self, entity: Entity) -> None:
+        state, item = self._state, entity.item
+        with state.within_block('group', '', item.position):
+            self._group(entity)
+
+    def _group(self, entity: Entity) -> None:
         state, item = self._state, entity.item
         keep = state.pairs(item, 'keep')
         outer = state.scope
@@ -199,6 +236,8 @@ class _Evaluator:
         state.scope.configurations.update(keep)
         try:
             self._visit_all(entity.children)
+            if state.scope.namespace != outer.namespace:
+                state.name_block(f'namespace {state.scope.namespace}')
         finally:
             state.scope = outer
 
@@ -211,7 +250,8 @@ class _Evaluator:
         entries: list[Entry] = []
         state.scope, state.entries = outer.copy(), entries
         try:
-            self._visit_all(entity.children)
+            with state.within_block('timer', f'{period:g} s', item.position):
+                self._visit_all(entity.children)
         finally:
             state.scope, state.entries = outer, before
         state.entries.append(Timer(period, tuple(entries), cancel))
@@ -277,16 +317,8 @@ _SIMPLE: Mapping[str, Callable[[State, Item], None]] = {
 }
 
 
-class _TooManyActionsError(Exception):
-    """The launch has more actions than any real one."""
-
-    def __init__(self, position: Position) -> None:
-        super().__init__()
-        self.problem = error(
-            f'the launch has more than {MAXIMUM_ACTIONS} actions',
-            position,
-            hint='does a launch file include itself?',
-        )
+class _EndlessError(Exception):
+    """The launch would hardly ever end; the user was told."""
 
 
 def _applies(state: State, item: Item) -> bool:
@@ -304,12 +336,16 @@ def _applies(state: State, item: Item) -> bool:
                 text.position,
                 hint='it must be true, 1, false or 0',
                 length=text.length,
+                origins=state.origins,
             )
-        return (value in ('true', '1')) is wanted
+        taken = (value in ('true', '1')) is wanted
+        shown = f'{name}: {text.plain}'
+        state.conditions.append(Condition(shown, taken, text.position))
+        return taken
     return True
 
 
-def _locate(state: State, file: Text) -> tuple[str, str]:
+def locate_include(state: State, file: Text) -> tuple[str, str]:
     """Find an included file: the path it goes by, and the one to read."""
     written = file.evaluate(state)
     folders = [state.cwd]
@@ -321,7 +357,6 @@ def _locate(state: State, file: Text) -> tuple[str, str]:
     for candidate in candidates:
         located = state.packages.locate(candidate)
         if located is not None:
-            _check_suffix(candidate, file)
             return located
     raise error(
         f"the launch file '{written}' does not exist",
@@ -332,17 +367,6 @@ def _locate(state: State, file: Text) -> tuple[str, str]:
         ),
         length=file.length,
     )
-
-
-def _check_suffix(path: str, file: Text) -> None:
-    if path.endswith(('.py', '.xml')):
-        language = 'Python' if path.endswith('.py') else 'XML'
-        raise error(
-            f'this launch file is written in {language}',
-            file.position,
-            hint='colcon launch runs launch files in YAML',
-            length=file.length,
-        )
 
 
 def _loop_variables(piece: str, text: Text) -> dict[str, str]:

@@ -3,9 +3,13 @@
 
 """The values that parameters of nodes have."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 import json
 
+from colcon_yamllaunch.language.plan import ParameterFile
+from colcon_yamllaunch.language.plan import SetParameter
+from colcon_yamllaunch.language.position import Position
 from colcon_yamllaunch.language.yaml_reader import construct
 from colcon_yamllaunch.language.yaml_reader import plain_kind
 import yaml
@@ -32,10 +36,20 @@ class Parameter:
 
     :param name: Its full name, parts separated by dots
     :param value: Its value
+    :param position: Where it is set
+    :param origins: Where the launch configurations were set that the value
+      was made of, nearest first
     """
 
     name: str
     value: ParameterContent
+    position: Position
+    origins: tuple[Position, ...] = ()
+
+    def as_set(self) -> SetParameter:
+        """Return what a plan says of it."""
+        value = to_yaml(self.value)
+        return SetParameter(self.name, value, self.position, self.origins)
 
 
 def infer(text: str) -> ParameterContent:
@@ -114,9 +128,11 @@ def to_yaml(value: ParameterContent) -> str:
     return _float(value)
 
 
-def parameter_file(pattern: str, parameters: list[Parameter]) -> str:
+def parameter_file(
+    pattern: str, parameters: Iterable[SetParameter]
+) -> ParameterFile:
     """
-    Return the content of a file with parameters.
+    Return a file with parameters.
 
     :param pattern: The nodes that they are for: a full name or `/**`
     """
@@ -124,10 +140,9 @@ def parameter_file(pattern: str, parameters: list[Parameter]) -> str:
     # the last of several values counts, and keeps its place
     values = {p.name: p.value for p in parameters}
     lines.extend(
-        f'    {_quoted(name)}: {to_yaml(value)}'
-        for name, value in values.items()
+        f'    {_quoted(name)}: {value}' for name, value in values.items()
     )
-    return '\n'.join(lines) + '\n'
+    return ParameterFile('\n'.join(lines) + '\n', tuple(parameters))
 
 
 def _quoted(text: str) -> str:

@@ -3,6 +3,7 @@
 
 """The parameters of a node, from what the launch file says of them."""
 
+from dataclasses import replace
 import os
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from colcon_yamllaunch.language.parameter_value import ParameterTypeError
 from colcon_yamllaunch.language.parameter_value import ScalarValue
 from colcon_yamllaunch.language.parameter_value import type_name
 from colcon_yamllaunch.language.plan import ParameterFile
+from colcon_yamllaunch.language.plan import SetParameter
 from colcon_yamllaunch.language.source import read_source
 from colcon_yamllaunch.language.state import State
 from colcon_yamllaunch.language.text import Text
@@ -30,32 +32,35 @@ _LIST = 'list_of_'
 
 
 def parameter_arguments(
-    state: State, item: Item, pattern: str
+    state: State, item: Item, node: str, pattern: str
 ) -> list[str | ParameterFile]:
     """
     Return the arguments for a node's own parameters, in order.
 
     :param item: The node
+    :param node: What to call it in messages
     :param pattern: The nodes that a file of parameters is for
     :raises LaunchError: if a value cannot be had
     """
     arguments: list[str | ParameterFile] = []
-    pending: list[Parameter] = []
+    pending: list[SetParameter] = []
 
     def flush() -> None:
         if pending:
-            content = parameter_file(pattern, pending)
-            arguments.extend(['--params-file', ParameterFile(content)])
+            file = parameter_file(pattern, pending)
+            arguments.extend(['--params-file', file])
             pending.clear()
 
     for entry in item.items.get('param', ()):
         if 'from' in entry.texts:
             flush()
-            file = _from_file(state, entry)
-            if file is not None:
-                arguments.extend(['--params-file', file])
+            path = _from_file(state, entry)
+            if path is not None:
+                arguments.extend(['--params-file', path])
         else:
-            pending.extend(_flatten(state, entry, ''))
+            pending.extend(
+                p.as_set() for p in _flatten(state, entry, node, '')
+            )
     flush()
     return arguments
 
@@ -115,6 +120,7 @@ def _element(state: State, text: Text, kind: str | None) -> ScalarValue:
 def _scalar(
     state: State, text: Text, kind: str | None, infer_text: bool
 ) -> ParameterContent:
+    state.origins = ()
     if kind is not None and kind.startswith(_LIST):
         raise error(
             f'the value is no list, but its type is {kind}',
@@ -124,13 +130,16 @@ def _scalar(
         )
     literal = text.literal
     try:
-        if literal is None:
+        is_typed = kind not in (None, 'yaml')
+        if literal is None or (is_typed and text.is_coerced):
             result = text.evaluate(state)
             return infer(result) if kind is None else coerce(result, kind)
         if infer_text and text.kind == 'str':
             return infer(literal)
     except ParameterTypeError as e:
-        raise error(str(e), text.position, length=text.length) from e
+        raise error(
+            str(e), text.position, length=text.length, origins=state.origins
+        ) from e
     value = literal if text.kind == 'str' else text.value
     assert value is not None
     if kind not in (None, 'yaml') and not is_of_type(value, str(kind)):
@@ -151,28 +160,40 @@ def _retype_hint(text: Text, kind: str) -> str:
     return 'change the value or the type'
 
 
-def _flatten(state: State, entry: Item, prefix: str) -> list[Parameter]:
+def _flatten(
+    state: State, entry: Item, node: str, prefix: str
+) -> list[Parameter]:
     name = prefix + state.text(entry, 'name')
     if 'param' in entry.items:
         return [
             parameter
             for inner in entry.items['param']
-            for parameter in _flatten_inner(state, inner, name)
+            for parameter in _flatten_inner(state, inner, node, name)
         ]
     kind = entry.texts['type'].plain if 'type' in entry.texts else None
-    return [
-        Parameter(name, evaluate_value(state, entry.values['value'], kind))
-    ]
+    try:
+        value = evaluate_value(state, entry.values['value'], kind)
+    except LaunchError as e:
+        what = f"parameter '{name}' of node '{node}'"
+        raise LaunchError(
+            *(
+                replace(d, message=f'{what}: {d.message}')
+                for d in e.diagnostics
+            )
+        ) from e
+    return [Parameter(name, value, entry.position, state.origins)]
 
 
-def _flatten_inner(state: State, inner: Item, name: str) -> list[Parameter]:
+def _flatten_inner(
+    state: State, inner: Item, node: str, name: str
+) -> list[Parameter]:
     if 'from' in inner.texts:
         raise error(
             "'from' cannot stand within a parameter",
             inner.position,
             hint="make it an item of the node's 'param'",
         )
-    return _flatten(state, inner, f'{name}.')
+    return _flatten(state, inner, node, f'{name}.')
 
 
 def _from_file(state: State, entry: Item) -> str | ParameterFile | None:

@@ -19,15 +19,70 @@ OUTPUT_MODES = ('both', 'screen', 'log', 'own_log', 'full')
 
 
 @dataclass(frozen=True, slots=True)
+class SetParameter:
+    """
+    A parameter of a node, and where it comes from.
+
+    :param name: Its full name, parts separated by dots
+    :param value: Its value as YAML
+    :param position: Where the launch file sets it
+    :param origins: Where the launch configuration that its value was made of
+      was set, and those that this one was made of, nearest first
+    """
+
+    name: str
+    value: str
+    position: Position
+    origins: tuple[Position, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class ParameterFile:
     """
     An argument that is the path of a file with parameters.
 
     The file exists only while the launch runs; whoever starts the process
     writes `content` and passes the path.
+
+    :param content: What the file says
+    :param parameters: The parameters in it; none when it is another file
+      with its substitutions made
     """
 
     content: str
+    parameters: tuple[SetParameter, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """
+    A launch file or group that others stand in.
+
+    :param kind: `file`, `group` or `timer`
+    :param title: What to call it: a path, a namespace, a time
+    :param position: Where it is written; a file, where it is included
+    :param parent: The index of the block around it, None for the outermost
+    """
+
+    kind: str
+    title: str
+    position: Position
+    parent: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """
+    A condition that was evaluated.
+
+    :param text: The condition as it is written
+    :param taken: Whether the action was done
+    :param position: Where it is written
+    """
+
+    text: str
+    taken: bool
+    position: Position
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +107,9 @@ class Process:
     :param position: Where the launch file says so
     :param package: The package that the program belongs to, if any
     :param node_name: The full name of the ROS node as far as it is known
+    :param parameters: The parameters that the launch files give it, in order;
+      the last of several with one name counts
+    :param block: The index of the block that it stands in
     """
 
     label: str
@@ -69,6 +127,8 @@ class Process:
     on_exit_shutdown: bool = False
     package: str | None = None
     node_name: str | None = None
+    parameters: tuple[SetParameter, ...] = ()
+    block: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,9 +176,13 @@ class Plan:
     Everything that a launch does, in order.
 
     :param entries: What to do, in the order of the launch files
+    :param blocks: The launch files, groups and timers, outer ones first
+    :param conditions: The conditions that were evaluated, in order
     """
 
     entries: tuple[Entry, ...] = ()
+    blocks: tuple[Block, ...] = ()
+    conditions: tuple[Condition, ...] = ()
 
     def processes(self) -> Iterator[Process]:
         """Iterate over all processes, those behind timers too."""

@@ -3,6 +3,7 @@
 
 """The actions that run a process."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 import os
 import re
@@ -15,14 +16,15 @@ from colcon_yamllaunch.language.diagnostics import error
 from colcon_yamllaunch.language.names import join_namespace
 from colcon_yamllaunch.language.names import namespace_problem
 from colcon_yamllaunch.language.names import node_name_problem
-from colcon_yamllaunch.language.parameter_value import to_yaml
 from colcon_yamllaunch.language.parameters import parameter_arguments
 from colcon_yamllaunch.language.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.language.plan import DEFAULT_SIGTERM_TIMEOUT
 from colcon_yamllaunch.language.plan import OUTPUT_MODES
 from colcon_yamllaunch.language.plan import ParameterFile
 from colcon_yamllaunch.language.plan import Process
+from colcon_yamllaunch.language.plan import SetParameter
 from colcon_yamllaunch.language.plan import UNLIMITED_RETRIES
+from colcon_yamllaunch.language.settings import check_variable
 from colcon_yamllaunch.language.state import ExecutableUse
 from colcon_yamllaunch.language.state import State
 from colcon_yamllaunch.language.substitutions import parse_boolean
@@ -51,6 +53,7 @@ class _Program:
     argv: Arguments
     package: str | None = None
     node_name: str | None = None
+    parameters: tuple[SetParameter, ...] = ()
 
 
 def visit_executable(state: State, item: Item) -> None:
@@ -81,13 +84,17 @@ def visit_node(state: State, item: Item) -> None:
         argv += ['-r', f'__node:={name}']
     if namespace is not None:
         argv += ['-r', f'__ns:={namespace}']
-    argv += _scope_parameters(state)
-    argv += parameter_arguments(
-        state, item, str(full_name) if is_known else '/**'
+    own = parameter_arguments(
+        state,
+        item,
+        node=name or program,
+        pattern=str(full_name) if is_known else '/**',
     )
-    argv += _remaps(state, item)
+    argv += [*_scope_parameters(state), *own, *_remaps(state, item)]
+    parameters = tuple(_parameters(state, own))
     label = state.text(item, 'exec_name') or os.path.basename(program)
-    _add_process(state, item, _Program(label, argv, package, full_name))
+    node = _Program(label, argv, package, full_name, parameters)
+    _add_process(state, item, node)
     _check_unique(state, item, full_name)
 
 
@@ -156,9 +163,18 @@ def _scope_parameters(state: State) -> Arguments:
         if isinstance(parameter, str):
             arguments += ['--params-file', parameter]
         else:
-            value = to_yaml(parameter.value)
-            arguments += ['-p', f'{parameter.name}:={value}']
+            given = parameter.as_set()
+            arguments += ['-p', f'{given.name}:={given.value}']
     return arguments
+
+
+def _parameters(state: State, own: Arguments) -> Iterator[SetParameter]:
+    for parameter in state.scope.parameters:
+        if not isinstance(parameter, str):
+            yield parameter.as_set()
+    for argument in own:
+        if isinstance(argument, ParameterFile):
+            yield from argument.parameters
 
 
 def _remaps(state: State, item: Item) -> Arguments:
@@ -189,7 +205,9 @@ def _command(state: State, item: Item, name: str) -> Arguments:
 
 def _add_process(state: State, item: Item, program: _Program) -> None:
     environment = dict(state.scope.environment)
-    for name, value in state.pairs(item, 'env').items():
+    for pair in item.items.get('env', ()):
+        name, value = state.text(pair, 'name'), state.text(pair, 'value')
+        check_variable(pair, name, value)
         environment[name] = value
     cwd = os.path.join(state.cwd, state.text(item, 'cwd'))
     argv: Arguments = [*_prefix(state, item, program), *program.argv]
@@ -225,6 +243,8 @@ def _add_process(state: State, item: Item, program: _Program) -> None:
             on_exit_shutdown='on_exit' in item.texts,
             package=program.package,
             node_name=program.node_name,
+            parameters=program.parameters,
+            block=state.block,
         )
     )
 
@@ -281,7 +301,8 @@ def _check_program(
     environment: dict[str, str],
 ) -> None:
     if '/' in program:
-        found = _is_program(os.path.join(cwd, program))
+        full = os.path.join(cwd, program)
+        found = _is_program(full) or state.packages.may_appear(full)
     else:
         path = environment.get('PATH', os.defpath)
         found = shutil.which(program, path=path) is not None
@@ -350,6 +371,16 @@ def _timeout(state: State, item: Item, name: str, default: float) -> float:
     own = state.seconds(item, name)
     if own is not None:
         return own
+    return general_timeout(state, name, default)
+
+
+def general_timeout(state: State, name: str, default: float) -> float:
+    """
+    Return the timeout for processes that set none of their own.
+
+    :param name: The launch configuration, as in ROS 2
+    :raises LaunchError: if it is no number of seconds
+    """
     general = state.scope.configurations.get(name)
     if general is None:
         return default

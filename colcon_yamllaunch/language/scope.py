@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from dataclasses import field
 
 from colcon_yamllaunch.language.parameter_value import Parameter
+from colcon_yamllaunch.language.position import Position
 
 
 @dataclass(slots=True)
@@ -24,6 +25,8 @@ class Scope:
     :param parameters: What nodes get before their own parameters: a parameter
       or the path of a file with parameters
     :param remaps: The remappings of nodes, as from and to
+    :param origins: Where each launch configuration was set, and those that its
+      value was made of, nearest first
     :param failed: The launch configurations whose value could not be had
     """
 
@@ -32,6 +35,7 @@ class Scope:
     namespace: str | None = None
     parameters: tuple[Parameter | str, ...] = ()
     remaps: tuple[tuple[str, str], ...] = ()
+    origins: dict[str, tuple[Position, ...]] = field(default_factory=dict)
     failed: set[str] = field(default_factory=set)
     locals: dict[str, str] = field(default_factory=dict)
 
@@ -43,6 +47,7 @@ class Scope:
             self.namespace,
             self.parameters,
             self.remaps,
+            dict(self.origins),
             self.failed,
             dict(self.locals),
         )
@@ -50,6 +55,7 @@ class Scope:
     def reset_configurations(self) -> None:
         """Forget what ROS 2 keeps as launch configurations."""
         self.configurations = {}
+        self.origins = {}
         self.namespace = None
         self.parameters = ()
         self.remaps = ()

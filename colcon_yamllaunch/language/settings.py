@@ -13,6 +13,7 @@ from colcon_yamllaunch.language.parameter_value import Parameter
 from colcon_yamllaunch.language.parameters import evaluate_value
 from colcon_yamllaunch.language.plan import Message
 from colcon_yamllaunch.language.plan import Shutdown
+from colcon_yamllaunch.language.position import Position
 from colcon_yamllaunch.language.state import State
 from colcon_yamllaunch.language.substitutions import AlreadyReportedError
 from colcon_yamllaunch.language.suggest import did_you_mean
@@ -52,7 +53,8 @@ def _declare(state: State, item: Item, choices: list[str]) -> None:
     state.declared.add(name)
     if name not in scope.configurations:
         try:
-            scope.configurations[name] = _default(state, item, name)
+            value = _default(state, item, name)
+            set_configuration(state, name, value, item.position)
         except (LaunchError, AlreadyReportedError):
             scope.failed.add(name)
             raise
@@ -86,16 +88,27 @@ def visit_let(state: State, item: Item) -> None:
     """Set a launch configuration."""
     name = state.text(item, 'name')
     try:
-        set_configuration(state, name, state.text(item, 'value'))
+        value = state.text(item, 'value')
+        set_configuration(state, name, value, item.position)
     except (LaunchError, AlreadyReportedError):
         state.scope.failed.add(name)
         state.scope.configurations.pop(name, None)
         raise
 
 
-def set_configuration(state: State, name: str, value: str) -> None:
-    """Set a launch configuration in the scope."""
+def set_configuration(
+    state: State, name: str, value: str, position: Position
+) -> None:
+    """
+    Set a launch configuration in the scope.
+
+    Must be called right after the value was evaluated: what it was made of is
+    remembered with it.
+
+    :param position: Where it is set
+    """
     state.scope.configurations[name] = value
+    state.scope.origins[name] = (position, *state.origins)
     state.scope.failed.discard(name)
 
 
@@ -119,12 +132,21 @@ def set_variable(state: State, item: Item, name: str, value: str) -> None:
 
     :raises LaunchError: if a process cannot have such a variable (POSIX)
     """
+    check_variable(item, name, value)
+    state.scope.environment[name] = value
+
+
+def check_variable(item: Item, name: str, value: str) -> None:
+    """
+    Check that a process can have an environment variable.
+
+    :raises LaunchError: if it cannot (POSIX)
+    """
     if not name or '=' in name or '\0' in name + value:
         raise error(
             f"there can be no environment variable '{name}' with that value",
             item.position,
         )
-    state.scope.environment[name] = value
 
 
 def visit_unset_env(state: State, item: Item) -> None:
@@ -210,7 +232,8 @@ def visit_set_parameter(state: State, item: Item) -> None:
     """Set a parameter of the nodes that follow."""
     name = state.text(item, 'name')
     value = evaluate_value(state, item.values['value'], None, infer_text=True)
-    state.scope.parameters += (Parameter(name, value),)
+    parameter = Parameter(name, value, item.position, state.origins)
+    state.scope.parameters += (parameter,)
 
 
 def visit_set_parameters_from_file(state: State, item: Item) -> None:
@@ -237,7 +260,8 @@ def visit_set_remap(state: State, item: Item) -> None:
 def visit_set_use_sim_time(state: State, item: Item) -> None:
     """Set use_sim_time of the nodes that follow."""
     value = state.boolean(item, 'value', False)
-    state.scope.parameters += (Parameter('use_sim_time', value),)
+    parameter = Parameter('use_sim_time', value, item.position, state.origins)
+    state.scope.parameters += (parameter,)
 
 
 def visit_set_ros_log_dir(state: State, item: Item) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from dataclasses import replace
 import math
 from typing import TypeVar
 
@@ -15,6 +16,8 @@ from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import error
 from colcon_yamllaunch.language.diagnostics import LaunchError
 from colcon_yamllaunch.language.packages import Packages
+from colcon_yamllaunch.language.plan import Block
+from colcon_yamllaunch.language.plan import Condition
 from colcon_yamllaunch.language.plan import Entry
 from colcon_yamllaunch.language.position import Position
 from colcon_yamllaunch.language.scope import Scope
@@ -75,8 +78,13 @@ class State:
         self.declared: set[str] = set()
         self.read: set[str] = set()
         self.node_names: set[str] = set()
+        self.origins: tuple[Position, ...] = ()
+        self.blocks: list[Block] = []
+        self.conditions: list[Condition] = []
         self._sources: list[Source] = []
         self._includes: list[Position] = []
+        self._open_blocks: list[int] = []
+        self._reported: set[tuple[str, Position | None]] = set()
         self._count = 0
 
     @property
@@ -104,6 +112,28 @@ class State:
             if included_from is not None:
                 self._includes.pop()
 
+    @property
+    def block(self) -> int | None:
+        """The index of the block that is being evaluated."""
+        return self._open_blocks[-1] if self._open_blocks else None
+
+    @contextmanager
+    def within_block(
+        self, kind: str, title: str, position: Position
+    ) -> Iterator[None]:
+        """Note a block for the time of the context."""
+        self.blocks.append(Block(kind, title, position, self.block))
+        self._open_blocks.append(len(self.blocks) - 1)
+        try:
+            yield
+        finally:
+            self._open_blocks.pop()
+
+    def name_block(self, title: str) -> None:
+        """Give the block that is being evaluated another title."""
+        index = self._open_blocks[-1]
+        self.blocks[index] = replace(self.blocks[index], title=title)
+
     def label(self, name: str) -> str:
         """
         Return the label of the next process.
@@ -120,6 +150,8 @@ class State:
     def use_configuration(self, name: str) -> None:
         """Note that a launch configuration is read."""
         self.read.add(name)
+        if not self.origins:
+            self.origins = self.scope.origins.get(name, ())
 
     def warn(
         self,
@@ -145,7 +177,12 @@ class State:
         """Note an error."""
         for position in reversed(self._includes):
             problem = problem.included_from(position)
-        self.diagnostics.extend(problem.diagnostics)
+        for diagnostic in problem.diagnostics:
+            # a file that is included twice has its mistakes but once
+            where = (diagnostic.message, diagnostic.position)
+            if where not in self._reported:
+                self._reported.add(where)
+                self.diagnostics.append(diagnostic)
 
     def text(self, item: Item, name: str, default: str = '') -> str:
         """Return an attribute's text, or the default when it has none."""
@@ -214,6 +251,7 @@ class State:
             text.position,
             hint=hint,
             length=text.length,
+            origins=self.origins,
         )
 
     def _number(

@@ -17,6 +17,7 @@ from colcon_yamllaunch.language.template import Substitution
 from colcon_yamllaunch.language.template import Template
 from colcon_yamllaunch.language.template import TemplateSyntaxError
 from colcon_yamllaunch.language.template import unescape
+from colcon_yamllaunch.language.xml_reader import XmlScalar
 from colcon_yamllaunch.language.yaml_reader import Kind
 from colcon_yamllaunch.language.yaml_reader import Scalar
 
@@ -79,6 +80,11 @@ class Text:
         return self._scalar.kind
 
     @property
+    def is_coerced(self) -> bool:
+        """Whether a type that is wanted decides what the text is."""
+        return isinstance(self._scalar, XmlScalar)
+
+    @property
     def value(self) -> str | int | float | bool | None:
         """The text as YAML takes it."""
         return self._scalar.value
@@ -106,6 +112,7 @@ class Text:
 
         :raises LaunchError: if one cannot be made
         """
+        context.origins = ()
         literal = self.template.literal
         if literal is not None:
             return literal
@@ -147,8 +154,10 @@ class Text:
 
 def _locate(scalar: Scalar, index: int) -> int:
     """Return where a character of a scalar's text stands in its file."""
+    if isinstance(scalar, XmlScalar):
+        return scalar.locate(index)
     raw = scalar.source.text
-    at = _index_of(raw, scalar.line, scalar.column)
+    at = scalar.source.index_of(scalar.line, scalar.column)
     properties = _PROPERTIES.match(raw, at)
     at = properties.end() if properties else at
     if scalar.style in ('|', '>'):
@@ -196,10 +205,3 @@ def _skip_folding(raw: str, at: int, character: str) -> int:
     while at < len(raw) and raw[at] in ' \t\n\r' and raw[at] != character:
         at += 1
     return at
-
-
-def _index_of(text: str, line: int, column: int) -> int:
-    start = 0
-    for _ in range(line):
-        start = text.find('\n', start) + 1
-    return start + column

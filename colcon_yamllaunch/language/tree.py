@@ -23,6 +23,8 @@ from colcon_yamllaunch.language.source import Source
 from colcon_yamllaunch.language.suggest import did_you_mean
 from colcon_yamllaunch.language.suggest import listing
 from colcon_yamllaunch.language.text import Text
+from colcon_yamllaunch.language.xml_reader import is_xml
+from colcon_yamllaunch.language.xml_values import read_xml_document
 from colcon_yamllaunch.language.yaml_reader import Mapping
 from colcon_yamllaunch.language.yaml_reader import read_yaml
 from colcon_yamllaunch.language.yaml_reader import Scalar
@@ -118,14 +120,19 @@ class _TreeReader:
         self._problems: list[Diagnostic] = []
 
     def read(self) -> LaunchFile:
-        document = read_yaml(self._source)
+        if is_xml(self._source):
+            document: Value | None = read_xml_document(
+                self._source, self._problems
+            )
+        else:
+            document = read_yaml(self._source)
         value, position = self._root(document)
         deprecated = None
         if isinstance(value, Mapping):
             deprecated, value = self._root_mapping(value)
         entities = self._entities(value, "'launch:'", position)
         if self._problems:
-            raise LaunchError(*self._problems)
+            raise LaunchError(*sorted(self._problems, key=_place))
         return LaunchFile(self._source, entities, deprecated)
 
     def _root(self, document: Value | None) -> tuple[Value, Position]:
@@ -263,6 +270,7 @@ class _TreeReader:
             children = self._entities(
                 child_value, "'children'", child_key.position
             )
+            value = _without_children(value)
             has_children = True
         known = tuple(
             a
@@ -278,7 +286,7 @@ class _TreeReader:
             self._report(
                 "'if' and 'unless' exclude one another",
                 item.texts['unless'].position,
-                hint="join them: if: '$(and … $(not …))'",
+                hint='join them with $(and … $(not …))',
             )
 
     def _item(
@@ -294,7 +302,7 @@ class _TreeReader:
             attribute = by_name.get(name)
             if attribute is not None:
                 self._attribute(item, attribute, attribute_value)
-            elif name != 'children':
+            else:
                 self._report_unknown(what, name, key, attribute_value, by_name)
         for attribute in known:
             if attribute.required and attribute.name not in value.pairs:
@@ -376,16 +384,16 @@ class _TreeReader:
                     f"'{attribute.name}'", known, element.position, element
                 )
             )
-        if known is PARAMETER:
-            for parameter in found:
-                self._check_parameter(parameter)
+            if known is PARAMETER:
+                self._check_parameter(element)
         item.items[attribute.name] = tuple(found)
 
-    def _check_parameter(self, item: Item) -> None:
-        names = {*item.texts, *item.values, *item.items}
+    def _check_parameter(self, parameter: Mapping) -> None:
+        # also the names whose values have mistakes of their own
+        names = set(parameter.pairs) & {a.name for a in PARAMETER}
         problem = parameter_problem(names)
         if problem is not None:
-            self._report(problem[0], item.position, hint=problem[1])
+            self._report(problem[0], parameter.position, hint=problem[1])
 
     def _report(
         self,
@@ -398,6 +406,18 @@ class _TreeReader:
         self._problems.append(
             Diagnostic('error', message, position, hint, length)
         )
+
+
+def _without_children(value: Mapping) -> Mapping:
+    # a copy, since an alias may name the same mapping
+    rest = Mapping(value.source, value.line, value.column)
+    rest.pairs = {n: p for n, p in value.pairs.items() if n != 'children'}
+    return rest
+
+
+def _place(problem: Diagnostic) -> tuple[int, int]:
+    position = problem.position
+    return (0, 0) if position is None else (position.line, position.column)
 
 
 def parameter_problem(names: set[str]) -> tuple[str, str] | None:

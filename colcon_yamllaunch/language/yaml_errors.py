@@ -44,10 +44,33 @@ def _wrong_character(
             _position(source, mark),
             hint='indent with spaces',
         )
+    if not character.strip():
+        return error(
+            'a value is missing here',
+            _position(source, mark),
+            hint='is a bracket not closed?',
+        )
     return error(
         f"a value cannot start with '{character}'",
         _position(source, mark),
         hint='quote the value',
+    )
+
+
+def _wrong_name_of_anchor(
+    _mark: yaml.Mark, opened: yaml.Mark, source: Source
+) -> LaunchError:
+    return _wrong_character(opened, opened, source)
+
+
+def _missing_colon(
+    _mark: yaml.Mark, opened: yaml.Mark, source: Source
+) -> LaunchError:
+    return error(
+        "there is no ':' in this line",
+        _position(source, opened),
+        hint="write 'name: value', or indent the line deeper if it goes on "
+        'with the value before it',
     )
 
 
@@ -160,11 +183,13 @@ def _unclosed_quote(
 
 
 def _unknown_escape(
-    _mark: yaml.Mark, opened: yaml.Mark, source: Source
+    mark: yaml.Mark, opened: yaml.Mark, source: Source
 ) -> LaunchError:
+    if _line(source, mark.line)[mark.column :] == '\\':
+        return _unclosed_quote(mark, opened, source)
     return error(
         "YAML does not know this '\\' in double quotes",
-        _position(source, opened),
+        _position(source, mark),
         hint="use single quotes, or double the backslash: '\\\\'",
     )
 
@@ -173,6 +198,9 @@ _EXPLANATIONS: tuple[
     tuple[str, Callable[[yaml.Mark, yaml.Mark, Source], LaunchError]], ...
 ] = (
     ('cannot start any token', _wrong_character),
+    ('node content', _wrong_character),
+    ('alphabetic or numeric character', _wrong_name_of_anchor),
+    ("could not find expected ':'", _missing_colon),
     ('did not find expected key', _wrong_indentation),
     ("did not find expected '-'", _wrong_indentation),
     ('expected <block end>', _wrong_indentation),
@@ -180,10 +208,15 @@ _EXPLANATIONS: tuple[
     ("expected ',' or", _unclosed_bracket),
     ('unexpected end of stream', _unclosed_quote),
     ('unknown escape character', _unknown_escape),
+    ('expected hexdecimal number', _unknown_escape),
+    ('hexadecimal numbers', _unknown_escape),
 )
 
 
 def _position(source: Source, mark: yaml.Mark) -> Position:
+    if mark.line > source.text.count('\n'):
+        # libyaml sees a line end that is not there behind the last line
+        return source.position_at(len(source.text))
     return source.position(mark.line, mark.column)
 
 
