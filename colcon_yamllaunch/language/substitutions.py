@@ -44,6 +44,8 @@ class Context(Protocol):
     packages: Packages
     cwd: str
     log_folder: str
+    #: where the value that was read first in a text came from
+    origins: tuple[Position, ...]
 
     @property
     def source(self) -> Source:
@@ -136,6 +138,9 @@ class Kind:
     :param minimum: How many arguments it needs
     :param maximum: How many it takes, or None without limit
     :param make: Makes one
+    :param help: What it comes to, in one sentence
+    :param example: How it may be used
+    :param since: The first ROS 2 release that has it, as in `actions.py`
     """
 
     name: str
@@ -143,6 +148,9 @@ class Kind:
     minimum: int
     maximum: int | None
     make: Callable[[Call], str]
+    help: str
+    example: str
+    since: str = 'Humble'
 
     @property
     def usage(self) -> str:
@@ -266,7 +274,7 @@ def _eval(call: Call) -> str:
                 variables.update(vars(math))
             variables[module.__name__] = module
             variables.setdefault(name.partition('.')[0], module)
-        return str(eval(expression, {}, variables))
+        return str(eval(expression, variables))
     except (Exception, SystemExit) as e:
         # the expression is the user's own program, and may raise anything
         raise SubstitutionError(
@@ -493,34 +501,279 @@ def _string_strip(call: Call) -> str:
 
 
 _KINDS = (
-    Kind('var', 'name [default]', 1, 2, _var),
-    Kind('env', 'NAME [default]', 1, 2, _env),
-    Kind('eval', "'expression' [modules]", 1, 2, _eval),
-    Kind('command', "'command line' [stderr]", 1, 2, _command),
-    Kind('find-exec', 'name', 1, 1, _find_exec),
-    Kind('find-pkg-prefix', 'package', 1, 1, _find_pkg_prefix),
-    Kind('find-pkg-share', 'package', 1, 1, _find_pkg_share),
-    Kind('exec-in-pkg', 'executable package', 2, 2, _exec_in_pkg),
-    Kind('anon', 'id', 1, 1, _anon),
-    Kind('dirname', '', 0, 0, _dirname),
-    Kind('filename', '', 0, 0, _filename),
-    Kind('log_dir', '', 0, 0, _log_dir),
-    Kind('launch_log_dir', '', 0, 0, _log_dir),
-    Kind('file-content', 'path', 1, 1, _file_content),
-    Kind('not', 'condition', 1, 1, _not),
-    Kind('and', 'condition condition', 2, 2, _and),
-    Kind('or', 'condition condition', 2, 2, _or),
-    Kind('any', 'condition …', 0, None, _or),
-    Kind('all', 'condition …', 0, None, _and),
-    Kind('equals', 'left right', 2, 2, _equals),
-    Kind('not-equals', 'left right', 2, 2, _not_equals),
-    Kind('if', 'condition then [else]', 2, 3, _if),
-    Kind('param', 'name [default]', 1, 2, _param),
-    Kind('for-var', 'name [default]', 1, 2, _for_variable),
-    Kind('index', 'name', 1, 1, _for_variable),
-    Kind('string-join', 'delimiter text …', 2, None, _string_join),
-    Kind('path-join', 'path …', 1, None, _path_join),
-    Kind('string-strip', 'text', 1, 1, _string_strip),
+    Kind(
+        'var',
+        'name [default]',
+        1,
+        2,
+        _var,
+        'The value of a launch argument or other launch configuration.',
+        '$(var rate 10)',
+    ),
+    Kind(
+        'env',
+        'NAME [default]',
+        1,
+        2,
+        _env,
+        'The value of an environment variable.',
+        "$(env ROBOT_NAME '')",
+    ),
+    Kind(
+        'eval',
+        "'expression' [modules]",
+        1,
+        2,
+        _eval,
+        'What a Python expression comes to, with the names of the `math` '
+        'module, or those of other modules, separated by commas (the modules '
+        'since Iron).',
+        "$(eval '2 * $(var rate 10)')",
+    ),
+    Kind(
+        'command',
+        "'command line' [stderr]",
+        1,
+        2,
+        _command,
+        'The output of a command, run while the launch file is read; the '
+        'command may not fail, and what it writes to stderr is an error '
+        '(`fail`), dropped (`ignore`), a warning (`warn`) or part of the '
+        'output (`capture`).',
+        "$(command 'uname -m' ignore)",
+    ),
+    Kind(
+        'find-exec',
+        'name',
+        1,
+        1,
+        _find_exec,
+        'The path of a program on the PATH.',
+        '$(find-exec sh)',
+    ),
+    Kind(
+        'find-pkg-prefix',
+        'package',
+        1,
+        1,
+        _find_pkg_prefix,
+        'The folder that a package is installed to.',
+        '$(find-pkg-prefix my_pkg)',
+    ),
+    Kind(
+        'find-pkg-share',
+        'package',
+        1,
+        1,
+        _find_pkg_share,
+        'The share folder of a package.',
+        '$(find-pkg-share my_pkg)/config/rates.yaml',
+    ),
+    Kind(
+        'exec-in-pkg',
+        'executable package',
+        2,
+        2,
+        _exec_in_pkg,
+        'The path of a program of a package.',
+        '$(exec-in-pkg my_node my_pkg)',
+    ),
+    Kind(
+        'anon',
+        'id',
+        1,
+        1,
+        _anon,
+        'A name that no other launch has; the same for the same id in one '
+        'scope.',
+        '$(anon viewer)',
+    ),
+    Kind(
+        'dirname',
+        '',
+        0,
+        0,
+        _dirname,
+        'The folder of the launch file that it is written in.',
+        '$(dirname)/driver.yaml',
+    ),
+    Kind(
+        'filename',
+        '',
+        0,
+        0,
+        _filename,
+        'The path of the launch file that it is written in.',
+        '$(filename)',
+    ),
+    Kind(
+        'log_dir',
+        '',
+        0,
+        0,
+        _log_dir,
+        'The folder for the logs of this launch.',
+        '$(log_dir)/rosbag',
+    ),
+    Kind(
+        'launch_log_dir',
+        '',
+        0,
+        0,
+        _log_dir,
+        'The same as `log_dir`.',
+        '$(launch_log_dir)/rosbag',
+        'Iron',
+    ),
+    Kind(
+        'file-content',
+        'path',
+        1,
+        1,
+        _file_content,
+        'The text of a file, its last line end included.',
+        '$(file-content $(dirname)/arm.urdf)',
+        'Iron',
+    ),
+    Kind(
+        'not',
+        'condition',
+        1,
+        1,
+        _not,
+        '`true` if the condition is false, else `false`.',
+        '$(not $(var sim true))',
+    ),
+    Kind(
+        'and',
+        'condition condition',
+        2,
+        2,
+        _and,
+        '`true` if both are true, else `false`.',
+        '$(and $(var sim true) $(var gui true))',
+    ),
+    Kind(
+        'or',
+        'condition condition',
+        2,
+        2,
+        _or,
+        '`true` if one or both are true, else `false`.',
+        '$(or $(var sim true) $(var gui true))',
+    ),
+    Kind(
+        'any',
+        'condition …',
+        0,
+        None,
+        _or,
+        '`true` if one or more are true, else `false`.',
+        '$(any $(var a true) $(var b true) $(var c true))',
+        'Iron',
+    ),
+    Kind(
+        'all',
+        'condition …',
+        0,
+        None,
+        _and,
+        '`true` if all are true, else `false`.',
+        '$(all $(var a true) $(var b true) $(var c true))',
+        'Iron',
+    ),
+    Kind(
+        'equals',
+        'left right',
+        2,
+        2,
+        _equals,
+        '`true` if both are equal as booleans, as numbers or as texts, else '
+        '`false`.',
+        '$(equals $(var mode fast) fast)',
+        'Iron',
+    ),
+    Kind(
+        'not-equals',
+        'left right',
+        2,
+        2,
+        _not_equals,
+        'The opposite of `equals`.',
+        '$(not-equals $(var mode fast) slow)',
+        'Iron',
+    ),
+    Kind(
+        'if',
+        'condition then [else]',
+        2,
+        3,
+        _if,
+        'One of two texts; empty if the condition is false and there is no '
+        'second.',
+        '$(if $(var sim true) gazebo driver)',
+        'Iron',
+    ),
+    Kind(
+        'param',
+        'name [default]',
+        1,
+        2,
+        _param,
+        'The value of a parameter that `set_parameter` has set before (the '
+        'default since Iron).',
+        '$(param use_sim_time false)',
+    ),
+    Kind(
+        'for-var',
+        'name [default]',
+        1,
+        2,
+        _for_variable,
+        'The value of a variable of the `for_each` around it.',
+        '$(for-var robot r2d2)',
+        'Kilted',
+    ),
+    Kind(
+        'index',
+        'name',
+        1,
+        1,
+        _for_variable,
+        'The index of the `for` around it.',
+        '$(index i)',
+        'Kilted',
+    ),
+    Kind(
+        'string-join',
+        'delimiter text …',
+        2,
+        None,
+        _string_join,
+        'The texts, with the delimiter between them.',
+        '$(string-join _ left $(var camera front) raw)',
+        'Lyrical',
+    ),
+    Kind(
+        'path-join',
+        'path …',
+        1,
+        None,
+        _path_join,
+        'The paths, one within the other.',
+        '$(path-join $(dirname) config rates.yaml)',
+        'Lyrical',
+    ),
+    Kind(
+        'string-strip',
+        'text',
+        1,
+        1,
+        _string_strip,
+        'The text without the white space at its ends.',
+        '$(string-strip $(file-content $(dirname)/version))',
+        'Rolling',
+    ),
 )
 
 #: All kinds of substitutions by name.

@@ -1,0 +1,117 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The reference page says what the tables say, and reads well."""
+
+from pathlib import Path
+import re
+import subprocess
+import sys
+
+from colcon_yamllaunch.language.actions import ACTIONS
+from colcon_yamllaunch.language.actions import ALIASES
+from colcon_yamllaunch.language.actions import Type
+from colcon_yamllaunch.language.actions import UNSUPPORTED
+from colcon_yamllaunch.language.reference import reference_page
+from colcon_yamllaunch.language.substitutions import KINDS
+from colcon_yamllaunch.language.tree import read_launch_file
+import pytest
+
+from tests.language.conftest import source
+
+ROOT = Path(__file__).parents[2]
+PAGE = reference_page()
+
+
+def section(name: str) -> str:
+    """Return what stands below a heading."""
+    _, _, rest = PAGE.partition(f'\n### {name}\n')
+    return rest.partition('\n### ')[0]
+
+
+def test_the_page_in_docs_is_not_stale() -> None:
+    page = (ROOT / 'docs' / 'launch_files.md').read_text(encoding='utf-8')
+    assert page == PAGE, (
+        'run: python -m colcon_yamllaunch.language.reference '
+        '> docs/launch_files.md'
+    )
+
+
+def test_the_module_writes_the_page() -> None:
+    written = subprocess.run(
+        [sys.executable, '-m', 'colcon_yamllaunch.language.reference'],
+        cwd=ROOT,
+        env={'PYTHONIOENCODING': 'utf-8', 'PYTHONPATH': str(ROOT)},
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    assert written.stdout.decode() == PAGE
+
+
+@pytest.mark.parametrize('name', ACTIONS)
+def test_an_action_is_described(name: str) -> None:
+    text = section(name)
+    action = ACTIONS[name]
+    assert action.help in text
+    assert f'Since {action.since}.' in text
+    assert '```yaml\n- ' in text
+    if 'The attributes are those of' in text:
+        return
+    for attribute in action.attributes:
+        if attribute.name not in ('if', 'unless'):
+            assert f'| `{attribute.name}` |' in text
+            assert attribute.help in text
+
+
+def test_a_node_is_described_in_full() -> None:
+    text = section('node')
+    assert (
+        '| `respawn_max_retries` | integer | `-1` | Jazzy | How often it is '
+        'started again at most; without end when -1. |' in text
+    )
+    assert '| `exec` | name | required | Humble | The program. |' in text
+    assert 'those of [`node`](#node)' in section('node_container')
+
+
+def test_everything_else_is_named() -> None:
+    for kind in KINDS.values():
+        assert f'| `{kind.usage}` | ' in PAGE
+        assert f' | `{kind.example}` |' in PAGE
+    for name in [*ALIASES, *UNSUPPORTED]:
+        assert f'`{name}`' in PAGE
+    for kind in Type:
+        assert f'\n| {kind.value} | ' in PAGE
+
+
+def test_every_link_leads_to_a_heading() -> None:
+    headings = re.findall(r'^#+ (.*)$', PAGE, re.MULTILINE)
+    anchors = {
+        re.sub(r'[^\w-]', '', h.lower().replace(' ', '-')) for h in headings
+    }
+    links = re.findall(r'\]\(#([^)]*)\)', PAGE)
+    assert links
+    assert set(links) <= anchors
+    assert len(headings) == len(set(headings))
+
+
+def test_every_launch_file_in_it_can_be_read() -> None:
+    blocks = re.findall(
+        r'^```yaml\n(.*?)^```$', PAGE, re.MULTILINE | re.DOTALL
+    )
+    assert len(blocks) > len(ACTIONS)
+    for block in blocks:
+        text = block if block.startswith('launch:') else 'launch:\n' + block
+        read_launch_file(source(text))
+
+
+def test_a_table_has_as_many_cells_in_every_row() -> None:
+    for table in re.findall(r'(?:^\|.*\n)+', PAGE, re.MULTILINE):
+        counts = {row.count(' |') for row in table.splitlines()}
+        assert len(counts) == 1, table
+
+
+def test_there_is_one_sentence_a_line() -> None:
+    prose = re.sub(r'```.*?```', '', PAGE, flags=re.DOTALL)
+    for line in prose.splitlines():
+        if line and line[0] not in '|<#':
+            assert not re.search(r'[a-z`)]\. [A-Z]', line), line
