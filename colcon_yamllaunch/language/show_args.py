@@ -1,0 +1,105 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The launch arguments of a launch file, laid out for a reader."""
+
+from collections.abc import Iterator
+from collections.abc import Mapping
+
+from colcon_yamllaunch.language.declared import Declarations
+from colcon_yamllaunch.language.declared import DeclaredArgument
+from colcon_yamllaunch.language.declared import find_declarations
+from colcon_yamllaunch.language.diagnostics import shown_path
+from colcon_yamllaunch.language.packages import Packages
+from colcon_yamllaunch.language.position import Position
+
+_INDENT = ' ' * 8
+
+
+def show_arguments(
+    name: str,
+    path: str,
+    *,
+    packages: Packages,
+    environment: Mapping[str, str],
+    arguments: Mapping[str, str],
+    cwd: str,
+    log_folder: str,
+) -> str:
+    """
+    Show the launch arguments of a launch file with everything it includes.
+
+    The layout is that of `ros2 launch --show-args`, with more lines in it:
+    where each argument is declared, and which includes could not be followed.
+    The parameters are those of :func:`find_declarations`.
+
+    :returns: Lines, without a line end after the last
+    :raises LaunchError: if a launch file that is used in any case has mistakes
+    """
+    declarations = find_declarations(
+        name,
+        path,
+        packages=packages,
+        environment=environment,
+        arguments=arguments,
+        cwd=cwd,
+        log_folder=log_folder,
+    )
+    return '\n'.join(_lines(declarations, cwd))
+
+
+def _lines(declarations: Declarations, cwd: str) -> Iterator[str]:
+    arguments = declarations.arguments
+    yield "Arguments (pass arguments as '<name>:=<value>'):"
+    for argument in arguments:
+        yield ''
+        yield from _argument(argument, cwd)
+    if not arguments:
+        yield ''
+        yield '  No arguments.'
+    if any(argument.is_conditional for argument in arguments):
+        yield ''
+        yield (
+            '* argument(s) which are only used if specific conditions occur'
+        )
+    if declarations.not_followed:
+        yield ''
+        yield 'Includes that may have more arguments:'
+        for position, reason in declarations.not_followed.items():
+            yield ''
+            yield f'    {_place(position, cwd)}:'
+            yield _indented(reason)
+
+
+def _argument(argument: DeclaredArgument, cwd: str) -> Iterator[str]:
+    mark = '*' if argument.is_conditional else ''
+    yield f"    '{argument.name}':{mark}"
+    yield _indented(_description(argument))
+    if argument.default is None:
+        yield f'{_INDENT}(required)'
+    else:
+        yield _indented(f"(default: '{argument.default}')")
+    yield f'{_INDENT}(declared at {_place(argument.position, cwd)})'
+    if argument.set_at is not None:
+        yield f'{_INDENT}(always set at {_place(argument.set_at, cwd)})'
+
+
+def _description(argument: DeclaredArgument) -> str:
+    # the words are ROS 2's (DeclareLaunchArgument)
+    choices = ', '.join(f"'{choice}'" for choice in argument.choices)
+    if argument.description is None:
+        return f'One of: [{choices}]' if choices else 'no description given'
+    if not choices:
+        return argument.description
+    stop = '' if argument.description.endswith('.') else '.'
+    return f'{argument.description}{stop} Valid choices are: [{choices}]'
+
+
+def _place(position: Position, cwd: str) -> str:
+    path = shown_path(position.path, cwd)
+    return f'{path}:{position.line}:{position.column}'
+
+
+def _indented(text: str) -> str:
+    lines = text.rstrip('\n').split('\n')
+    return '\n'.join(f'{_INDENT}{line}'.rstrip() for line in lines)
