@@ -1,0 +1,171 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+A launch file with the processes that must come of it.
+
+A case NAME is `cases/NAME.yaml` and `expected/NAME.json`, and may have
+
+- `cases/NAME.args`: launch arguments, one a line,
+- `cases/NAME.env`: environment variables, one `NAME=value` a line,
+- `cases/NAME.interrupt`: how many processes have to run before the launch gets
+  SIGINT; without it the launch ends by itself.
+
+The expected outcomes are as ROS 2's own launcher has them; where this one
+differs on purpose, the file says why.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+from typing import Any
+
+HERE = Path(__file__).parent
+#: Where the installed command is.
+PROGRAMS = Path(sys.executable).parent
+#: Seconds that a launch may take; most take half a second.
+TIMEOUT = 120
+#: The variables of the environment that could change a case's outcome.
+FOREIGN = ('AMENT_', 'CMAKE_PREFIX_', 'COLCON_', 'OVERRIDE_', 'ROS_', 'T_')
+
+CASES = sorted(path.stem for path in (HERE / 'expected').glob('*.json'))
+
+
+@dataclass(frozen=True)
+class Launched:
+    """
+    What came of a launch.
+
+    :param returncode: The exit code of the launcher
+    :param output: What it showed
+    :param records: What the processes wrote down, in the order of their start
+    :param signals: The signals that a stubborn process got
+    """
+
+    returncode: int
+    output: str
+    records: list[dict[str, Any]]
+    signals: list[str]
+
+
+def expected(name: str) -> dict[str, Any]:
+    """Return the expected outcome of a case."""
+    path = HERE / 'expected' / f'{name}.json'
+    outcome: dict[str, Any] = json.loads(path.read_text(encoding='utf-8'))
+    outcome.pop('why', None)
+    return outcome
+
+
+def launch(name: str, cases: Path, prefix: Path, folder: Path) -> Launched:
+    """
+    Launch a case with the installed command.
+
+    :param cases: The folder with the cases
+    :param prefix: The prefix of the installed packages
+    :param folder: An empty folder for this case alone
+    """
+    folders = {key: folder / key for key in ('cwd', 'home', 'records')}
+    for path in folders.values():
+        path.mkdir()
+    environment = {
+        **_environment(prefix),
+        'HOME': str(folders['home']),
+        'PROBE_FOLDER': str(folders['records']),
+        **dict(line.split('=', 1) for line in _lines(cases / f'{name}.env')),
+    }
+    screen = folder / 'screen'
+    popen = _start(cases / name, folders['cwd'], environment, screen)
+    try:
+        for count in _lines(cases / f'{name}.interrupt'):
+            _interrupt(popen, folders['records'], int(count))
+        popen.wait(TIMEOUT)
+    finally:
+        if popen.poll() is None:
+            os.killpg(popen.pid, signal.SIGKILL)
+            popen.wait()
+    places = {
+        str(prefix): '$PREFIX',
+        str(cases): '$CASES',
+        str(folders['cwd']): '$CWD',
+    }
+    return Launched(
+        popen.returncode,
+        screen.read_text(encoding='utf-8', errors='replace'),
+        [
+            _replace(json.loads(path.read_text(encoding='utf-8')), places)
+            for path in sorted(folders['records'].glob('*.json'))
+        ],
+        _lines(folders['records'] / 'signals'),
+    )
+
+
+def _start(
+    case: Path, cwd: Path, environment: dict[str, str], screen: Path
+) -> subprocess.Popen[bytes]:
+    command = [str(PROGRAMS / 'colcon'), 'launch', f'{case}.yaml']
+    with screen.open('wb') as output:
+        return subprocess.Popen(
+            [*command, *_lines(case.with_suffix('.args'))],
+            cwd=cwd,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+
+
+def _interrupt(popen: subprocess.Popen[bytes], folder: Path, n: int) -> None:
+    """Send SIGINT once that many processes have started."""
+    _wait_until(lambda: len(list(folder.glob('*.json'))) >= n, popen)
+    popen.send_signal(signal.SIGINT)
+
+
+def _wait_until(
+    condition: Callable[[], bool], popen: subprocess.Popen[bytes]
+) -> None:
+    deadline = time.monotonic() + TIMEOUT
+    while not condition():
+        assert popen.poll() is None, 'the launch ended too early'
+        assert time.monotonic() < deadline, 'it did not happen'
+        time.sleep(0.01)
+
+
+def _environment(prefix: Path) -> dict[str, str]:
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(FOREIGN)
+    }
+    path = [str(prefix / 'bin'), str(PROGRAMS), environment['PATH']]
+    environment['PATH'] = os.pathsep.join(path)
+    environment['AMENT_PREFIX_PATH'] = str(prefix)
+    return environment
+
+
+def _lines(path: Path) -> list[str]:
+    if not path.exists():
+        return []
+    return path.read_text(encoding='utf-8').splitlines()
+
+
+def _replace(value: Any, places: dict[str, str]) -> Any:
+    """Put the names of the folders for their paths, in all texts."""
+    if isinstance(value, str):
+        for path, name in places.items():
+            value = value.replace(path, name)
+        return value
+    if isinstance(value, list):
+        return [_replace(item, places) for item in value]
+    if isinstance(value, dict):
+        return {
+            _replace(key, places): _replace(item, places)
+            for key, item in value.items()
+        }
+    return value

@@ -1,0 +1,51 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Launch files come to the same processes as with ROS 2's own launcher."""
+
+import json
+from pathlib import Path
+import shutil
+from typing import Any
+
+import pytest
+
+from tests.conformance.case import CASES
+from tests.conformance.case import expected
+from tests.conformance.case import launch
+from tests.conformance.outcome import outcome
+from tests.conformance.prefix import install_packages
+
+CASES_FOLDER = Path(__file__).with_name('cases')
+
+
+def _as_json(value: Any) -> str:
+    return json.dumps(value, sort_keys=True)
+
+
+@pytest.fixture(scope='session')
+def installed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Give a folder with the cases, and the prefix of their packages."""
+    # outside of the checkout, which a launch could take for its workspace
+    folder = tmp_path_factory.mktemp('conformance')
+    shutil.copytree(CASES_FOLDER, folder / 'cases')
+    install_packages(folder / 'prefix')
+    return folder / 'cases', folder / 'prefix'
+
+
+def test_that_each_case_has_a_launch_file_and_an_outcome() -> None:
+    assert [p.stem for p in sorted(CASES_FOLDER.glob('*.yaml'))] == CASES
+
+
+@pytest.mark.parametrize('name', CASES)
+def test_case(name: str, installed: tuple[Path, Path], tmp_path: Path) -> None:
+    launched = launch(name, *installed, tmp_path)
+    found = outcome(launched.returncode, launched.records, launched.signals)
+    assert found == expected(name), launched.output
+    # in Python 1, 1.0 and True are equal; to a node they are not
+    assert _as_json(found) == _as_json(expected(name))
+    assert 'Traceback (most recent' not in launched.output
+    assert 'internal error' not in launched.output
+    if not found['exit_ok'] and not found['processes']:
+        # it was refused, so it has to say why
+        assert 'error: ' in launched.output

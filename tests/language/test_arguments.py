@@ -1,0 +1,148 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Launch arguments: given, missing, unknown, one of several."""
+
+import pytest
+
+
+def said(launcher, text, **arguments):
+    return launcher.process(text, **arguments).argv[1]
+
+
+ECHO = '- executable: {cmd: [echo, $(var a)]}\n'
+
+
+@pytest.mark.parametrize(
+    ('arg', 'arguments', 'expected'),
+    [
+        ('{name: a, default: b}', {}, 'b'),
+        ('{name: a, default: b}', {'a': 'given'}, 'given'),
+        ('{name: a, default: b}', {'a': ''}, ''),
+        ("{name: a, default: ''}", {}, ''),
+        ('{name: a}', {'a': 'given'}, 'given'),
+        ('{name: a, default: 5}', {}, '5'),
+        ('{name: a, default: 2.50}', {}, '2.50'),
+        ('{name: a, default: true}', {}, 'true'),
+        ('{name: a, default: x$(env SET)}', {}, 'xvalue'),
+        ('{name: a, description: $(nope)}', {'a': '$(var b)'}, '$(var b)'),
+        ('{name: a, choice: [{value: x}, {value: 1}]}', {'a': '1'}, '1'),
+        ('{name: a, default: x, choice: [{value: x}]}', {}, 'x'),
+    ],
+)
+def test_value(launcher, arg, arguments, expected):
+    text = f'launch:\n- arg: {arg}\n{ECHO}'
+    assert said(launcher, text, **arguments) == expected
+
+
+def test_the_default_of_an_argument_may_use_those_before_it(launcher):
+    text = 'launch:\n- arg: {name: b, default: 1}\n'
+    text += f'- arg: {{name: a, default: $(var b)2}}\n{ECHO}'
+    assert said(launcher, text) == '12'
+    assert said(launcher, text, b='x') == 'x2'
+
+
+def test_an_argument_that_is_set_already_keeps_its_value(launcher):
+    text = 'launch:\n- let: {name: a, value: set}\n'
+    text += f'- arg: {{name: a, default: b}}\n{ECHO}'
+    assert said(launcher, text) == 'set'
+
+
+def test_let_is_stronger_than_what_was_given(launcher):
+    text = 'launch:\n- arg: {name: a}\n- let: {name: a, value: set}\n' + ECHO
+    assert said(launcher, text, a='given') == 'set'
+
+
+def test_required(launcher):
+    error = launcher.error('launch:\n- «arg»: {name: must}\n')
+    assert error.message == (
+        "launch argument 'must' is required, and was not given"
+    )
+    assert 'must:=' in error.hint
+
+
+def test_required_by_an_include(launcher):
+    launcher.write('inner.yaml', 'launch: [arg: {name: must}]')
+    (error,) = launcher.errors('launch:\n- include: {file: inner.yaml}\n')
+    assert 'name: must, value:' in error.hint
+    (include,) = error.includes
+    assert (include.line, include.column) == (2, 19)
+
+
+def test_a_required_argument_is_missed_once(launcher):
+    text = 'launch:\n- «arg»: {name: a}\n' + ECHO + ECHO
+    assert 'required' in launcher.error(text).message
+
+
+def test_an_argument_of_an_action_that_does_not_apply_is_not_required(
+    launcher,
+):
+    launcher.good('launch:\n- arg: {name: must, if: false}\n')
+
+
+@pytest.mark.parametrize(
+    ('value', 'hint'),
+    [('fastt', "did you mean 'fast'?"), ('9', 'it is one of fast, slow')],
+)
+def test_choices(launcher, value, hint):
+    text = (
+        'launch:\n- «arg»: {name: a, choice: [{value: fast}, {value: slow}]}\n'
+    )
+    error = launcher.error(text, a=value)
+    assert error.message == f"launch argument 'a' cannot be '{value}'"
+    assert error.hint == hint
+
+
+def test_a_default_has_to_be_one_of_the_choices(launcher):
+    text = 'launch:\n- «arg»: {name: a, default: c, choice: [{value: b}]}\n'
+    assert "cannot be 'c'" in launcher.error(text).message
+
+
+@pytest.mark.parametrize('value', ['true', 'False', 'TRUE'])
+def test_boolean_argument(launcher, value):
+    text = f'launch:\n- bool_arg: {{name: a, default: "{value}"}}\n{ECHO}'
+    assert said(launcher, text) == value
+
+
+def test_boolean_argument_that_is_none(launcher):
+    text = 'launch:\n- bool_arg: {name: a}\n'
+    (error,) = launcher.errors(text, a='yes')
+    assert "cannot be 'yes'" in error.message
+
+
+@pytest.mark.parametrize(
+    ('declared', 'given', 'hint'),
+    [
+        ('frame_id', 'frameid', "did you mean 'frame_id'?"),
+        ('rate', 'zzz', 'it declares rate'),
+    ],
+)
+def test_unknown_argument(launcher, declared, given, hint):
+    text = f'launch:\n- arg: {{name: {declared}, default: x}}\n'
+    evaluation = launcher.evaluate(text, **{given: '1'})
+    (warning,) = evaluation.diagnostics
+    assert warning.severity == 'warning'
+    assert warning.position is None
+    assert f"'{given}'" in warning.message
+    assert warning.hint == hint
+
+
+def test_argument_that_is_read_without_a_declaration(launcher):
+    assert said(launcher, 'launch:\n' + ECHO, a='x') == 'x'
+
+
+def test_argument_that_only_another_branch_declares(launcher):
+    text = (
+        'launch:\n- group: {if: false, children: [arg: {name: a}]}\n'
+        '- include: {file: inner.yaml}\n'
+    )
+    launcher.write('inner.yaml', 'launch: [arg: {name: b, default: c}]')
+    launcher.good(text, a='1', b='2')
+
+
+@pytest.mark.parametrize(
+    'name',
+    ['launch__prefix', 'emulate_tty', 'sigterm_timeout', 'sigkill_timeout'],
+)
+def test_arguments_that_every_launch_file_has(launcher, name):
+    launcher.good('launch: []', **{name: '1'})
