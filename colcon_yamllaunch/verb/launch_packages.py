@@ -60,7 +60,7 @@ class LaunchPackages:
 
     def may_appear(self, path: str) -> bool:
         """Say whether a build may bring a path that is not there."""
-        return not self._built and self._locator.shared(path) is not None
+        return not self._built and self._locator.owner(path) is not None
 
     def similar(self, path: str) -> Iterable[str]:
         """Return the names of launch files that could be meant."""

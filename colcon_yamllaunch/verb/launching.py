@@ -18,11 +18,15 @@ from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import render
 from colcon_yamllaunch.language.evaluate import evaluate
 from colcon_yamllaunch.language.evaluate import Evaluation
+from colcon_yamllaunch.language.plan_json import plan_from_json
+from colcon_yamllaunch.language.plan_json import PlanFormatError
+from colcon_yamllaunch.language.schema import schema_text
 from colcon_yamllaunch.runtime.launch import run
 from colcon_yamllaunch.verb.installed import InstalledWorkspace
 from colcon_yamllaunch.verb.launch_packages import LaunchPackages
 from colcon_yamllaunch.verb.log_base import LOG_PATH
 from colcon_yamllaunch.verb.log_base import root_of
+from colcon_yamllaunch.verb.looking import look
 from colcon_yamllaunch.verb.options import Options
 from colcon_yamllaunch.verb.options import parse_options
 from colcon_yamllaunch.verb.pitfalls import pitfalls
@@ -31,6 +35,7 @@ from colcon_yamllaunch.verb.target import package_target
 from colcon_yamllaunch.verb.target import path_target
 from colcon_yamllaunch.verb.target import Target
 from colcon_yamllaunch.workspace.error import WorkspaceError
+from colcon_yamllaunch.workspace.locate import PackageLocator
 from colcon_yamllaunch.workspace.manifest import BrokenManifest
 
 #: How often what a build brought may make more packages necessary.
@@ -55,12 +60,24 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
     try:
         log_folder = _log_folder(known.log_base, environment)
         options = parse_options(known)
-        return Launching(options, Path.cwd(), environment, log_folder).run()
+        if options.look == 'schema':
+            print(schema_text(), end='', flush=True)
+            return 0
+        launching = Launching(options, Path.cwd(), environment, log_folder)
+        if options.look is not None:
+            return look(launching, options)
+        if options.plan is not None:
+            return launching.run_saved(options.plan)
+        return launching.run()
     except WorkspaceError as e:
         say(f'colcon launch: error: {e}')
         return 1
     except KeyboardInterrupt:
         return INTERRUPTED
+    except BrokenPipeError:
+        # nobody reads what is shown; Python would complain of it at its end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except Exception as e:
         # a defect of ours: the user gets one line, the log the traceback
         logger.debug('unexpected exception', exc_info=True)
@@ -112,9 +129,9 @@ class Launching:
         log_folder: Path | None,
     ) -> None:
         self._options = options
-        self._cwd = cwd
+        self.cwd = cwd
         self._environment = environment
-        self._log_folder = log_folder
+        self.log_folder = log_folder
         self._workspace = InstalledWorkspace(
             self._find_root(), options.build_arguments, environment, say
         )
@@ -128,14 +145,30 @@ class Launching:
         return run(
             ready.evaluation.plan,
             environment=ready.environment,
-            log_folder=self._log_folder,
+            log_folder=self.log_folder,
+        )
+
+    def run_saved(self, path: Path) -> int:
+        """
+        Run a saved plan in the environment of the workspace.
+
+        :raises WorkspaceError: if the file has no plan
+        """
+        try:
+            text = (self.cwd / path).read_text(encoding='utf-8')
+            plan = plan_from_json(text)
+        except (OSError, UnicodeDecodeError, PlanFormatError) as e:
+            reason = e.strerror if isinstance(e, OSError) else e
+            raise WorkspaceError(f"'{path}' has no plan: {reason}") from e
+        return run(
+            plan, environment=self.environment(), log_folder=self.log_folder
         )
 
     def _find_root(self) -> Path | None:
         given = self._options.workspace
         if given is None:
             return root_of(list(self._options.words))
-        root = self._cwd / given
+        root = self.cwd / given
         if not root.is_dir():
             raise WorkspaceError(f"there is no workspace folder '{given}'")
         return root
@@ -145,10 +178,10 @@ class Launching:
         built: set[str] = set()
         is_final = not self._options.build or self._workspace.root is None
         for _ in range(MAXIMUM_ROUNDS):
-            target = self._target()
-            environment = self._launch_environment()
-            packages = LaunchPackages(self._workspace.locator, built=is_final)
-            evaluation = self._evaluate(target, environment, packages)
+            target = self.target()
+            environment = self.environment()
+            packages = self.packages(built=is_final)
+            evaluation = self.evaluate(target, environment, packages)
             errors = evaluation.errors
             if is_final or any(not e.may_pass_after_build for e in errors):
                 break
@@ -159,13 +192,18 @@ class Launching:
                 # nothing was built since, so all of it still holds
                 break
         self._stop_at_errors(target, evaluation)
-        self._report(evaluation.diagnostics)
+        self.report(evaluation.diagnostics)
         self._stop_at_pitfalls(evaluation, packages.not_installed)
         return _Ready(evaluation, environment)
 
-    def _target(self) -> Target:
+    def target(self) -> Target:
+        """
+        Find the launch file.
+
+        :raises WorkspaceError: if there is none
+        """
         words = self._options.words
-        target = path_target(words, self._cwd)
+        target = path_target(words, self.cwd)
         if target is None:
             locator = self._workspace.locator
             broken: tuple[BrokenManifest, ...] = ()
@@ -174,20 +212,32 @@ class Launching:
             target = package_target(words, locator, broken)
         return target
 
-    def _launch_environment(self) -> Mapping[str, str]:
+    def packages(self, *, built: bool) -> LaunchPackages:
+        """Return the packages as the launch language sees them."""
+        return LaunchPackages(self._workspace.locator, built=built)
+
+    @property
+    def locator(self) -> PackageLocator:
+        """Where the packages are."""
+        return self._workspace.locator
+
+    def environment(self) -> Mapping[str, str]:
+        """Return the environment for the processes."""
         environment = dict(self._workspace.environment)
-        environment.setdefault('ROS_LOG_DIR', str(self._log_folder_name()))
+        environment.setdefault('ROS_LOG_DIR', str(self.log_folder_name()))
         return environment
 
-    def _log_folder_name(self) -> Path:
-        return self._log_folder or _ros_log_folder(self._environment)
+    def log_folder_name(self) -> Path:
+        """Return the folder that `$(log_dir)` names."""
+        return self.log_folder or _ros_log_folder(self._environment)
 
-    def _evaluate(
+    def evaluate(
         self,
         target: Target,
         environment: Mapping[str, str],
         packages: LaunchPackages,
     ) -> Evaluation:
+        """Evaluate the launch file."""
         located = packages.locate(target.name)
         name = target.path if located is None else located[0]
         return evaluate(
@@ -196,8 +246,8 @@ class Launching:
             packages=packages,
             environment=environment,
             arguments=self._options.arguments,
-            cwd=str(self._cwd),
-            log_folder=str(self._log_folder_name()),
+            cwd=str(self.cwd),
+            log_folder=str(self.log_folder_name()),
         )
 
     def _stop_at_errors(self, target: Target, evaluation: Evaluation) -> None:
@@ -206,7 +256,7 @@ class Launching:
             # what is missing may be missing for this reason
             self._check_sourced(target, evaluation)
         if errors:
-            self._report(evaluation.diagnostics)
+            self.report(evaluation.diagnostics)
             raise _GiveUpError(1)
 
     def _wanted(self, target: Target, evaluation: Evaluation) -> set[str]:
@@ -215,7 +265,7 @@ class Launching:
         if self._options.build_all:
             return set(workspace.package_names)
         if self._options.paths is not None:
-            return set(workspace.select(self._options.paths, self._cwd))
+            return set(workspace.select(self._options.paths, self.cwd))
         wanted = set(evaluation.packages)
         if target.package is not None:
             wanted.add(target.package)
@@ -244,21 +294,29 @@ class Launching:
     ) -> None:
         locator = self._workspace.locator
         found = [
-            *undeclared_packages(evaluation, locator),
+            *undeclared_packages(evaluation.packages, locator),
             *pitfalls(evaluation, missing, locator),
         ]
-        self._report(found)
+        self.report(found)
         if any(d.severity == 'error' for d in found):
             raise _GiveUpError(1)
 
-    def _report(self, diagnostics: Iterable[Diagnostic]) -> None:
-        text = render(diagnostics, str(self._cwd))
+    def report(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """Show problems to the user."""
+        text = render(diagnostics, str(self.cwd))
         if text:
             say(text)
 
 
 def _is_installed(evaluation: Evaluation) -> bool:
-    return all(Path(file.name).exists() for file in evaluation.files)
+    """Say whether all is there that was taken for granted before a build."""
+    programs = (p.argv[0] for p in evaluation.plan.processes())
+    files = (file.name for file in evaluation.files)
+    return all(
+        Path(path).exists()
+        for path in (*programs, *files)
+        if isinstance(path, str) and path.startswith('/')
+    )
 
 
 def _log_folder(

@@ -25,6 +25,17 @@ _BUILD_ARGUMENTS = '--build-args'
 _ARGUMENT = re.compile(r'[^-][^\s]*?:=|:=')
 
 
+#: The format of what is shown to people.
+TEXT = 'text'
+#: What can be shown without running anything, with its formats.
+LOOKS = {
+    'show_args': (TEXT,),
+    'check': (TEXT, 'json', 'github', 'sarif'),
+    'plan': (TEXT, 'json', 'mermaid', 'dot'),
+    'schema': (TEXT,),
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Options:
     """
@@ -37,6 +48,10 @@ class Options:
     :param build: Whether anything is built
     :param build_all: Whether all packages are built
     :param build_arguments: Further arguments for `colcon build`
+    :param look: The name in :data:`LOOKS` of what to show instead of running
+    :param look_format: How to show it
+    :param portable: Whether a check finds what `ros2 launch` would reject
+    :param plan: The saved plan to run, if given
     """
 
     words: tuple[str, ...]
@@ -46,6 +61,10 @@ class Options:
     build: bool = True
     build_all: bool = False
     build_arguments: tuple[str, ...] = ()
+    look: str | None = None
+    look_format: str = TEXT
+    portable: bool = False
+    plan: Path | None = None
 
 
 def add_options(parser: Any) -> None:
@@ -76,6 +95,45 @@ def add_options(parser: Any) -> None:
         metavar='"ARG ..."',
         help='Further arguments for `colcon build`, in one word',
     )
+    _add_looks(parser.add_argument_group('Looking without running'))
+
+
+def _add_looks(group: Any) -> None:
+    group.add_argument(
+        '-s',
+        '--show-args',
+        action='store_true',
+        help='Show the launch arguments',
+    )
+    group.add_argument(
+        '--check',
+        nargs='?',
+        const=TEXT,
+        metavar='FORMAT',
+        help='Check every branch of the launch file and of its includes; '
+        'written --check=json, --check=github or --check=sarif for programs',
+    )
+    group.add_argument(
+        '--portable',
+        action='store_true',
+        help='With --check: find what `ros2 launch` would reject, too',
+    )
+    group.add_argument(
+        '--plan',
+        nargs='?',
+        const=TEXT,
+        metavar='FORMAT',
+        help='Show what would run; --plan=json can be saved and run, '
+        '--plan=mermaid and --plan=dot are drawings',
+    )
+    group.add_argument(
+        '--from-plan', metavar='FILE', help='Run a plan that was saved'
+    )
+    group.add_argument(
+        '--schema',
+        action='store_true',
+        help='Print the JSON Schema of launch files, for editors',
+    )
 
 
 class _Parser(argparse.ArgumentParser):
@@ -94,6 +152,7 @@ def parse_options(known: Any) -> Options:
     :raises WorkspaceError: if it makes no sense
     """
     words = [word for word in known.words if word != '--']
+    words = _swallowed_words(known) + words
     arguments, words = _take_arguments(words)
     parser = _Parser(add_help=False, allow_abbrev=False)
     add_options(parser)
@@ -108,12 +167,29 @@ def parse_options(known: Any) -> Options:
     return _make_options(options, words, arguments)
 
 
+def _swallowed_words(known: Any) -> list[str]:
+    """Give back the word that colcon's parser took for a format."""
+    for name in ('check', 'plan'):
+        word = getattr(known, name)
+        if word is not None and word not in LOOKS[name]:
+            setattr(known, name, TEXT)
+            return [word]
+    return []
+
+
 def _joined(words: Sequence[str]) -> list[str]:
-    """Join the option whose value looks like an option with its value."""
+    """
+    Join an option with its value where argparse could not tell.
+
+    That of --build-args looks like an option; --check and --plan take one
+    only behind '='.
+    """
     joined: list[str] = []
     for word in words:
         if joined and joined[-1] == _BUILD_ARGUMENTS:
             joined[-1] = f'{_BUILD_ARGUMENTS}={word}'
+        elif word in ('--check', '--plan'):
+            joined.append(f'{word}={TEXT}')
         else:
             joined.append(word)
     return joined
@@ -127,7 +203,11 @@ def _make_options(
         more, paths = _take_arguments(options.paths)
         arguments = more + arguments
     _check_build(options, paths)
-    if not words:
+    look, look_format = _look(options)
+    plan = options.from_plan
+    if plan is not None and (look or words):
+        raise WorkspaceError('--from-plan FILE takes nothing else to launch')
+    if not words and plan is None and look != 'schema':
         raise WorkspaceError(_nothing_to_launch(paths))
     try:
         build_arguments = shlex.split(options.build_args or '')
@@ -143,7 +223,34 @@ def _make_options(
         build=not options.no_build,
         build_all=options.build_all,
         build_arguments=tuple(build_arguments),
+        look=look,
+        look_format=look_format,
+        portable=options.portable,
+        plan=None if plan is None else Path(plan).expanduser(),
     )
+
+
+def _look(options: Any) -> tuple[str | None, str]:
+    given = [name for name in LOOKS if getattr(options, name)]
+    if len(given) > 1:
+        raise WorkspaceError(
+            f'--{given[0]} and --{given[1]} exclude one another'.replace(
+                '_', '-'
+            )
+        )
+    if not given:
+        return None, TEXT
+    name = given[0]
+    value = getattr(options, name)
+    form = TEXT if value is True else value
+    if form not in LOOKS[name]:
+        formats = ', '.join(LOOKS[name])
+        raise WorkspaceError(
+            f"--{name} has no format '{form}': it is one of {formats}"
+        )
+    if options.portable and name != 'check':
+        raise WorkspaceError('--portable goes with --check')
+    return name, form
 
 
 def _take_arguments(words: Sequence[str]) -> tuple[list[str], list[str]]:

@@ -5,25 +5,31 @@
 
 from collections.abc import Iterable
 from collections.abc import Iterator
+from collections.abc import Mapping
 from pathlib import Path
 
 from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.evaluate import Evaluation
 from colcon_yamllaunch.language.position import Position
+from colcon_yamllaunch.language.state import ExecutableUse
 from colcon_yamllaunch.workspace.locate import PackageLocator
 from colcon_yamllaunch.workspace.missing import missing_executable
 from colcon_yamllaunch.workspace.missing import not_installed
+from colcon_yamllaunch.workspace.missing import unknown_executable
 
 
 def undeclared_packages(
-    evaluation: Evaluation, locator: PackageLocator
+    packages: Mapping[str, Position], locator: PackageLocator
 ) -> Iterator[Diagnostic]:
     """
     Find packages that a launch file uses, but its package does not declare.
 
     They are built all the same; but other tools would not know of them.
+
+    :param packages: The packages that are used, and where first
+    :param locator: The packages that there are
     """
-    for name, position in evaluation.packages.items():
+    for name, position in packages.items():
         owner = locator.package_of(position.path)
         if owner is None or owner.name == name:
             continue
@@ -37,6 +43,23 @@ def undeclared_packages(
                 position,
                 f'add <exec_depend>{name}</exec_depend>',
                 len(name),
+            )
+
+
+def unknown_executables(
+    uses: Iterable[ExecutableUse], locator: PackageLocator
+) -> Iterator[Diagnostic]:
+    """
+    Find programs that not even a build would bring.
+
+    :param uses: The packages' programs that launch files name
+    :param locator: The packages, built or not
+    """
+    for use in uses:
+        reason = unknown_executable(locator, use.package, use.name)
+        if reason is not None:
+            yield Diagnostic(
+                'error', reason, use.position, length=len(use.name)
             )
 
 

@@ -179,6 +179,17 @@ class PackageLocator:
         share = self.share(package) or ''
         return str(share / real.relative_to(folder))
 
+    def owner(self, path: str) -> Package | None:
+        """Get the package of the workspace whose prefix has a path."""
+        normal = Path(os.path.normpath(path))
+        if not normal.is_relative_to(self._install_base):
+            return None
+        names = normal.relative_to(self._install_base).parts
+        # when merged, the path tells whose it is in lib/ and share/ only
+        where = 1 if self._merge_install else 0
+        name = names[where] if len(names) > where else ''
+        return self._packages.get(name)
+
     def _share_name(self, path: Path) -> str | None:
         if not path.is_relative_to(self._install_base):
             return None

@@ -17,6 +17,9 @@ from colcon_yamllaunch.workspace.source import source_files
 #: How many names are listed at most.
 LISTED = 10
 
+_SCRIPTS = ('.py', '.sh')
+_BUILD_FILES = ('CMakeLists.txt', 'setup.py', 'setup.cfg', 'pyproject.toml')
+
 
 def missing_executable(
     locator: PackageLocator, package: str, name: str
@@ -48,6 +51,54 @@ def missing_executable(
     if own is not None and source:
         return _not_installed_program(own, source, name)
     return f"{package} has no executable '{name}'{_nearest(name, there)}"
+
+
+def unknown_executable(
+    locator: PackageLocator, package: str, name: str
+) -> str | None:
+    """
+    Explain why not even a build would bring a program.
+
+    :param locator: The packages, built or not
+    :param package: The package
+    :param name: The program as the launch file names it
+    :returns: The explanation, or None when the program is there or the
+      package's source has or mentions it
+    """
+    own = locator.package(package)
+    prefix = locator.prefix(package)
+    if own is None or prefix is None:
+        return missing_executable(locator, package, name)
+    if is_executable(Path(prefix, 'lib', package, name)):
+        return None
+    source = _source_file(own, name)
+    if source is not None and Path(source).name == name:
+        path = own.path / source
+        return None if is_executable(path) else _not_executable(path, own)
+    if _is_mentioned(own, name):
+        return None
+    if source is not None and Path(source).suffix in _SCRIPTS:
+        source = Path(source).name
+        return f"{package} has no '{name}': did you mean '{source}'?"
+    scripts = {
+        Path(file).name
+        for file, _ in source_files(own.path)
+        if Path(file).suffix in _SCRIPTS
+    }
+    there = {*locator.executables(package), *scripts}
+    return f"{package} has no executable '{name}'{_nearest(name, there)}"
+
+
+def _is_mentioned(package: Package, name: str) -> bool:
+    """Tell whether what describes the build of a package has a name in it."""
+    word = re.compile(rf'(?<![\w.-]){re.escape(name)}(?![\w.-])')
+    for file, _ in source_files(package.path):
+        if Path(file).name in _BUILD_FILES or Path(file).suffix == '.cmake':
+            path = package.path / file
+            text = path.read_text(encoding='utf-8', errors='replace')
+            if word.search(text):
+                return True
+    return False
 
 
 def not_installed(locator: PackageLocator, path: str) -> str | None:

@@ -1,0 +1,111 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What can be seen of a launch without running it."""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.language.check import check
+from colcon_yamllaunch.language.check import Checked
+from colcon_yamllaunch.language.check_output import as_github
+from colcon_yamllaunch.language.check_output import as_json
+from colcon_yamllaunch.language.check_output import as_sarif
+from colcon_yamllaunch.language.check_output import as_text
+from colcon_yamllaunch.language.diagnostics import LaunchError
+from colcon_yamllaunch.language.plan import Plan
+from colcon_yamllaunch.language.plan_graph import plan_as_dot
+from colcon_yamllaunch.language.plan_graph import plan_as_mermaid
+from colcon_yamllaunch.language.plan_json import plan_to_json
+from colcon_yamllaunch.language.plan_text import plan_as_text
+from colcon_yamllaunch.language.show_args import show_arguments
+from colcon_yamllaunch.verb.options import Options
+from colcon_yamllaunch.verb.options import TEXT
+from colcon_yamllaunch.verb.pitfalls import undeclared_packages
+from colcon_yamllaunch.verb.pitfalls import unknown_executables
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.verb.launching import Launching
+
+_CHECK_FORMATS: Mapping[str, Callable[[Checked, str], str]] = {
+    TEXT: as_text,
+    'json': as_json,
+    'github': as_github,
+    'sarif': as_sarif,
+}
+_PLAN_FORMATS: Mapping[str, Callable[[Plan, str], str]] = {
+    TEXT: plan_as_text,
+    'json': lambda plan, _: plan_to_json(plan),
+    'mermaid': plan_as_mermaid,
+    'dot': plan_as_dot,
+}
+
+
+def look(launching: 'Launching', options: Options) -> int:
+    """
+    Show what the user asks to see.
+
+    :param launching: The launch that is not run
+    :param options: What the user asks for
+    :returns: The exit code: 1 when there are errors
+    :raises WorkspaceError: if there is no such launch file
+    """
+    looks = {'check': _check, 'plan': _plan, 'show_args': _show_args}
+    return looks[options.look or ''](launching, options)
+
+
+def _check(launching: 'Launching', options: Options) -> int:
+    target = launching.target()
+    checked = check(
+        target.name,
+        target.path,
+        packages=launching.packages(built=False),
+        environment=launching.environment(),
+        arguments=options.arguments,
+        cwd=str(launching.cwd),
+        portable=options.portable,
+    )
+    found = (
+        *checked.diagnostics,
+        *unknown_executables(checked.executables, launching.locator),
+        *undeclared_packages(checked.packages, launching.locator),
+    )
+    checked = replace(checked, diagnostics=found)
+    show = _CHECK_FORMATS[options.look_format]
+    print(show(checked, str(launching.cwd)), flush=True)
+    return 1 if checked.errors else 0
+
+
+def _show_args(launching: 'Launching', options: Options) -> int:
+    target = launching.target()
+    try:
+        shown = show_arguments(
+            target.name,
+            target.path,
+            packages=launching.packages(built=False),
+            environment=launching.environment(),
+            arguments=options.arguments,
+            cwd=str(launching.cwd),
+            log_folder=str(launching.log_folder_name()),
+        )
+    except LaunchError as e:
+        launching.report(e.diagnostics)
+        return 1
+    print(shown, flush=True)
+    return 0
+
+
+def _plan(launching: 'Launching', options: Options) -> int:
+    evaluation = launching.evaluate(
+        launching.target(),
+        launching.environment(),
+        launching.packages(built=False),
+    )
+    launching.report(evaluation.diagnostics)
+    if evaluation.errors:
+        return 1
+    show = _PLAN_FORMATS[options.look_format]
+    print(show(evaluation.plan, str(launching.cwd)), flush=True)
+    return 0

@@ -1,0 +1,147 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Looking at a launch without running it."""
+
+import json
+import subprocess
+
+from support.user import built
+from support.user import User
+
+SAY = """\
+launch:
+  - arg: {name: who, default: nobody}
+  - executable: {cmd: $(find-pkg-prefix {name})/lib/{name}/hello.sh $(var who)}
+"""
+
+
+def test_plan_builds_and_runs_nothing(user: User) -> None:
+    user.package('one', SAY)
+    output = user.launch('one', 'one', '--plan')
+    assert 'src/one/launch/one.yaml:3:5' in output
+    assert 'hello.sh nobody' in output
+    assert 'hello from' not in output
+    assert not (user.root / 'build').exists()
+
+
+def test_commands_of_a_plan_can_be_pasted(user: User) -> None:
+    user.package('one', SAY)
+    user.launch('one', 'one')
+    output = user.launch('--plan', 'one', 'one', "who:=it's")
+    command = output.splitlines()[1]
+    done = subprocess.run(
+        ['bash', '-c', command], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "hello from one it's\n"
+
+
+def test_saved_plan_runs_as_it_is(user: User) -> None:
+    user.package('one', SAY)
+    user.launch('one', 'one')
+    plan = user.launch('one', 'one', '--plan=json', 'who:=me')
+    assert json.loads(plan)['version'] == 1
+    path = user.write('plan.json', plan)
+    user.write('src/one/launch/one.yaml', 'launch: []\n')
+    output = user.launch('--from-plan', 'plan.json', cwd=path.parent)
+    assert 'hello from one me' in output
+    assert built(output) == []
+
+
+def test_file_that_has_no_plan(user: User) -> None:
+    user.write('plan.json', '{"version": 1, "entries": 3}')
+    output = user.launch('--from-plan', 'plan.json', code=1)
+    assert "'plan.json' has no plan: plan.entries is not a list" in output
+    output = user.launch('--from-plan', 'plan.jsn', code=1)
+    assert "'plan.jsn' has no plan: No such file or directory" in output
+
+
+def test_drawings(user: User) -> None:
+    user.package('one', SAY)
+    assert 'flowchart TB' in user.launch('one', 'one', '--plan=mermaid')
+    assert 'digraph launch {' in user.launch('one', 'one', '--plan=dot')
+
+
+def test_mistakes_show_instead_of_a_plan(user: User) -> None:
+    user.package('one', SAY.replace('who)', 'woh)'))
+    output = user.launch('one', 'one', '--plan', code=1)
+    assert "launch configuration 'woh' does not exist" in output
+    assert "did you mean 'who'?" in output
+
+
+def test_formats_that_do_not_exist(user: User) -> None:
+    user.package('one', SAY)
+    output = user.launch('one', 'one', '--plan=xml', code=1)
+    assert "--plan has no format 'xml'" in output
+    output = user.launch('one', 'one', '--plan', '--check', code=1)
+    assert '--check and --plan exclude one another' in output
+
+
+def test_schema(user: User) -> None:
+    schema = json.loads(user.launch('--schema'))
+    assert 'launch' in schema['properties']
+
+
+def test_check_looks_at_every_branch(user: User) -> None:
+    user.package('two')
+    user.package(
+        'one',
+        'launch:\n'
+        '  - arg: {name: rare, default: "false"}\n'
+        '  - include: {file: $(find-pkg-share two)/launch/no.yaml,\n'
+        '              if: $(var rare)}\n'
+        '  - node: {pkg: neo, exec: x, if: $(var rare)}\n'
+        '  - node: {pkg: two, exec: hello.sh}\n'
+        '  - node: {pkg: two, exec: helo.sh, if: $(var rare)}\n',
+    )
+    user.manifest('one')
+    output = user.launch('one', 'one', '--check', code=1)
+    place = 'src/one/launch/one.yaml'
+    assert f'{place}:3:' in output
+    assert f'{place}:5:' in output
+    assert "did you mean 'one'?" in output
+    assert f'{place}:6:' not in output.replace('warning', '')
+    assert "two has no executable 'helo.sh': it has hello.sh" in output
+    assert 'add <exec_depend>two</exec_depend>' in output
+    assert '3 errors, 1 warning in 1 launch file' in output
+    assert not (user.root / 'build').exists()
+
+
+def test_check_of_what_a_build_will_bring(user: User) -> None:
+    user.package('one', SAY.replace('executable: {cmd', 'log: {message'))
+    assert 'no problems' in user.launch('one', 'one', '--check')
+
+
+def test_check_for_programs(user: User) -> None:
+    user.package('one', 'launch:\n  - nod: {}\n')
+    output = user.launch('one', 'one', '--check=json', code=1)
+    assert json.loads(output)['diagnostics'][0]['line'] == 2
+    output = user.launch('one', 'one', '--check=github', code=1)
+    assert '::error file=src/one/launch/one.yaml,line=2,' in output
+    output = user.launch('one', 'one', '--check=sarif', code=1)
+    assert json.loads(output)['version'] == '2.1.0'
+
+
+def test_check_for_other_launchers(user: User) -> None:
+    user.package('one', 'launch:\n  - arg: {name: a, default: 5}\n')
+    assert user.launch('one', 'one', '--check')
+    output = user.launch('one', 'one', '--check', '--portable', code=1)
+    assert 'src/one/launch/one.yaml:2:' in output
+    assert '--portable goes with --check' in user.launch(
+        'one', 'one', '--plan', '--portable', code=1
+    )
+
+
+def test_show_args(user: User) -> None:
+    user.package('one', SAY)
+    for option in ('--show-args', '-s'):
+        output = user.launch('one', 'one', option)
+        assert "    'who':" in output
+        assert "(default: 'nobody')" in output
+        assert 'src/one/launch/one.yaml:2:' in output
+    assert not (user.root / 'build').exists()
+
+
+def test_show_args_of_a_file_with_mistakes(user: User) -> None:
+    user.package('one', 'launch:\n  - nod: {}\n')
+    assert "did you mean 'node'?" in user.launch('one', 'one', '-s', code=1)
