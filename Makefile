@@ -23,12 +23,13 @@ unexport MAKEFLAGS MAKELEVEL MFLAGS
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .NOTPARALLEL:
-.PHONY: help demo test lint clean distclean
+.PHONY: help demo test lint fuzz clean distclean
 
 help:
 	@echo 'make demo       build and launch sample_ws, stop after 15 seconds'
 	@echo 'make test       ruff, mypy and all tests'
 	@echo 'make lint       ruff and mypy alone'
+	@echo 'make fuzz       the fuzz tests with 100,000 inputs'
 	@echo 'make clean      remove what was built, keep .venv'
 	@echo 'make distclean  remove .venv too'
 
@@ -42,6 +43,9 @@ lint: $(VENV)/.installed
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+
+fuzz: $(VENV)/.installed
+	HYPOTHESIS_PROFILE=long $(BIN)/pytest -n auto tests/language -k fuzz
 
 clean:
 	rm -rf build dist *.egg-info $(COLCON_PRODUCTS)
