@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.language.check import check
-from colcon_yamllaunch.language.check import Checked
-from colcon_yamllaunch.language.check_output import as_github
-from colcon_yamllaunch.language.check_output import as_json
-from colcon_yamllaunch.language.check_output import as_sarif
-from colcon_yamllaunch.language.check_output import as_text
+from colcon_yamllaunch.language.checking.check import check
+from colcon_yamllaunch.language.checking.check import Checked
+from colcon_yamllaunch.language.checking.output import as_github
+from colcon_yamllaunch.language.checking.output import as_json
+from colcon_yamllaunch.language.checking.output import as_sarif
+from colcon_yamllaunch.language.checking.output import as_text
 from colcon_yamllaunch.language.diagnostics import LaunchError
 from colcon_yamllaunch.language.plan import Plan
 from colcon_yamllaunch.language.plan_graph import plan_as_dot

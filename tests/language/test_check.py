@@ -5,8 +5,8 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.language.check import check
-from colcon_yamllaunch.language.check import Checked
+from colcon_yamllaunch.language.checking.check import check
+from colcon_yamllaunch.language.checking.check import Checked
 from colcon_yamllaunch.language.diagnostics import Diagnostic
 import pytest
 

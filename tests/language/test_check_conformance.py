@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 import shutil
 
-from colcon_yamllaunch.language.check import check
+from colcon_yamllaunch.language.checking.check import check
 from colcon_yamllaunch.verb.launch_packages import LaunchPackages
 from colcon_yamllaunch.workspace.locate import PackageLocator
 import pytest

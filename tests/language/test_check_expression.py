@@ -3,8 +3,8 @@
 
 """The expressions that a check may compute."""
 
-from colcon_yamllaunch.language.check_expression import compute
-from colcon_yamllaunch.language.check_expression import ExpressionError
+from colcon_yamllaunch.language.checking.expression import compute
+from colcon_yamllaunch.language.checking.expression import ExpressionError
 import pytest
 
 

@@ -10,11 +10,11 @@ Whatever is in a launch file, a check ends with diagnostics and no traceback.
 import json
 from pathlib import Path
 
-from colcon_yamllaunch.language.check import Checked
-from colcon_yamllaunch.language.check_output import as_github
-from colcon_yamllaunch.language.check_output import as_json
-from colcon_yamllaunch.language.check_output import as_sarif
-from colcon_yamllaunch.language.check_output import as_text
+from colcon_yamllaunch.language.checking.check import Checked
+from colcon_yamllaunch.language.checking.output import as_github
+from colcon_yamllaunch.language.checking.output import as_json
+from colcon_yamllaunch.language.checking.output import as_sarif
+from colcon_yamllaunch.language.checking.output import as_text
 from colcon_yamllaunch.language.substitutions import Kind
 from colcon_yamllaunch.language.substitutions import KINDS
 from hypothesis import given

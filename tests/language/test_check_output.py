@@ -6,11 +6,11 @@
 import json
 from typing import Any
 
-from colcon_yamllaunch.language.check import Checked
-from colcon_yamllaunch.language.check_output import as_github
-from colcon_yamllaunch.language.check_output import as_json
-from colcon_yamllaunch.language.check_output import as_sarif
-from colcon_yamllaunch.language.check_output import as_text
+from colcon_yamllaunch.language.checking.check import Checked
+from colcon_yamllaunch.language.checking.output import as_github
+from colcon_yamllaunch.language.checking.output import as_json
+from colcon_yamllaunch.language.checking.output import as_sarif
+from colcon_yamllaunch.language.checking.output import as_text
 from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.position import Position
 from colcon_yamllaunch.language.source import Source

@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 import os
 
-from colcon_yamllaunch.language.check_arguments import FileUse
-from colcon_yamllaunch.language.check_scope import Guard
-from colcon_yamllaunch.language.check_scope import Scope
+from colcon_yamllaunch.language.checking.arguments import FileUse
+from colcon_yamllaunch.language.checking.scope import Guard
+from colcon_yamllaunch.language.checking.scope import Scope
 from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import error
 from colcon_yamllaunch.language.diagnostics import LaunchError

@@ -8,14 +8,14 @@ import os
 import re
 import shutil
 
-from colcon_yamllaunch.language.check_attributes import check_command
-from colcon_yamllaunch.language.check_attributes import check_pairs
-from colcon_yamllaunch.language.check_attributes import truth
-from colcon_yamllaunch.language.check_parameters import check_parameter
-from colcon_yamllaunch.language.check_scope import Guard
-from colcon_yamllaunch.language.check_scope import Value
-from colcon_yamllaunch.language.check_state import Checking
-from colcon_yamllaunch.language.check_values import value_of
+from colcon_yamllaunch.language.checking.attributes import check_command
+from colcon_yamllaunch.language.checking.attributes import check_pairs
+from colcon_yamllaunch.language.checking.attributes import truth
+from colcon_yamllaunch.language.checking.parameters import check_parameter
+from colcon_yamllaunch.language.checking.scope import Guard
+from colcon_yamllaunch.language.checking.scope import Value
+from colcon_yamllaunch.language.checking.state import Checking
+from colcon_yamllaunch.language.checking.values import value_of
 from colcon_yamllaunch.language.names import join_namespace
 from colcon_yamllaunch.language.names import namespace_problem
 from colcon_yamllaunch.language.names import node_name_problem

@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 import os
 
-from colcon_yamllaunch.language.check_expression import compute
-from colcon_yamllaunch.language.check_expression import ExpressionError
-from colcon_yamllaunch.language.check_scope import known
-from colcon_yamllaunch.language.check_scope import shortened
-from colcon_yamllaunch.language.check_scope import unknown
-from colcon_yamllaunch.language.check_scope import Value
-from colcon_yamllaunch.language.check_state import Checking
+from colcon_yamllaunch.language.checking.expression import compute
+from colcon_yamllaunch.language.checking.expression import ExpressionError
+from colcon_yamllaunch.language.checking.scope import known
+from colcon_yamllaunch.language.checking.scope import shortened
+from colcon_yamllaunch.language.checking.scope import unknown
+from colcon_yamllaunch.language.checking.scope import Value
+from colcon_yamllaunch.language.checking.state import Checking
 from colcon_yamllaunch.language.diagnostics import LaunchError
 from colcon_yamllaunch.language.position import Position
 from colcon_yamllaunch.language.substitutions import evaluate_template

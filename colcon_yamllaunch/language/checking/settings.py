@@ -7,14 +7,14 @@ from collections.abc import Callable
 from collections.abc import Mapping
 import os
 
-from colcon_yamllaunch.language.check_attributes import check_pairs
-from colcon_yamllaunch.language.check_parameters import check_parameter_file
-from colcon_yamllaunch.language.check_parameters import check_value
-from colcon_yamllaunch.language.check_scope import Binding
-from colcon_yamllaunch.language.check_scope import unknown
-from colcon_yamllaunch.language.check_scope import Value
-from colcon_yamllaunch.language.check_state import Checking
-from colcon_yamllaunch.language.check_values import ANY_VARIABLE
+from colcon_yamllaunch.language.checking.attributes import check_pairs
+from colcon_yamllaunch.language.checking.parameters import check_parameter_file
+from colcon_yamllaunch.language.checking.parameters import check_value
+from colcon_yamllaunch.language.checking.scope import Binding
+from colcon_yamllaunch.language.checking.scope import unknown
+from colcon_yamllaunch.language.checking.scope import Value
+from colcon_yamllaunch.language.checking.state import Checking
+from colcon_yamllaunch.language.checking.values import ANY_VARIABLE
 from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.names import join_namespace
 from colcon_yamllaunch.language.names import namespace_problem

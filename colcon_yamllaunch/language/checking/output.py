@@ -17,7 +17,7 @@ from typing import Any
 from urllib.parse import quote
 
 from colcon_yamllaunch import __version__
-from colcon_yamllaunch.language.check import Checked
+from colcon_yamllaunch.language.checking.check import Checked
 from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import render
 from colcon_yamllaunch.language.diagnostics import Severity

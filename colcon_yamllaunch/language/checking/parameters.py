@@ -5,10 +5,10 @@
 
 import os
 
-from colcon_yamllaunch.language.check_attributes import truth
-from colcon_yamllaunch.language.check_scope import Value
-from colcon_yamllaunch.language.check_state import Checking
-from colcon_yamllaunch.language.check_values import value_of
+from colcon_yamllaunch.language.checking.attributes import truth
+from colcon_yamllaunch.language.checking.scope import Value
+from colcon_yamllaunch.language.checking.state import Checking
+from colcon_yamllaunch.language.checking.values import value_of
 from colcon_yamllaunch.language.diagnostics import LaunchError
 from colcon_yamllaunch.language.parameter_value import coerce
 from colcon_yamllaunch.language.parameter_value import infer

@@ -11,10 +11,10 @@ from colcon_yamllaunch.language.actions import Action
 from colcon_yamllaunch.language.actions import ACTIONS
 from colcon_yamllaunch.language.actions import Attribute
 from colcon_yamllaunch.language.actions import Type
-from colcon_yamllaunch.language.check_scope import Value
-from colcon_yamllaunch.language.check_state import Checking
-from colcon_yamllaunch.language.check_values import value_of
-from colcon_yamllaunch.language.check_values import value_of_part
+from colcon_yamllaunch.language.checking.scope import Value
+from colcon_yamllaunch.language.checking.state import Checking
+from colcon_yamllaunch.language.checking.values import value_of
+from colcon_yamllaunch.language.checking.values import value_of_part
 from colcon_yamllaunch.language.command_line import split_command_line
 from colcon_yamllaunch.language.command_line import UnclosedQuoteError
 from colcon_yamllaunch.language.substitutions import parse_boolean

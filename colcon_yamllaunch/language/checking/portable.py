@@ -16,7 +16,7 @@ import shlex
 from colcon_yamllaunch.language.actions import Attribute
 from colcon_yamllaunch.language.actions import items_of
 from colcon_yamllaunch.language.actions import Type
-from colcon_yamllaunch.language.check_attributes import attributes_of
+from colcon_yamllaunch.language.checking.attributes import attributes_of
 from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.substitutions import KINDS
 from colcon_yamllaunch.language.template import Substitution
