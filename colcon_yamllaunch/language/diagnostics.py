@@ -124,13 +124,13 @@ def _render_one(diagnostic: Diagnostic, cwd: str) -> Sequence[str]:
     if position is None:
         lines.append(f'colcon launch: {text}')
     else:
-        lines.append(f'{_place(position, cwd)}: {text}')
+        lines.append(f'{shown_position(position, cwd)}: {text}')
         lines.extend(_excerpt(position, diagnostic.length))
     if diagnostic.hint is not None:
         lines.append(f'  help: {diagnostic.hint}')
     for number, origin in enumerate(diagnostic.origins):
         verb = 'passed by' if number else 'its value was set at'
-        lines.append(f'  {verb} {_place(origin, cwd)}')
+        lines.append(f'  {verb} {shown_position(origin, cwd)}')
     lines.extend(_include_chain(diagnostic.includes, cwd))
     return lines
 
@@ -142,10 +142,11 @@ def _include_chain(includes: Sequence[Position], cwd: str) -> Iterator[str]:
             if number == MAXIMUM_INCLUDES // 2:
                 yield f'  … {hidden} more'
             continue
-        yield f'  included from {_place(include, cwd)}'
+        yield f'  included from {shown_position(include, cwd)}'
 
 
-def _place(position: Position, cwd: str) -> str:
+def shown_position(position: Position, cwd: str) -> str:
+    """Return a position with its path as a user in `cwd` would write it."""
     path = shown_path(position.path, cwd)
     return f'{path}:{position.line}:{position.column}'
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping as AbstractMapping
 import shlex
 
 from colcon_yamllaunch.language.diagnostics import LaunchError
-from colcon_yamllaunch.language.diagnostics import shown_path
+from colcon_yamllaunch.language.diagnostics import shown_position
 from colcon_yamllaunch.language.plan import Entry
 from colcon_yamllaunch.language.plan import Message
 from colcon_yamllaunch.language.plan import ParameterFile
@@ -17,7 +17,6 @@ from colcon_yamllaunch.language.plan import Process
 from colcon_yamllaunch.language.plan import SetParameter
 from colcon_yamllaunch.language.plan import Shutdown
 from colcon_yamllaunch.language.plan import UNLIMITED_RETRIES
-from colcon_yamllaunch.language.position import Position
 from colcon_yamllaunch.language.source import read_source
 from colcon_yamllaunch.language.yaml_reader import Mapping
 from colcon_yamllaunch.language.yaml_reader import read_yaml
@@ -43,7 +42,7 @@ def plan_as_text(plan: Plan, cwd: str) -> str:
         lines += ['', 'conditions:']
     for condition in plan.conditions:
         taken = 'taken' if condition.taken else 'not taken'
-        place = _place(condition.position, cwd)
+        place = shown_position(condition.position, cwd)
         lines.append(f'{_INDENT}{condition.text}  {taken}  ({place})')
     return '\n'.join(lines)
 
@@ -107,7 +106,7 @@ def _process(process: Process, cwd: str) -> Iterator[str]:
         facts.append(f'node {process.node_name}')
     if process.package is not None:
         facts.append(f'package {process.package}')
-    yield f'{", ".join(facts)}  ({_place(process.position, cwd)})'
+    yield f'{", ".join(facts)}  ({shown_position(process.position, cwd)})'
     yield f'{_INDENT}{command(process)}'
     for text in _behaviour(process):
         yield f'{_INDENT}{text}'
@@ -115,9 +114,9 @@ def _process(process: Process, cwd: str) -> Iterator[str]:
     if parameters:
         yield f'{_INDENT}parameters:'
     for parameter in parameters:
-        place = _place(parameter.position, cwd)
+        place = shown_position(parameter.position, cwd)
         origins = ''.join(
-            f', passed by {_place(origin, cwd)}'
+            f', passed by {shown_position(origin, cwd)}'
             for origin in parameter.origins
         )
         name = f'{parameter.name}: {parameter.value}'
@@ -195,8 +194,3 @@ def _shown(value: Value) -> str:
     if isinstance(value, Sequence):
         return f'[{", ".join(_shown(item) for item in value.items)}]'
     return value.text if isinstance(value, Scalar) else '{…}'
-
-
-def _place(position: Position, cwd: str) -> str:
-    path = shown_path(position.path, cwd)
-    return f'{path}:{position.line}:{position.column}'

@@ -9,9 +9,8 @@ from collections.abc import Mapping
 from colcon_yamllaunch.language.declared import Declarations
 from colcon_yamllaunch.language.declared import DeclaredArgument
 from colcon_yamllaunch.language.declared import find_declarations
-from colcon_yamllaunch.language.diagnostics import shown_path
+from colcon_yamllaunch.language.diagnostics import shown_position
 from colcon_yamllaunch.language.packages import Packages
-from colcon_yamllaunch.language.position import Position
 
 _INDENT = ' ' * 8
 
@@ -67,7 +66,7 @@ def _lines(declarations: Declarations, cwd: str) -> Iterator[str]:
         yield 'Includes that may have more arguments:'
         for position, reason in declarations.not_followed.items():
             yield ''
-            yield f'    {_place(position, cwd)}:'
+            yield f'    {shown_position(position, cwd)}:'
             yield _indented(reason)
 
 
@@ -79,9 +78,10 @@ def _argument(argument: DeclaredArgument, cwd: str) -> Iterator[str]:
         yield f'{_INDENT}(required)'
     else:
         yield _indented(f"(default: '{argument.default}')")
-    yield f'{_INDENT}(declared at {_place(argument.position, cwd)})'
+    yield f'{_INDENT}(declared at {shown_position(argument.position, cwd)})'
     if argument.set_at is not None:
-        yield f'{_INDENT}(always set at {_place(argument.set_at, cwd)})'
+        place = shown_position(argument.set_at, cwd)
+        yield f'{_INDENT}(always set at {place})'
 
 
 def _description(argument: DeclaredArgument) -> str:
@@ -93,11 +93,6 @@ def _description(argument: DeclaredArgument) -> str:
         return argument.description
     stop = '' if argument.description.endswith('.') else '.'
     return f'{argument.description}{stop} Valid choices are: [{choices}]'
-
-
-def _place(position: Position, cwd: str) -> str:
-    path = shown_path(position.path, cwd)
-    return f'{path}:{position.line}:{position.column}'
 
 
 def _indented(text: str) -> str:

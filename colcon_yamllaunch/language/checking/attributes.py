@@ -5,6 +5,7 @@
 
 from collections.abc import Callable
 from collections.abc import Iterable
+from dataclasses import replace
 import math
 
 from colcon_yamllaunch.language.actions import Action
@@ -123,7 +124,8 @@ def check_command(
             hint='close it, or put it into quotes of the other kind',
             length=text.length,
         )
-        return [(text, value_of(checking, text))]
+        # what was meant for the program is not known now
+        return [(text, replace(value_of(checking, text), text=None))]
     return [(text, value_of_part(checking, text, piece)) for piece in pieces]
 
 
