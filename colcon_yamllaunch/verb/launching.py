@@ -20,13 +20,11 @@ from colcon_yamllaunch.language.evaluate import evaluate
 from colcon_yamllaunch.language.evaluate import Evaluation
 from colcon_yamllaunch.language.plan_json import plan_from_json
 from colcon_yamllaunch.language.plan_json import PlanFormatError
-from colcon_yamllaunch.language.schema import schema_text
 from colcon_yamllaunch.runtime.launch import run
 from colcon_yamllaunch.verb.installed import InstalledWorkspace
 from colcon_yamllaunch.verb.launch_packages import LaunchPackages
 from colcon_yamllaunch.verb.log_base import LOG_PATH
 from colcon_yamllaunch.verb.log_base import root_of
-from colcon_yamllaunch.verb.looking import look
 from colcon_yamllaunch.verb.options import Options
 from colcon_yamllaunch.verb.options import parse_options
 from colcon_yamllaunch.verb.pitfalls import pitfalls
@@ -61,10 +59,15 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
         log_folder = _log_folder(known.log_base, environment)
         options = parse_options(known)
         if options.look == 'schema':
+            from colcon_yamllaunch.language.schema import schema_text
+
             print(schema_text(), end='', flush=True)
             return 0
         launching = Launching(options, Path.cwd(), environment, log_folder)
         if options.look is not None:
+            # a launch that runs does without all that this imports
+            from colcon_yamllaunch.verb.looking import look
+
             return look(launching, options)
         if options.plan is not None:
             return launching.run_saved(options.plan)
