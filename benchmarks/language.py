@@ -23,6 +23,7 @@ import tempfile
 import time
 
 from colcon_yamllaunch.language.evaluate import evaluate
+from colcon_yamllaunch.language.request import Request
 import yaml
 
 #: The numbers of lines that trees are made with.
@@ -125,13 +126,15 @@ def load_all(texts: list[str], loader: type) -> None:
 def plan(top: Path) -> None:
     """Read, check and evaluate a tree."""
     evaluation = evaluate(
-        str(top),
-        str(top),
-        packages=AnyPackages(),
-        environment={'PATH': '/usr/bin:/bin'},
-        arguments={},
-        cwd=str(top.parent),
-        log_folder='/tmp',
+        Request(
+            str(top),
+            str(top),
+            packages=AnyPackages(),
+            environment={'PATH': '/usr/bin:/bin'},
+            arguments={},
+            cwd=str(top.parent),
+            log_folder='/tmp',
+        ),
     )
     assert not evaluation.errors, evaluation.errors
 

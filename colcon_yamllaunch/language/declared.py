@@ -19,9 +19,9 @@ from colcon_yamllaunch.language.diagnostics import LaunchError
 from colcon_yamllaunch.language.evaluate import locate_include
 from colcon_yamllaunch.language.evaluate import MAXIMUM_ACTIONS
 from colcon_yamllaunch.language.evaluate import MAXIMUM_INCLUDE_DEPTH
-from colcon_yamllaunch.language.packages import Packages
 from colcon_yamllaunch.language.position import Position
 from colcon_yamllaunch.language.python_launch import PYTHON_SUFFIX
+from colcon_yamllaunch.language.request import Request
 from colcon_yamllaunch.language.scope import Scope
 from colcon_yamllaunch.language.source import read_source
 from colcon_yamllaunch.language.state import State
@@ -79,16 +79,7 @@ class Declarations:
     not_followed: Mapping[Position, str]
 
 
-def find_declarations(
-    name: str,
-    path: str,
-    *,
-    packages: Packages,
-    environment: Mapping[str, str],
-    arguments: Mapping[str, str],
-    cwd: str,
-    log_folder: str,
-) -> Declarations:
+def find_declarations(request: Request) -> Declarations:
     """
     Find the launch arguments of a launch file with everything it includes.
 
@@ -96,25 +87,14 @@ def find_declarations(
     declaration of a name counts, and what stands behind a `reset` does not,
     since the command line does not reach there.
 
-    :param name: The path that the launch file goes by
-    :param path: The file to read
-    :param packages: The packages that there are
-    :param environment: The environment that the launch would run in
-    :param arguments: The launch arguments, for the paths of includes
-    :param cwd: The folder that relative paths start from, absolute
-    :param log_folder: The folder that `$(log_dir)` names
+    :param request: The launch file; the launch arguments matter only for the
+      paths of includes
     :raises LaunchError: if a launch file that is used in any case has mistakes
     """
-    state = State(
-        packages=packages,
-        environment=environment,
-        arguments=arguments,
-        cwd=cwd,
-        log_folder=log_folder,
-    )
+    state = State(request)
     finder = _Finder(state)
     try:
-        finder.find(name, path)
+        finder.find(request.name, request.path)
     except RecursionError:
         raise error('the launch file is nested too deep') from None
     errors = [d for d in state.diagnostics if d.severity == 'error']

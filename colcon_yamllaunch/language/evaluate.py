@@ -14,7 +14,6 @@ from colcon_yamllaunch.language import settings
 from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import error
 from colcon_yamllaunch.language.diagnostics import LaunchError
-from colcon_yamllaunch.language.packages import Packages
 from colcon_yamllaunch.language.plan import Condition
 from colcon_yamllaunch.language.plan import Entry
 from colcon_yamllaunch.language.plan import Plan
@@ -22,6 +21,7 @@ from colcon_yamllaunch.language.plan import Timer
 from colcon_yamllaunch.language.position import Position
 from colcon_yamllaunch.language.python_launch import add_python_launch_file
 from colcon_yamllaunch.language.python_launch import PYTHON_SUFFIX
+from colcon_yamllaunch.language.request import Request
 from colcon_yamllaunch.language.source import read_source
 from colcon_yamllaunch.language.source import Source
 from colcon_yamllaunch.language.state import ExecutableUse
@@ -65,41 +65,20 @@ class Evaluation:
         return tuple(d for d in self.diagnostics if d.severity == 'error')
 
 
-def evaluate(
-    name: str,
-    path: str,
-    *,
-    packages: Packages,
-    environment: Mapping[str, str],
-    arguments: Mapping[str, str],
-    cwd: str,
-    log_folder: str,
-) -> Evaluation:
+def evaluate(request: Request) -> Evaluation:
     """
     Evaluate a launch file with everything that it includes.
 
     Nothing is started but what `$(command …)` says.
 
-    :param name: The path that the launch file goes by
-    :param path: The file to read
-    :param packages: The packages that there are
-    :param environment: The environment that the launch runs in
-    :param arguments: The launch arguments
-    :param cwd: The folder that relative paths start from, absolute
-    :param log_folder: The folder that `$(log_dir)` names
+    :param request: The launch file, and what to evaluate it with
     """
-    state = State(
-        packages=packages,
-        environment=environment,
-        arguments=arguments,
-        cwd=cwd,
-        log_folder=log_folder,
-    )
+    state = State(request)
     evaluator = _Evaluator(state)
-    evaluator.run(name, path)
+    evaluator.run(request.name, request.path)
     if not evaluator.has_python:
         # what a launch file in Python declares is not known
-        _warn_of_unknown_arguments(state, evaluator.files, arguments)
+        _warn_of_unknown_arguments(state, evaluator.files, request.arguments)
     return Evaluation(
         Plan(
             tuple(state.entries), tuple(state.blocks), tuple(state.conditions)

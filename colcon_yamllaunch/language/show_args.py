@@ -4,47 +4,30 @@
 """The launch arguments of a launch file, laid out for a reader."""
 
 from collections.abc import Iterator
-from collections.abc import Mapping
 
 from colcon_yamllaunch.language.declared import Declarations
 from colcon_yamllaunch.language.declared import DeclaredArgument
 from colcon_yamllaunch.language.declared import find_declarations
 from colcon_yamllaunch.language.diagnostics import shown_position
-from colcon_yamllaunch.language.packages import Packages
+from colcon_yamllaunch.language.request import Request
 
 _INDENT = ' ' * 8
 
 
-def show_arguments(
-    name: str,
-    path: str,
-    *,
-    packages: Packages,
-    environment: Mapping[str, str],
-    arguments: Mapping[str, str],
-    cwd: str,
-    log_folder: str,
-) -> str:
+def show_arguments(request: Request) -> str:
     """
     Show the launch arguments of a launch file with everything it includes.
 
     The layout is that of `ros2 launch --show-args`, with more lines in it:
     where each argument is declared, and which includes could not be followed.
-    The parameters are those of :func:`find_declarations`.
 
+    :param request: The launch file; the launch arguments matter only for the
+      paths of includes
     :returns: Lines, without a line end after the last
     :raises LaunchError: if a launch file that is used in any case has mistakes
     """
-    declarations = find_declarations(
-        name,
-        path,
-        packages=packages,
-        environment=environment,
-        arguments=arguments,
-        cwd=cwd,
-        log_folder=log_folder,
-    )
-    return '\n'.join(_lines(declarations, cwd))
+    declarations = find_declarations(request)
+    return '\n'.join(_lines(declarations, request.cwd))
 
 
 def _lines(declarations: Declarations, cwd: str) -> Iterator[str]:

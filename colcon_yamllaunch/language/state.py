@@ -5,7 +5,6 @@
 
 from collections.abc import Callable
 from collections.abc import Iterator
-from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from dataclasses import replace
@@ -15,11 +14,11 @@ from typing import TypeVar
 from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import error
 from colcon_yamllaunch.language.diagnostics import LaunchError
-from colcon_yamllaunch.language.packages import Packages
 from colcon_yamllaunch.language.plan import Block
 from colcon_yamllaunch.language.plan import Condition
 from colcon_yamllaunch.language.plan import Entry
 from colcon_yamllaunch.language.position import Position
+from colcon_yamllaunch.language.request import Request
 from colcon_yamllaunch.language.scope import Scope
 from colcon_yamllaunch.language.source import Source
 from colcon_yamllaunch.language.substitutions import parse_boolean
@@ -50,27 +49,16 @@ class State:
     """
     The state of an evaluation; also what substitutions look at.
 
-    :param packages: The packages that there are
-    :param environment: The environment that the launch runs in
-    :param arguments: The launch arguments that were given
-    :param cwd: The folder that relative paths start from
-    :param log_folder: The folder that `$(log_dir)` names
+    :param request: What is to be evaluated
     """
 
-    def __init__(
-        self,
-        *,
-        packages: Packages,
-        environment: Mapping[str, str],
-        arguments: Mapping[str, str],
-        cwd: str,
-        log_folder: str,
-    ) -> None:
-        self.packages = packages
-        self.environment = dict(environment)
-        self.cwd = cwd
-        self.log_folder = log_folder
-        self.scope = Scope(dict(arguments), dict(environment))
+    def __init__(self, request: Request) -> None:
+        environment = dict(request.environment)
+        self.packages = request.packages
+        self.environment = environment
+        self.cwd = request.cwd
+        self.log_folder = request.log_folder
+        self.scope = Scope(dict(request.arguments), dict(environment))
         self.entries: list[Entry] = []
         self.diagnostics: list[Diagnostic] = []
         self.packages_used: dict[str, Position] = {}

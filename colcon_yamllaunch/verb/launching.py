@@ -18,8 +18,10 @@ from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import render
 from colcon_yamllaunch.language.evaluate import evaluate
 from colcon_yamllaunch.language.evaluate import Evaluation
+from colcon_yamllaunch.language.plan import Plan
 from colcon_yamllaunch.language.plan_json import plan_from_json
 from colcon_yamllaunch.language.plan_json import PlanFormatError
+from colcon_yamllaunch.language.request import Request
 from colcon_yamllaunch.runtime.launch import run
 from colcon_yamllaunch.verb.installed import InstalledWorkspace
 from colcon_yamllaunch.verb.launch_packages import LaunchPackages
@@ -110,7 +112,7 @@ class _GiveUpError(Exception):
 class _Ready:
     """A launch that can be run."""
 
-    evaluation: Evaluation
+    plan: Plan
     environment: Mapping[str, str]
 
 
@@ -138,6 +140,7 @@ class Launching:
         self._workspace = InstalledWorkspace(
             self._find_root(), options.build_arguments, environment, say
         )
+        self._packages = LaunchPackages(self._workspace.locator, built=False)
 
     def run(self) -> int:
         """Do it, and return the exit code."""
@@ -146,7 +149,7 @@ class Launching:
         except _GiveUpError as e:
             return e.returncode
         return run(
-            ready.evaluation.plan,
+            ready.plan,
             environment=ready.environment,
             log_folder=self.log_folder,
         )
@@ -182,9 +185,8 @@ class Launching:
         is_final = not self._options.build or self._workspace.root is None
         for _ in range(MAXIMUM_ROUNDS):
             target = self.target()
-            environment = self.environment()
-            packages = self.packages(built=is_final)
-            evaluation = self.evaluate(target, environment, packages)
+            request = self.request(target, built=is_final)
+            evaluation = evaluate(request)
             errors = evaluation.errors
             if is_final or any(not e.may_pass_after_build for e in errors):
                 break
@@ -196,8 +198,8 @@ class Launching:
                 break
         self._stop_at_errors(target, evaluation)
         self.report(evaluation.diagnostics)
-        self._stop_at_pitfalls(evaluation, packages.not_installed)
-        return _Ready(evaluation, environment)
+        self._stop_at_pitfalls(evaluation)
+        return _Ready(evaluation.plan, request.environment)
 
     def target(self) -> Target:
         """
@@ -215,10 +217,6 @@ class Launching:
             target = package_target(words, locator, broken)
         return target
 
-    def packages(self, *, built: bool) -> LaunchPackages:
-        """Return the packages as the launch language sees them."""
-        return LaunchPackages(self._workspace.locator, built=built)
-
     @property
     def locator(self) -> PackageLocator:
         """Where the packages are."""
@@ -234,20 +232,24 @@ class Launching:
         """Return the folder that `$(log_dir)` names."""
         return self.log_folder or _ros_log_folder(self._environment)
 
-    def evaluate(
-        self,
-        target: Target,
-        environment: Mapping[str, str],
-        packages: LaunchPackages,
-    ) -> Evaluation:
-        """Evaluate the launch file."""
-        located = packages.locate(target.name)
-        name = target.path if located is None else located[0]
-        return evaluate(
-            name,
+    def request(
+        self, target: Target | None = None, *, built: bool = False
+    ) -> Request:
+        """
+        Return what is to be evaluated.
+
+        :param target: The launch file; by default that which the user means
+        :param built: Whether all that was to be built has been built
+        :raises WorkspaceError: if there is no such launch file
+        """
+        target = target or self.target()
+        self._packages = LaunchPackages(self._workspace.locator, built=built)
+        located = self._packages.locate(target.name)
+        return Request(
+            target.path if located is None else located[0],
             target.path,
-            packages=packages,
-            environment=environment,
+            packages=self._packages,
+            environment=self.environment(),
             arguments=self._options.arguments,
             cwd=str(self.cwd),
             log_folder=str(self.log_folder_name()),
@@ -292,13 +294,11 @@ class Launching:
             may_build=self._options.build,
         )
 
-    def _stop_at_pitfalls(
-        self, evaluation: Evaluation, missing: Iterable[str]
-    ) -> None:
+    def _stop_at_pitfalls(self, evaluation: Evaluation) -> None:
         locator = self._workspace.locator
         found = [
             *undeclared_packages(evaluation.packages, locator),
-            *pitfalls(evaluation, missing, locator),
+            *pitfalls(evaluation, self._packages.not_installed, locator),
         ]
         self.report(found)
         if any(d.severity == 'error' for d in found):

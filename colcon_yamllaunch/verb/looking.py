@@ -15,6 +15,7 @@ from colcon_yamllaunch.language.checking.output import as_json
 from colcon_yamllaunch.language.checking.output import as_sarif
 from colcon_yamllaunch.language.checking.output import as_text
 from colcon_yamllaunch.language.diagnostics import LaunchError
+from colcon_yamllaunch.language.evaluate import evaluate
 from colcon_yamllaunch.language.plan import Plan
 from colcon_yamllaunch.language.plan_graph import plan_as_dot
 from colcon_yamllaunch.language.plan_graph import plan_as_mermaid
@@ -57,16 +58,7 @@ def look(launching: 'Launching', options: Options) -> int:
 
 
 def _check(launching: 'Launching', options: Options) -> int:
-    target = launching.target()
-    checked = check(
-        target.name,
-        target.path,
-        packages=launching.packages(built=False),
-        environment=launching.environment(),
-        arguments=options.arguments,
-        cwd=str(launching.cwd),
-        portable=options.portable,
-    )
+    checked = check(launching.request(), portable=options.portable)
     found = (
         *checked.diagnostics,
         *unknown_executables(checked.executables, launching.locator),
@@ -78,18 +70,9 @@ def _check(launching: 'Launching', options: Options) -> int:
     return 1 if checked.errors else 0
 
 
-def _show_args(launching: 'Launching', options: Options) -> int:
-    target = launching.target()
+def _show_args(launching: 'Launching', _options: Options) -> int:
     try:
-        shown = show_arguments(
-            target.name,
-            target.path,
-            packages=launching.packages(built=False),
-            environment=launching.environment(),
-            arguments=options.arguments,
-            cwd=str(launching.cwd),
-            log_folder=str(launching.log_folder_name()),
-        )
+        shown = show_arguments(launching.request())
     except LaunchError as e:
         launching.report(e.diagnostics)
         return 1
@@ -98,11 +81,7 @@ def _show_args(launching: 'Launching', options: Options) -> int:
 
 
 def _plan(launching: 'Launching', options: Options) -> int:
-    evaluation = launching.evaluate(
-        launching.target(),
-        launching.environment(),
-        launching.packages(built=False),
-    )
+    evaluation = evaluate(launching.request())
     launching.report(evaluation.diagnostics)
     if evaluation.errors:
         return 1

@@ -13,6 +13,7 @@ from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.evaluate import evaluate
 from colcon_yamllaunch.language.evaluate import Evaluation
 from colcon_yamllaunch.language.plan import Process
+from colcon_yamllaunch.language.request import Request
 from colcon_yamllaunch.language.source import Source
 from hypothesis import HealthCheck
 from hypothesis import settings
@@ -123,13 +124,17 @@ class Launcher:
         """Evaluate a launch file, whatever comes of it."""
         path = str(self.write('main.yaml', text))
         return evaluate(
-            path,
-            path,
-            packages=self.packages,
-            environment=self.environment,
-            arguments={k.replace('__', '-'): v for k, v in arguments.items()},
-            cwd=str(self.folder),
-            log_folder=LOG_FOLDER,
+            Request(
+                path,
+                path,
+                packages=self.packages,
+                environment=self.environment,
+                arguments={
+                    k.replace('__', '-'): v for k, v in arguments.items()
+                },
+                cwd=str(self.folder),
+                log_folder=LOG_FOLDER,
+            ),
         )
 
     def good(self, text: str, **arguments: str) -> Evaluation:

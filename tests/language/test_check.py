@@ -8,6 +8,7 @@ from pathlib import Path
 from colcon_yamllaunch.language.checking.check import check
 from colcon_yamllaunch.language.checking.check import Checked
 from colcon_yamllaunch.language.diagnostics import Diagnostic
+from colcon_yamllaunch.language.request import Request
 import pytest
 
 from tests.language.conftest import Launcher
@@ -23,12 +24,14 @@ def checked(
 ) -> Checked:
     path = str(launcher.write('main.yaml', text))
     return check(
-        path,
-        path,
-        packages=launcher.packages,
-        environment=launcher.environment,
-        arguments=given,
-        cwd=str(launcher.folder),
+        Request(
+            path,
+            path,
+            packages=launcher.packages,
+            environment=launcher.environment,
+            arguments=given,
+            cwd=str(launcher.folder),
+        ),
         portable=portable,
     )
 
@@ -608,12 +611,14 @@ launch:
     def test_one_that_is_not_declared(self, launcher: Launcher) -> None:
         path = launcher.write('main.yaml', self.REQUIRED)
         (problem,) = check(
-            str(path),
-            str(path),
-            packages=launcher.packages,
-            environment=launcher.environment,
-            arguments={'mus': 'x'},
-            cwd=str(launcher.folder),
+            Request(
+                str(path),
+                str(path),
+                packages=launcher.packages,
+                environment=launcher.environment,
+                arguments={'mus': 'x'},
+                cwd=str(launcher.folder),
+            ),
             portable=False,
         ).diagnostics
         assert problem.position is None

@@ -8,6 +8,7 @@ from pathlib import Path
 import shutil
 
 from colcon_yamllaunch.language.checking.check import check
+from colcon_yamllaunch.language.request import Request
 from colcon_yamllaunch.verb.launch_packages import LaunchPackages
 from colcon_yamllaunch.workspace.locate import PackageLocator
 import pytest
@@ -54,12 +55,14 @@ def test_case(name: str, installed: Path) -> None:
     }
     locator = PackageLocator((), installed / 'install', False, environment)
     result = check(
-        str(file),
-        str(file),
-        packages=LaunchPackages(locator, built=True),
-        environment=environment,
-        arguments=_lines(file.with_suffix('.args'), ':='),
-        cwd=str(installed),
+        Request(
+            str(file),
+            str(file),
+            packages=LaunchPackages(locator, built=True),
+            environment=environment,
+            arguments=_lines(file.with_suffix('.args'), ':='),
+            cwd=str(installed),
+        ),
         portable=False,
     )
     outcome = expected(name)

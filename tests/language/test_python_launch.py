@@ -7,6 +7,7 @@ import os
 import subprocess
 
 from colcon_yamllaunch.language.evaluate import evaluate
+from colcon_yamllaunch.language.request import Request
 import pytest
 
 FAKE_LAUNCHER = """\
@@ -124,13 +125,15 @@ def test_timeouts_of_the_launch_hold_for_it(launcher, ros2, file):
 
 def launched(launcher, file, **arguments):
     return evaluate(
-        file,
-        file,
-        packages=launcher.packages,
-        environment=launcher.environment,
-        arguments=arguments,
-        cwd=str(launcher.folder),
-        log_folder='/logs',
+        Request(
+            file,
+            file,
+            packages=launcher.packages,
+            environment=launcher.environment,
+            arguments=arguments,
+            cwd=str(launcher.folder),
+            log_folder='/logs',
+        ),
     )
 
 
@@ -148,13 +151,15 @@ def test_what_is_installed_is_run_rather_than_the_source(launcher, ros2):
 
     def argument():
         evaluation = evaluate(
-            str(installed),
-            str(source),
-            packages=launcher.packages,
-            environment=launcher.environment,
-            arguments={},
-            cwd=str(launcher.folder),
-            log_folder='/logs',
+            Request(
+                str(installed),
+                str(source),
+                packages=launcher.packages,
+                environment=launcher.environment,
+                arguments={},
+                cwd=str(launcher.folder),
+                log_folder='/logs',
+            ),
         )
         (process,) = evaluation.plan.processes()
         return process.argv[2]

@@ -16,6 +16,7 @@ from colcon_yamllaunch.language.declared import DeclaredArgument
 from colcon_yamllaunch.language.declared import find_declarations
 from colcon_yamllaunch.language.diagnostics import LaunchError
 from colcon_yamllaunch.language.evaluate import MAXIMUM_INCLUDE_DEPTH
+from colcon_yamllaunch.language.request import Request
 from colcon_yamllaunch.language.show_args import show_arguments
 from hypothesis import given
 from hypothesis import strategies as st
@@ -29,13 +30,15 @@ from tests.language.conftest import LOG_FOLDER
 def find(launcher: Launcher, text: str, **arguments: str) -> Declarations:
     path = str(launcher.write('main.yaml', dedent(text)))
     return find_declarations(
-        path,
-        path,
-        packages=launcher.packages,
-        environment=launcher.environment,
-        arguments=arguments,
-        cwd=str(launcher.folder),
-        log_folder=LOG_FOLDER,
+        Request(
+            path,
+            path,
+            packages=launcher.packages,
+            environment=launcher.environment,
+            arguments=arguments,
+            cwd=str(launcher.folder),
+            log_folder=LOG_FOLDER,
+        ),
     )
 
 
@@ -59,13 +62,15 @@ def marked(launcher: Launcher, text: str, **arguments: str) -> list[str]:
 def show(launcher: Launcher, text: str) -> str:
     path = str(launcher.write('main.yaml', dedent(text)))
     return show_arguments(
-        path,
-        path,
-        packages=launcher.packages,
-        environment=launcher.environment,
-        arguments={},
-        cwd=str(launcher.folder),
-        log_folder=LOG_FOLDER,
+        Request(
+            path,
+            path,
+            packages=launcher.packages,
+            environment=launcher.environment,
+            arguments={},
+            cwd=str(launcher.folder),
+            log_folder=LOG_FOLDER,
+        ),
     )
 
 

@@ -12,6 +12,7 @@ from colcon_yamllaunch.language.plan import ParameterFile
 from colcon_yamllaunch.language.plan import Process
 from colcon_yamllaunch.language.plan import Timer
 from colcon_yamllaunch.language.position import Position
+from colcon_yamllaunch.language.request import Request
 import pytest
 
 NOWHERE = Position('', 1, 1)
@@ -363,13 +364,15 @@ def neutral(entry):
 def entries(launcher, name, text):
     path = str(launcher.write(name, text))
     evaluation = evaluate(
-        path,
-        path,
-        packages=launcher.packages,
-        environment=launcher.environment,
-        arguments={'five': '5'},
-        cwd=str(launcher.folder),
-        log_folder='/logs',
+        Request(
+            path,
+            path,
+            packages=launcher.packages,
+            environment=launcher.environment,
+            arguments={'five': '5'},
+            cwd=str(launcher.folder),
+            log_folder='/logs',
+        ),
     )
     assert evaluation.errors == ()
     assert evaluation.plan.entries

@@ -11,6 +11,7 @@ whatever its condition comes to, and every launch file that is included.
 from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import dataclass
+from dataclasses import replace
 import os
 
 from colcon_yamllaunch.language.checking.arguments import ArgumentUse
@@ -37,9 +38,9 @@ from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import LaunchError
 from colcon_yamllaunch.language.evaluate import MAXIMUM_ACTIONS
 from colcon_yamllaunch.language.evaluate import MAXIMUM_INCLUDE_DEPTH
-from colcon_yamllaunch.language.packages import Packages
 from colcon_yamllaunch.language.position import Position
 from colcon_yamllaunch.language.python_launch import PYTHON_SUFFIX
+from colcon_yamllaunch.language.request import Request
 from colcon_yamllaunch.language.source import read_source
 from colcon_yamllaunch.language.source import Source
 from colcon_yamllaunch.language.state import ExecutableUse
@@ -80,38 +81,18 @@ class Checked:
         return tuple(d for d in self.diagnostics if d.severity == 'error')
 
 
-def check(
-    name: str,
-    path: str,
-    *,
-    packages: Packages,
-    environment: Mapping[str, str],
-    arguments: Mapping[str, str],
-    cwd: str,
-    portable: bool,
-) -> Checked:
+def check(request: Request, *, portable: bool) -> Checked:
     """
     Look a launch file over, with everything that it includes.
 
     Nothing is started, and nothing but harmless expressions is computed.
 
-    :param name: The path that the launch file goes by
-    :param path: The file to read
-    :param packages: The packages that there are
-    :param environment: The environment that a launch would run in
-    :param arguments: The launch arguments that are sure to be given
-    :param cwd: The folder that relative paths start from, absolute
+    :param request: The launch file; its launch arguments are sure to be given
     :param portable: Whether to report what ROS 2's launcher does not accept
     """
-    state = State(
-        packages=packages,
-        environment=environment,
-        arguments={},
-        cwd=cwd,
-        log_folder=cwd,
-    )
+    state = State(replace(request, arguments={}))
     checker = _Checker(Checking(state, portable=portable))
-    checker.run(name, path, arguments)
+    checker.run(request.name, request.path, request.arguments)
     return Checked(
         tuple(dict.fromkeys(state.diagnostics)),
         tuple(checker.sources),
