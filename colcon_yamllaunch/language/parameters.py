@@ -199,17 +199,28 @@ def _flatten_inner(
 def _from_file(state: State, entry: Item) -> str | ParameterFile | None:
     text = entry.texts['from']
     path = text.evaluate(state)
-    absolute = os.path.join(state.cwd, path)
-    if not os.path.isfile(absolute):
-        state.warn(
-            f"the parameter file '{path}' does not exist; it is skipped",
-            text.position,
-            length=text.length,
-        )
-        return None
+    file = os.path.join(state.cwd, path)
+    if not os.path.isfile(file):
+        source = _file_to_be_installed(state, file)
+        if source is None:
+            state.warn(
+                f"the parameter file '{path}' does not exist; it is skipped",
+                text.position,
+                length=text.length,
+            )
+            return None
+        file = source
     if not state.boolean(entry, 'allow_substs', False):
         return path
-    return ParameterFile(_substituted(state, absolute, text))
+    return ParameterFile(_substituted(state, file, text))
+
+
+def _file_to_be_installed(state: State, path: str) -> str | None:
+    """Return the source of a file that a build will install, or None."""
+    located = state.packages.locate(path)
+    if located is None or not state.packages.may_appear(path):
+        return None
+    return located[1]
 
 
 def _substituted(state: State, path: str, origin: Text) -> str:

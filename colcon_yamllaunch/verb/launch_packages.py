@@ -23,6 +23,8 @@ class LaunchPackages:
     def __init__(self, locator: PackageLocator, *, built: bool) -> None:
         self._locator = locator
         self._built = built
+        #: The paths that are not there, but taken for granted before a build.
+        self.expected: set[str] = set()
         #: The launch files that were found in a source only, in order.
         self.not_installed: dict[str, None] = {}
 
@@ -52,15 +54,22 @@ class LaunchPackages:
         if self._locator.shared(path) is not None:
             source = self._locator.source_of(path)
             if source is not None and Path(source).is_file():
-                missing = self._built and not Path(path).exists()
-                if missing:
-                    self.not_installed[path] = None
-                return (source if missing else path, source)
+                if Path(path).exists() or self.may_appear(path):
+                    return path, source
+                self.not_installed[path] = None
+                return source, source
         return (path, path) if Path(path).is_file() else None
 
     def may_appear(self, path: str) -> bool:
-        """Say whether a build may bring a path that is not there."""
-        return not self._built and self._locator.owner(path) is not None
+        """
+        Say whether a build may bring a path that is not there.
+
+        Such a path is remembered as expected.
+        """
+        if self._built or self._locator.owner(path) is None:
+            return False
+        self.expected.add(path)
+        return True
 
     def similar(self, path: str) -> Iterable[str]:
         """Return the names of launch files that could be meant."""

@@ -193,7 +193,8 @@ class Launching:
             wanted = self._wanted(target, evaluation)
             is_final = wanted <= built or not self._update(wanted)
             built |= wanted
-            if is_final and _is_installed(evaluation):
+            expected = self._packages.expected
+            if is_final and all(Path(path).exists() for path in expected):
                 # nothing was built since, so all of it still holds
                 break
         self._stop_at_errors(target, evaluation)
@@ -309,17 +310,6 @@ class Launching:
         text = render(diagnostics, str(self.cwd))
         if text:
             say(text)
-
-
-def _is_installed(evaluation: Evaluation) -> bool:
-    """Say whether all is there that was taken for granted before a build."""
-    programs = (p.argv[0] for p in evaluation.plan.processes())
-    files = (file.name for file in evaluation.files)
-    return all(
-        Path(path).exists()
-        for path in (*programs, *files)
-        if isinstance(path, str) and path.startswith('/')
-    )
 
 
 def _log_folder(

@@ -82,6 +82,25 @@ def test_config_folder_is_not_installed(user: User) -> None:
     assert 'src/one/launch/one.yaml:2:' in output
 
 
+def test_parameter_file_is_not_installed(user: User) -> None:
+    folder = user.package(
+        'one',
+        'launch:\n'
+        '  - node: {pkg: one, exec: hello.sh,\n'
+        '           param: [{from: $(dirname)/../config/hello.txt}]}\n',
+    )
+    # before a build it is to be expected that it is not there
+    output = user.launch('one', 'one', '--plan')
+    assert 'one/launch/../config/hello.txt' in output
+    assert 'warning' not in output
+    cmake = folder / 'CMakeLists.txt'
+    cmake.write_text(cmake.read_text().replace('launch config', 'launch'))
+    output = user.launch('one', 'one')
+    assert 'does not exist; it is skipped' in output
+    cure = 'install(DIRECTORY config DESTINATION share/${PROJECT_NAME})'
+    assert cure in output
+
+
 def test_package_name_is_misspelled(user: User) -> None:
     user.package('my_camera', NODE.replace('{name}', 'my_camrea'))
     output = user.launch('my_camera', 'my_camera', code=1)
