@@ -51,6 +51,6 @@ class LaunchVerb(VerbExtensionPoint):  # type: ignore[misc]
         choose_log_base()
 
     def main(self, *, context: Any) -> int:  # noqa: D102
-        from colcon_yamllaunch.verb.launching import main
+        from colcon_yamllaunch.verb.main import main
 
         return main(context.args, self._environment)

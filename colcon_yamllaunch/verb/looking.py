@@ -6,7 +6,6 @@
 from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.language.checking.check import check
 from colcon_yamllaunch.language.checking.check import Checked
@@ -22,13 +21,11 @@ from colcon_yamllaunch.language.plan_graph import plan_as_mermaid
 from colcon_yamllaunch.language.plan_json import plan_to_json
 from colcon_yamllaunch.language.plan_text import plan_as_text
 from colcon_yamllaunch.language.show_args import show_arguments
+from colcon_yamllaunch.verb.launching import Launching
 from colcon_yamllaunch.verb.options import Options
 from colcon_yamllaunch.verb.options import TEXT
 from colcon_yamllaunch.verb.pitfalls import undeclared_packages
 from colcon_yamllaunch.verb.pitfalls import unknown_executables
-
-if TYPE_CHECKING:
-    from colcon_yamllaunch.verb.launching import Launching
 
 _CHECK_FORMATS: Mapping[str, Callable[[Checked, str], str]] = {
     TEXT: as_text,
@@ -44,7 +41,7 @@ _PLAN_FORMATS: Mapping[str, Callable[[Plan, str], str]] = {
 }
 
 
-def look(launching: 'Launching', options: Options) -> int:
+def look(launching: Launching, options: Options) -> int:
     """
     Show what the user asks to see.
 
@@ -57,7 +54,7 @@ def look(launching: 'Launching', options: Options) -> int:
     return looks[options.look or ''](launching, options)
 
 
-def _check(launching: 'Launching', options: Options) -> int:
+def _check(launching: Launching, options: Options) -> int:
     checked = check(launching.request(), portable=options.portable)
     found = (
         *checked.diagnostics,
@@ -70,7 +67,7 @@ def _check(launching: 'Launching', options: Options) -> int:
     return 1 if checked.errors else 0
 
 
-def _show_args(launching: 'Launching', _options: Options) -> int:
+def _show_args(launching: Launching, _options: Options) -> int:
     try:
         shown = show_arguments(launching.request())
     except LaunchError as e:
@@ -80,7 +77,7 @@ def _show_args(launching: 'Launching', _options: Options) -> int:
     return 0
 
 
-def _plan(launching: 'Launching', options: Options) -> int:
+def _plan(launching: Launching, options: Options) -> int:
     evaluation = evaluate(launching.request())
     launching.report(evaluation.diagnostics)
     if evaluation.errors:
