@@ -9,6 +9,9 @@ import math
 
 #: The longest expression that is computed, in characters.
 MAXIMUM_LENGTH = 2000
+#: How deep the parts of an expression that is computed may be nested. How
+#: much Python itself bears differs from release to release.
+MAXIMUM_DEPTH = 100
 
 _FUNCTIONS: Mapping[str, object] = {
     name: getattr(math, name) for name in dir(math) if name[0] != '_'
@@ -76,7 +79,7 @@ def compute(expression: str) -> str | None:
         raise ExpressionError(f'{type(e).__name__}: {reason}') from e
     except (MemoryError, RecursionError):
         return None
-    if not _is_harmless(tree):
+    if _is_too_deep(tree) or not _is_harmless(tree):
         return None
     try:
         code = compile(tree, '<launch file>', 'eval')
@@ -86,6 +89,15 @@ def compute(expression: str) -> str | None:
     except Exception as e:
         # the expression is the user's own program, and may raise anything
         raise ExpressionError(f'{type(e).__name__}: {e}') from e
+
+
+def _is_too_deep(tree: ast.Expression) -> bool:
+    level: list[ast.AST] = [tree]
+    for _ in range(MAXIMUM_DEPTH):
+        level = [c for node in level for c in ast.iter_child_nodes(node)]
+        if not level:
+            return False
+    return True
 
 
 def _is_harmless(tree: ast.Expression) -> bool:
