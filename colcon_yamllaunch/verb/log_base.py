@@ -16,6 +16,9 @@ import sys
 #: The variable that colcon takes the folder for logs from.
 LOG_PATH = 'COLCON_LOG_PATH'
 
+#: What the path of a launch file ends in.
+PATH_SUFFIXES = ('.yaml', '.yml', '.launch', '.xml', '.py')
+
 _WORKSPACE = '--workspace'
 
 
@@ -42,7 +45,7 @@ def root_of(argv: list[str]) -> Path | None:
         return folder if folder.is_dir() else None
     root = find_root(Path.cwd())
     for word in argv if root is None else ():
-        if word.endswith(('.yaml', '.yml', '.launch')):
+        if word.endswith(PATH_SUFFIXES):
             path = Path(word)
             if path.is_file():
                 return find_root(path.absolute().parent)

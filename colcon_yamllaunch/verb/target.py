@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from colcon_yamllaunch.language.suggest import did_you_mean
+from colcon_yamllaunch.verb.log_base import PATH_SUFFIXES
 from colcon_yamllaunch.workspace.error import WorkspaceError
 from colcon_yamllaunch.workspace.launch_file import choose_launch_file
 from colcon_yamllaunch.workspace.launch_file import find_launch_files
 from colcon_yamllaunch.workspace.locate import PackageLocator
 from colcon_yamllaunch.workspace.manifest import BrokenManifest
-
-#: What the path of a launch file ends in.
-_SUFFIXES = ('.yaml', '.yml', '.launch', '.xml', '.py')
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +44,7 @@ def path_target(words: tuple[str, ...], cwd: Path) -> Target | None:
     if path.is_file():
         _refuse_more(words[1:])
         return Target(str(path), str(path))
-    if '/' in word or (len(words) == 1 and word.endswith(_SUFFIXES)):
+    if '/' in word or (len(words) == 1 and word.endswith(PATH_SUFFIXES)):
         hint = ''
         if path.parent.is_dir():
             names = [child.name for child in path.parent.iterdir()]

@@ -102,6 +102,20 @@ def test_path_of_a_launch_file_from_outside_the_workspace(
     assert list(elsewhere.iterdir()) == []
 
 
+def test_path_of_an_xml_file_from_outside_the_workspace(
+    user: User, tmp_path: Path
+) -> None:
+    user.package('one')
+    path = user.write(
+        'src/one/launch/one.launch.xml',
+        '<launch><executable '
+        'cmd="$(find-pkg-prefix one)/lib/one/hello.sh"/></launch>',
+    )
+    elsewhere = tmp_path / 'elsewhere'
+    elsewhere.mkdir()
+    assert 'hello from one' in user.launch(str(path), cwd=elsewhere)
+
+
 def test_without_a_workspace(user: User, tmp_path: Path) -> None:
     folder = tmp_path / 'plain'
     folder.mkdir()
