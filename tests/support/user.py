@@ -12,6 +12,8 @@ import subprocess
 import sys
 import time
 
+from support.manifest import manifest
+
 #: Seconds; a loaded machine needs some.
 DEADLINE = 180
 #: What the shell that runs the tests may have set.
@@ -30,18 +32,6 @@ LAUNCH = """\
 launch:
   - executable:
       cmd: $(find-pkg-prefix {name})/lib/{name}/hello.sh
-"""
-MANIFEST = """\
-<?xml version="1.0"?>
-<package format="3">
-  <name>{name}</name>
-  <version>0.1.0</version>
-  <description>A package</description>
-  <maintainer email="{mail}">Someone</maintainer>
-  <license>Apache-2.0</license>
-  {depends}
-  <export><build_type>cmake</build_type></export>
-</package>
 """
 
 
@@ -138,7 +128,7 @@ class User:
         self, name: str, depends: str = '', mail: str = 'someone@example.com'
     ) -> Path:
         """Write the package.xml of a package."""
-        text = MANIFEST.format(name=name, depends=depends, mail=mail)
+        text = manifest(name, 'cmake', depends, mail)
         return self.write(f'src/{name}/package.xml', text)
 
     def start(self, *words: str, cwd: Path | None = None) -> Launch:

@@ -14,6 +14,7 @@ from typing import Any
 
 import colcon_yamllaunch
 import pytest
+from support.manifest import manifest
 
 REPOSITORY = Path(colcon_yamllaunch.__file__).parent.parent
 #: Seconds; a loaded machine needs some.
@@ -24,18 +25,6 @@ cmake_minimum_required(VERSION 3.16)
 project({name} NONE)
 {find}
 {install}
-"""
-MANIFEST = """\
-<?xml version="1.0"?>
-<package format="3">
-  <name>{name}</name>
-  <version>0.1.0</version>
-  <description>A package</description>
-  <maintainer email="someone@example.com">Someone</maintainer>
-  <license>Apache-2.0</license>
-  {depends}
-  <export><build_type>{type}</build_type></export>
-</package>
 """
 SETUP = """\
 from setuptools import setup
@@ -113,7 +102,7 @@ class Workspace:
         self, name: str, build_type: str = 'ament_cmake', depends: str = ''
     ) -> Path:
         """Write a package.xml."""
-        text = MANIFEST.format(name=name, type=build_type, depends=depends)
+        text = manifest(name, build_type, depends)
         return self.write(f'src/{name}/package.xml', text).parent
 
     def ament_cmake(self, name: str, depends: str = '') -> Path:
