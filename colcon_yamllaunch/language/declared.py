@@ -19,6 +19,7 @@ from colcon_yamllaunch.language.diagnostics import LaunchError
 from colcon_yamllaunch.language.evaluate import locate_include
 from colcon_yamllaunch.language.evaluate import MAXIMUM_ACTIONS
 from colcon_yamllaunch.language.evaluate import MAXIMUM_INCLUDE_DEPTH
+from colcon_yamllaunch.language.evaluate import SIMPLE
 from colcon_yamllaunch.language.position import Position
 from colcon_yamllaunch.language.python_launch import PYTHON_SUFFIX
 from colcon_yamllaunch.language.request import Request
@@ -334,14 +335,11 @@ _ENVIRONMENT = (
 )
 # what the path of an include may depend on
 _EFFECTS: Mapping[str, _Effect] = {
-    'arg': settings.visit_arg,
-    'bool_arg': settings.visit_bool_arg,
-    'let': settings.visit_let,
-    'reset': settings.visit_reset,
-    'set_env': settings.visit_set_env,
-    'unset_env': settings.visit_unset_env,
-    'append_env': settings.visit_append_env,
-    'reset_env': settings.visit_reset_env,
+    name: SIMPLE[name]
+    for name in (
+        *('arg', 'bool_arg', 'let', 'reset'),
+        *('set_env', 'unset_env', 'append_env', 'reset_env'),
+    )
 }
 
 

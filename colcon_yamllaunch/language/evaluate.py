@@ -171,7 +171,7 @@ class _Evaluator:
         raise _EndlessError
 
     def _visit(self, entity: Entity) -> None:
-        simple = _SIMPLE.get(entity.action.name)
+        simple = SIMPLE.get(entity.action.name)
         if simple is not None:
             simple(self._state, entity.item)
         else:
@@ -269,7 +269,8 @@ _COMPOUND: Mapping[str, Callable[[_Evaluator, Entity], None]] = {
     'for': _Evaluator.repeat,
     'for_each': _Evaluator.for_each,
 }
-_SIMPLE: Mapping[str, Callable[[State, Item], None]] = {
+#: What does an action that has no others inside.
+SIMPLE: Mapping[str, Callable[[State, Item], None]] = {
     'arg': settings.visit_arg,
     'bool_arg': settings.visit_bool_arg,
     'let': settings.visit_let,

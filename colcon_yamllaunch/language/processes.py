@@ -24,6 +24,7 @@ from colcon_yamllaunch.language.plan import ParameterFile
 from colcon_yamllaunch.language.plan import Process
 from colcon_yamllaunch.language.plan import SetParameter
 from colcon_yamllaunch.language.plan import UNLIMITED_RETRIES
+from colcon_yamllaunch.language.scope import environment_changes
 from colcon_yamllaunch.language.settings import check_variable
 from colcon_yamllaunch.language.state import ExecutableUse
 from colcon_yamllaunch.language.state import State
@@ -215,18 +216,13 @@ def _add_process(state: State, item: Item, program: _Program) -> None:
         argv = _through_shell(argv)
     else:
         _check_program(state, item, str(argv[0]), cwd, environment)
-    changes = {
-        name: environment.get(name)
-        for name in {*environment, *state.environment}
-        if environment.get(name) != state.environment.get(name)
-    }
     state.entries.append(
         Process(
             label=state.label(program.name),
             argv=tuple(argv),
             cwd=os.path.normpath(cwd),
             position=item.position,
-            environment=tuple(sorted(changes.items())),
+            environment=environment_changes(state.environment, environment),
             output=_output(state, item),
             emulate_tty=_emulate_tty(state, item),
             respawn=state.boolean(item, 'respawn', False),

@@ -12,6 +12,7 @@ from colcon_yamllaunch.language.plan import DEFAULT_SIGTERM_TIMEOUT
 from colcon_yamllaunch.language.plan import Process
 from colcon_yamllaunch.language.position import Position
 from colcon_yamllaunch.language.processes import general_timeout
+from colcon_yamllaunch.language.scope import environment_changes
 from colcon_yamllaunch.language.state import State
 
 #: The suffix of launch files in Python.
@@ -48,14 +49,15 @@ def add_python_launch_file(
         )
     _warn_of_lost_settings(state, position, length)
     arguments = _arguments(state, position, length)
-    changes = state.scope.changes_from(state.environment)
     state.entries.append(
         Process(
             label=state.label(os.path.basename(path)),
             argv=(LAUNCHER, 'launch', path, *arguments),
             cwd=state.cwd,
             position=position,
-            environment=tuple(sorted(changes.items())),
+            environment=environment_changes(
+                state.environment, state.scope.environment
+            ),
             sigterm_timeout=general_timeout(
                 state, 'sigterm_timeout', DEFAULT_SIGTERM_TIMEOUT
             ),

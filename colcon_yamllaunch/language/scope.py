@@ -60,16 +60,20 @@ class Scope:
         self.parameters = ()
         self.remaps = ()
 
-    def changes_from(
-        self, environment: Mapping[str, str]
-    ) -> dict[str, str | None]:
-        """Return the variables that differ from another environment."""
-        changes: dict[str, str | None] = {
-            name: value
-            for name, value in self.environment.items()
-            if environment.get(name) != value
-        }
-        for name in environment:
-            if name not in self.environment:
-                changes[name] = None
-        return changes
+
+def environment_changes(
+    before: Mapping[str, str], after: Mapping[str, str]
+) -> tuple[tuple[str, str | None], ...]:
+    """
+    Return what makes one environment of another.
+
+    :param before: The environment to change
+    :param after: The environment that results
+    :returns: The variables that differ, sorted by name; None where one is
+      unset
+    """
+    return tuple(
+        (name, after.get(name))
+        for name in sorted({*before, *after})
+        if before.get(name) != after.get(name)
+    )

@@ -149,20 +149,13 @@ class State:
         hint: str | None = None,
         length: int = 1,
     ) -> None:
-        """Note a warning."""
-        self.diagnostics.append(
-            Diagnostic(
-                'warning',
-                message,
-                position,
-                hint,
-                length,
-                tuple(reversed(self._includes)),
-            )
+        """Note a warning; see :class:`Diagnostic`."""
+        self.report(
+            LaunchError(Diagnostic('warning', message, position, hint, length))
         )
 
     def report(self, problem: LaunchError) -> None:
-        """Note an error."""
+        """Note a problem, unless it is known."""
         for position in reversed(self._includes):
             problem = problem.included_from(position)
         for diagnostic in problem.diagnostics:

@@ -73,19 +73,10 @@ def _evaluate(
     infer_text: bool,
 ) -> None:
     """Evaluate a value as a launch does."""
-    state = checking.state
-    before = len(state.diagnostics)
-    problem = None
     try:
-        evaluate_value(state, value, kind, infer_text=infer_text)
+        evaluate_value(checking.state, value, kind, infer_text=infer_text)
     except LaunchError as e:
-        problem = e
-    warnings = state.diagnostics[before:]
-    del state.diagnostics[before:]
-    for warning in warnings:
-        checking.warn(warning.message, warning.position, hint=warning.hint)
-    if problem is not None:
-        checking.report(problem)
+        checking.report(e)
 
 
 def _check_scalar(checking: Checking, text: Text, kind: str | None) -> None:

@@ -12,7 +12,6 @@ import os
 from colcon_yamllaunch.language.checking.arguments import FileUse
 from colcon_yamllaunch.language.checking.scope import Guard
 from colcon_yamllaunch.language.checking.scope import Scope
-from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import error
 from colcon_yamllaunch.language.diagnostics import LaunchError
 from colcon_yamllaunch.language.packages import Packages
@@ -110,9 +109,7 @@ class Checking:
         length: int = 1,
     ) -> None:
         """Note a warning; see :class:`Diagnostic`."""
-        self.report(
-            LaunchError(Diagnostic('warning', message, position, hint, length))
-        )
+        self.state.warn(message, position, hint=hint, length=length)
 
     def absolute(self, path: str) -> str:
         """Return the path that a relative one means."""
