@@ -14,9 +14,9 @@ or attribute (the change logs and branches of ros2/launch and ros2/launch_ros);
 what is older than Humble counts as Humble.
 """
 
-from dataclasses import dataclass
 from enum import Enum
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.language.plan import DEFAULT_SIGTERM_TIMEOUT
 from colcon_yamllaunch.language.plan import OUTPUT_MODES

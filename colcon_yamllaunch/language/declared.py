@@ -11,8 +11,8 @@ and not by what a condition comes to, since another argument may change that.
 from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language import settings
 from colcon_yamllaunch.language.diagnostics import error
 from colcon_yamllaunch.language.diagnostics import LaunchError

@@ -7,13 +7,13 @@ import codecs
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Sequence
-from dataclasses import dataclass
 from dataclasses import replace
 import os
 from pathlib import Path
 from typing import Literal
 import unicodedata
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.position import Position
 
 Severity = Literal['error', 'warning']

@@ -5,10 +5,10 @@
 
 from collections.abc import Callable
 from collections.abc import Mapping
-from dataclasses import dataclass
 import os
 from typing import NoReturn
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language import processes
 from colcon_yamllaunch.language import settings
 from colcon_yamllaunch.language.diagnostics import Diagnostic

@@ -4,9 +4,9 @@
 """The values that parameters of nodes have."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 import json
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.plan import ParameterFile
 from colcon_yamllaunch.language.plan import SetParameter
 from colcon_yamllaunch.language.position import Position

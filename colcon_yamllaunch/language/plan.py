@@ -4,8 +4,8 @@
 """What a launch file comes to: plain data, ready to be run."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.position import Position
 
 #: Seconds from SIGINT to SIGTERM where a process says nothing else (ROS 2).

@@ -88,7 +88,7 @@ def _entries(
 ) -> Iterator[str]:
     for entry in entries:
         if isinstance(entry, Process):
-            for line in _process(entry, cwd):
+            for line in process_as_text(entry, cwd):
                 yield indent + line
         elif isinstance(entry, Message):
             yield f'{indent}{entry.level}: {entry.text}'
@@ -100,7 +100,12 @@ def _entries(
             yield from _entries(entry.entries, cwd, indent + _INDENT)
 
 
-def _process(process: Process, cwd: str) -> Iterator[str]:
+def process_as_text(process: Process, cwd: str) -> Iterator[str]:
+    """
+    Describe a process, line by line.
+
+    :param cwd: The folder that paths are shown relative to
+    """
     facts = [process.label]
     if process.node_name is not None:
         facts.append(f'node {process.node_name}')

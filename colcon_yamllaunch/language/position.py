@@ -3,7 +3,7 @@
 
 """Where something is written."""
 
-from dataclasses import dataclass
+from colcon_yamllaunch.frozen import dataclass
 
 
 @dataclass(frozen=True, slots=True)

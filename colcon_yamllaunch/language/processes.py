@@ -4,12 +4,12 @@
 """The actions that run a process."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 import os
 import re
 import shlex
 import shutil
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.command_line import split_command_line
 from colcon_yamllaunch.language.command_line import UnclosedQuoteError
 from colcon_yamllaunch.language.diagnostics import error

@@ -4,8 +4,8 @@
 """What is to be launched, and all that the result depends on."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.packages import Packages
 
 

@@ -5,11 +5,11 @@
 
 from bisect import bisect_right
 import codecs
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 import re
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.diagnostics import error
 from colcon_yamllaunch.language.position import Position
 

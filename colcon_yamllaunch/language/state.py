@@ -6,11 +6,11 @@
 from collections.abc import Callable
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from dataclasses import replace
 import math
 from typing import TypeVar
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import error
 from colcon_yamllaunch.language.diagnostics import LaunchError

@@ -8,7 +8,6 @@ To add a substitution is to add a function and an entry to :data:`KINDS`.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 import importlib
 import math
 import os
@@ -20,6 +19,7 @@ import shutil
 import subprocess
 from typing import Protocol
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.diagnostics import error
 from colcon_yamllaunch.language.packages import Packages
 from colcon_yamllaunch.language.position import Position

@@ -4,7 +4,6 @@
 """The nearest name to one that does not exist."""
 
 from collections.abc import Iterable
-import difflib
 
 #: How alike two names must be to suggest one for the other, from 0 to 1.
 CUTOFF = 0.6
@@ -12,6 +11,9 @@ CUTOFF = 0.6
 
 def nearest(word: str, names: Iterable[str]) -> str | None:
     """Return the name that is most like the word, if any is near."""
+    # most launches make no mistake
+    import difflib
+
     by_key = {_key(name): name for name in sorted(names, reverse=True)}
     found = difflib.get_close_matches(_key(word), by_key, 1, CUTOFF)
     return by_key[found[0]] if found else None

@@ -8,8 +8,9 @@ ROS 2 defines it in `launch/frontend/grammar.lark`; this is the same language,
 read in one pass.
 """
 
-from dataclasses import dataclass
 import re
+
+from colcon_yamllaunch.frozen import dataclass
 
 #: How deep substitutions may be nested.
 MAXIMUM_DEPTH = 50

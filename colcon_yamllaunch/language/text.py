@@ -17,7 +17,7 @@ from colcon_yamllaunch.language.template import Substitution
 from colcon_yamllaunch.language.template import Template
 from colcon_yamllaunch.language.template import TemplateSyntaxError
 from colcon_yamllaunch.language.template import unescape
-from colcon_yamllaunch.language.xml_reader import XmlScalar
+from colcon_yamllaunch.language.xml_scalar import XmlScalar
 from colcon_yamllaunch.language.yaml_reader import Kind
 from colcon_yamllaunch.language.yaml_reader import Scalar
 

@@ -5,8 +5,8 @@
 
 from collections.abc import Iterator
 from collections.abc import Mapping as AbstractMapping
-from dataclasses import dataclass
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.actions import Action
 from colcon_yamllaunch.language.actions import ACTIONS
 from colcon_yamllaunch.language.actions import ALIASES
@@ -23,8 +23,7 @@ from colcon_yamllaunch.language.source import Source
 from colcon_yamllaunch.language.suggest import did_you_mean
 from colcon_yamllaunch.language.suggest import listing
 from colcon_yamllaunch.language.text import Text
-from colcon_yamllaunch.language.xml_reader import is_xml
-from colcon_yamllaunch.language.xml_values import read_xml_document
+from colcon_yamllaunch.language.xml_scalar import is_xml
 from colcon_yamllaunch.language.yaml_reader import Mapping
 from colcon_yamllaunch.language.yaml_reader import read_yaml
 from colcon_yamllaunch.language.yaml_reader import Scalar
@@ -121,6 +120,9 @@ class _TreeReader:
 
     def read(self) -> LaunchFile:
         if is_xml(self._source):
+            # most launch files are in YAML
+            from colcon_yamllaunch.language.xml_values import read_xml_document
+
             document: Value | None = read_xml_document(
                 self._source, self._problems
             )

@@ -5,12 +5,12 @@
 
 from collections.abc import Callable
 from collections.abc import Sequence
-from dataclasses import dataclass
 from dataclasses import replace
 import re
 from xml.parsers.expat import errors
 from xml.parsers.expat import ErrorString
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.diagnostics import error
 from colcon_yamllaunch.language.diagnostics import LaunchError
 from colcon_yamllaunch.language.position import Position

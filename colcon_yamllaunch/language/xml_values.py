@@ -19,7 +19,7 @@ from colcon_yamllaunch.language.suggest import did_you_mean
 from colcon_yamllaunch.language.suggest import listing
 from colcon_yamllaunch.language.xml_reader import Element
 from colcon_yamllaunch.language.xml_reader import read_xml
-from colcon_yamllaunch.language.xml_reader import XmlScalar
+from colcon_yamllaunch.language.xml_scalar import XmlScalar
 from colcon_yamllaunch.language.yaml_reader import Mapping
 from colcon_yamllaunch.language.yaml_reader import MAXIMUM_VALUES
 from colcon_yamllaunch.language.yaml_reader import read_yaml

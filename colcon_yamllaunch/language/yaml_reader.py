@@ -19,7 +19,6 @@ MAXIMUM_DEPTH = 200
 MAXIMUM_VALUES = 1_000_000
 
 _PREFIX = 'tag:yaml.org,2002:'
-_MERGE = _PREFIX + 'merge'
 _Loader: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 
 Kind = Literal['str', 'int', 'float', 'bool', 'null', 'timestamp', 'merge']

@@ -6,9 +6,9 @@
 from colcon_yamllaunch.language.diagnostics import LaunchError
 from colcon_yamllaunch.language.source import read_source
 from colcon_yamllaunch.language.source import Source
-from colcon_yamllaunch.language.xml_reader import is_xml
 from colcon_yamllaunch.language.xml_reader import MAXIMUM_ELEMENT_DEPTH
 from colcon_yamllaunch.language.xml_reader import read_xml
+from colcon_yamllaunch.language.xml_scalar import is_xml
 import pytest
 
 from tests.language.conftest import Marked

@@ -10,10 +10,10 @@ whatever its condition comes to, and every launch file that is included.
 
 from collections.abc import Callable
 from collections.abc import Mapping
-from dataclasses import dataclass
 from dataclasses import replace
 import os
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.checking.arguments import ArgumentUse
 from colcon_yamllaunch.language.checking.arguments import FileUse
 from colcon_yamllaunch.language.checking.attributes import check_attributes

@@ -22,6 +22,8 @@ from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import render
 from colcon_yamllaunch.language.diagnostics import Severity
 from colcon_yamllaunch.language.diagnostics import shown_path
+from colcon_yamllaunch.language.github import annotation
+from colcon_yamllaunch.language.github import with_hint
 from colcon_yamllaunch.language.position import Position
 
 #: The version of what `as_json` returns: greater when a member is renamed or
@@ -71,13 +73,12 @@ def as_github(checked: Checked, cwd: str) -> str:
     """
     Return the problems as GitHub's workflow commands, one a line.
 
-    GitHub shows them beside the lines of a pull request. See "Workflow
-    commands for GitHub Actions" in its documentation.
+    GitHub shows them beside the lines of a pull request.
 
     :param cwd: The root of the repository, which paths are relative to
     """
     return '\n'.join(
-        [*(_github(d, cwd) for d in checked.diagnostics), _summary(checked)]
+        [*(annotation(d, cwd) for d in checked.diagnostics), _summary(checked)]
     )
 
 
@@ -140,43 +141,13 @@ def _json_place(position: Position | None, cwd: str) -> dict[str, Any]:
     }
 
 
-def _github(diagnostic: Diagnostic, cwd: str) -> str:
-    properties = []
-    position = diagnostic.position
-    if position is not None:
-        path = shown_path(position.path, cwd)
-        properties = [
-            f'file={_escape_property(path)}',
-            f'line={position.line}',
-            f'col={position.column}',
-            f'endColumn={position.column + diagnostic.length}',
-        ]
-    command = f'{diagnostic.severity} {",".join(properties)}'.rstrip()
-    return f'::{command}::{_escape_data(_message(diagnostic))}'
-
-
-def _message(diagnostic: Diagnostic) -> str:
-    if diagnostic.hint is None:
-        return diagnostic.message
-    return f'{diagnostic.message}\nhelp: {diagnostic.hint}'
-
-
-def _escape_data(text: str) -> str:
-    # as the toolkit of GitHub Actions does (escapeData in its command.ts)
-    return text.replace('%', '%25').replace('\r', '%0D').replace('\n', '%0A')
-
-
-def _escape_property(text: str) -> str:
-    return _escape_data(text).replace(':', '%3A').replace(',', '%2C')
-
-
 def _sarif(diagnostic: Diagnostic, cwd: str) -> dict[str, Any]:
     names: Sequence[Severity] = list(_RULES)
     result: dict[str, Any] = {
         'ruleId': _RULES[diagnostic.severity][0],
         'ruleIndex': names.index(diagnostic.severity),
         'level': diagnostic.severity,
-        'message': {'text': _message(diagnostic)},
+        'message': {'text': with_hint(diagnostic)},
     }
     position = diagnostic.position
     if position is not None:

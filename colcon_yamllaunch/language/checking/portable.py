@@ -25,7 +25,7 @@ from colcon_yamllaunch.language.text import Text
 from colcon_yamllaunch.language.tree import Entity
 from colcon_yamllaunch.language.tree import Item
 from colcon_yamllaunch.language.tree import LaunchFile
-from colcon_yamllaunch.language.xml_reader import is_xml
+from colcon_yamllaunch.language.xml_scalar import is_xml
 
 #: The release that has all actions, attributes and substitutions but those
 #: that say otherwise.

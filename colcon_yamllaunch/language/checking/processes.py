@@ -3,11 +3,11 @@
 
 """Whether there are the programs that a launch file runs, and their names."""
 
-from dataclasses import dataclass
 import os
 import re
 import shutil
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.checking.attributes import check_command
 from colcon_yamllaunch.language.checking.attributes import check_pairs
 from colcon_yamllaunch.language.checking.attributes import truth

@@ -6,9 +6,9 @@
 from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 import os
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.checking.arguments import FileUse
 from colcon_yamllaunch.language.checking.scope import Guard
 from colcon_yamllaunch.language.checking.scope import Scope

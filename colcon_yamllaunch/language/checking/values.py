@@ -5,9 +5,9 @@
 
 from collections.abc import Callable
 from collections.abc import Mapping
-from dataclasses import dataclass
 import os
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.checking.expression import compute
 from colcon_yamllaunch.language.checking.expression import ExpressionError
 from colcon_yamllaunch.language.checking.scope import known
