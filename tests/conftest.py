@@ -5,9 +5,14 @@
 
 from collections.abc import Iterator
 import random
+import signal
 import socket
 
 import pytest
+
+# The background job of a script ignores Ctrl-C, and so would all that tests
+# start.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 #: The ids whose ports lie below Linux's ephemeral ones (ROS 2's guide to
 #: ROS_DOMAIN_ID); 0 is left out, since it is what everybody else uses.

@@ -3,11 +3,12 @@
 
 """The pipes and terminals that processes write to."""
 
-from dataclasses import dataclass
 import fcntl
 import os
 import struct
 import termios
+
+from colcon_yamllaunch.frozen import dataclass
 
 #: Columns and lines of a terminal when we have none ourselves.
 DEFAULT_SIZE = os.terminal_size((80, 24))
@@ -26,23 +27,24 @@ class Channel:
     writer: int
 
 
-def open_channels(
-    terminals: bool, size: os.terminal_size
-) -> tuple[Channel, Channel]:
+def open_channels(size: os.terminal_size | None) -> tuple[Channel, Channel]:
     """
     Make the ways for standard output and standard error.
 
-    :param terminals: Whether they are two terminals instead of two pipes
-    :param size: The size of the terminals
+    :param size: The size of two terminals, or None for two pipes
     :raises OSError: There are too many open files, for instance
     """
-    first = _open_terminal(size) if terminals else Channel(*os.pipe())
+    first = _open(size)
     try:
-        second = _open_terminal(size) if terminals else Channel(*os.pipe())
+        second = _open(size)
     except OSError:
         close(first)
         raise
     return first, second
+
+
+def _open(size: os.terminal_size | None) -> Channel:
+    return Channel(*os.pipe()) if size is None else open_terminal(size)
 
 
 def close(channel: Channel) -> None:
@@ -60,13 +62,24 @@ def size_of(descriptor: int) -> os.terminal_size:
     return size if size.columns and size.lines else DEFAULT_SIZE
 
 
-def _open_terminal(size: os.terminal_size) -> Channel:
+def resize(descriptor: int, size: os.terminal_size) -> None:
+    """
+    Set the size of a terminal.
+
+    :raises OSError: It is no terminal
+    """
+    data = struct.pack('HHHH', size.lines, size.columns, 0, 0)
+    fcntl.ioctl(descriptor, termios.TIOCSWINSZ, data)
+
+
+def open_terminal(size: os.terminal_size) -> Channel:
+    """
+    Make a terminal.
+
+    :raises OSError: There are too many open files or terminals, for instance
+    """
     reader, writer = os.openpty()
-    fcntl.ioctl(
-        writer,
-        termios.TIOCSWINSZ,
-        struct.pack('HHHH', size.lines, size.columns, 0, 0),
-    )
+    resize(writer, size)
     attributes = termios.tcgetattr(writer)
     # line ends stay as they are written, so that logs are exact
     attributes[1] &= ~termios.ONLCR

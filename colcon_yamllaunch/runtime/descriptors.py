@@ -10,8 +10,9 @@ from typing import Any
 
 from colcon_yamllaunch.runtime.spawn import Spawn
 
-# two pipes or terminals with both ends while starting, three log files
-_PER_PROCESS = 5
+# two pipes or terminals with both ends while starting, a terminal to type at,
+# three log files
+_PER_PROCESS = 6
 _BESIDES = 128
 
 

@@ -6,23 +6,28 @@
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
-from dataclasses import dataclass
+from contextlib import suppress
 import errno
 import os
 import select
 import signal
 import time
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.plan import Plan
 from colcon_yamllaunch.language.plan import Process
 from colcon_yamllaunch.runtime import limits
 from colcon_yamllaunch.runtime.channels import Channel
 from colcon_yamllaunch.runtime.channels import close
 from colcon_yamllaunch.runtime.channels import open_channels
+from colcon_yamllaunch.runtime.channels import size_of
+from colcon_yamllaunch.runtime.children import ended_children
+from colcon_yamllaunch.runtime.children import held_children
 from colcon_yamllaunch.runtime.descriptors import DescriptorLimit
 from colcon_yamllaunch.runtime.events import Event
 from colcon_yamllaunch.runtime.events import Listener
 from colcon_yamllaunch.runtime.events import Warned
+from colcon_yamllaunch.runtime.goal import Goal
 from colcon_yamllaunch.runtime.guard_link import GuardLink
 from colcon_yamllaunch.runtime.members import find_members
 from colcon_yamllaunch.runtime.members import is_alive
@@ -32,6 +37,7 @@ from colcon_yamllaunch.runtime.outcome import Outcome
 from colcon_yamllaunch.runtime.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.relay import Relay
 from colcon_yamllaunch.runtime.signals import received
+from colcon_yamllaunch.runtime.signals import stop_ourselves
 from colcon_yamllaunch.runtime.signals import STOPPING
 from colcon_yamllaunch.runtime.spawn import Spawn
 from colcon_yamllaunch.runtime.spawn import spawn_process
@@ -40,6 +46,8 @@ from colcon_yamllaunch.runtime.stopping import Order
 from colcon_yamllaunch.runtime.stopping import send
 from colcon_yamllaunch.runtime.stopping import Timeouts
 from colcon_yamllaunch.runtime.supervisor import Supervisor
+from colcon_yamllaunch.runtime.terminals import Terminals
+from colcon_yamllaunch.runtime.watches import Watches
 from colcon_yamllaunch.runtime.writer import Writer
 
 _GONE = select.EPOLLERR | select.EPOLLHUP
@@ -52,14 +60,15 @@ class Settings:
 
     :param identity: Its identity, see `members`
     :param environment: The environment that processes change for themselves
-    :param terminal_size: The size of terminals for processes
+    :param screen: The descriptor of the screen, whose size terminals for
+      processes have, or -1
     :param clock: Returns seconds that never go back
     :param spawn: Starts a program as :func:`os.posix_spawn` does
     """
 
     identity: str
     environment: Mapping[str, str]
-    terminal_size: os.terminal_size
+    screen: int = -1
     clock: Callable[[], float] = time.monotonic
     spawn: Spawn = os.posix_spawn
 
@@ -74,7 +83,10 @@ class Engine:
     :param files: The parameter files
     :param writer: The screen, whose pace output keeps to
     :param listeners: Are told what happens
-    :param publish: Is called once a turn, to write what has been collected
+    :param publish: Is called once a turn, to write what has been collected,
+      but not before all is started that is due, which is more urgent;
+      returns whether it has more to do
+    :param goal: May end the launch
     """
 
     def __init__(
@@ -85,23 +97,36 @@ class Engine:
         files: ParameterFiles,
         writer: Writer,
         listeners: Iterable[Listener],
-        publish: Callable[[], None],
+        publish: Callable[[], bool],
+        goal: Goal | None = None,
     ) -> None:
+        self._goal = goal or Goal(clock=settings.clock)
         self._settings = settings
         self._guard = guard
         self._files = files
         self._writer = writer
-        self._listeners = tuple(listeners)
         self._publish = publish
         self._poll = select.epoll()
         self._relay = Relay(self._poll, writer.accepts, self.tell)
+        #: What others have watched by the loop.
+        self.watches = Watches(self._poll)
+        #: The keyboards of processes.
+        self.terminals = Terminals(self.watches, self._relay)
+        self._listeners = [*listeners, self.terminals.handle]
         self._supervisor = Supervisor(plan, self, settings.clock)
         self._limit = DescriptorLimit(sum(1 for _ in plan.processes()))
-        self._null = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
         self._session = os.getsid(0)
         self._screen_mask: int | None = None
         self._last_stop = -limits.SIGNAL_ECHO
         self._stopped_by_signal = False
+        #: Is called with True before the launch is held, as Ctrl-Z does, and
+        #: with False when it goes on.
+        self.held: Callable[[bool], None] | None = None
+
+    @property
+    def supervisor(self) -> Supervisor:
+        """The course of the launch."""
+        return self._supervisor
 
     def run(self, signals: int) -> None:
         """
@@ -111,12 +136,14 @@ class Engine:
         """
         self._poll.register(signals, select.EPOLLIN)
         supervisor = self._supervisor
+        self._goal.begin()
         while True:
+            self._mind_goal()
             supervisor.advance()
             if supervisor.done:
                 break
-            self._end_turn()
-            wait = supervisor.seconds_to_wait()
+            more = self._end_turn()
+            wait = 0.0 if more else self._seconds_to_wait()
             for descriptor, mask in self._poll.poll(wait):
                 if descriptor == signals:
                     self._take_signals(received(signals))
@@ -124,7 +151,10 @@ class Engine:
                     self._relay.read(descriptor)
                 elif descriptor == self._writer.descriptor and mask & _GONE:
                     self._writer.give_up()
+                else:
+                    self.watches.handle(descriptor, mask)
         self._relay.close()
+        self._goal.end()
 
     def finish(self, signals: int) -> None:
         """Wait until the screen has taken everything."""
@@ -148,22 +178,26 @@ class Engine:
 
     def close(self) -> None:
         """Free what the engine holds."""
+        self.terminals.close()
         self._poll.close()
-        os.close(self._null)
         self._limit.restore()
 
     def start(self, number: int, process: Process) -> int:
         """Start a process; see `supervisor.Host`."""
         argv = self._command_line(number, process)
+        size = None
+        if process.emulate_tty:
+            size = size_of(self._settings.screen)
         try:
-            channels = open_channels(
-                process.emulate_tty, self._settings.terminal_size
-            )
+            channels = open_channels(size)
         except OSError as error:
             raise StartError(_no_channel(error)) from error
         stdout, stderr = channels
         try:
-            group = self._spawn(number, process, argv, stdout, stderr)
+            with self.terminals.stdin_of(process, size) as stdin:
+                group = self._spawn(
+                    number, process, argv, stdin, stdout, stderr
+                )
         except BaseException:
             close(stdout)
             close(stderr)
@@ -198,6 +232,10 @@ class Engine:
         """Tell whether a process still runs."""
         return is_alive(member)
 
+    def listen(self, listener: Listener) -> None:
+        """Have somebody else told, too, after all others."""
+        self._listeners.append(listener)
+
     def tell(self, event: Event) -> None:
         """Tell everybody who listens."""
         for listener in self._listeners:
@@ -216,6 +254,7 @@ class Engine:
         number: int,
         process: Process,
         argv: list[str],
+        stdin: int,
         stdout: Channel,
         stderr: Channel,
     ) -> int:
@@ -230,17 +269,33 @@ class Engine:
             argv,
             environment,
             process.cwd,
-            (self._null, stdout.writer, stderr.writer),
+            (stdin, stdout.writer, stderr.writer),
             self._limit.wrapped(self._settings.spawn),
         )
 
-    def _end_turn(self) -> None:
-        self._publish()
+    def _mind_goal(self) -> None:
+        reason = self._goal.reason_to_stop()
+        if reason is not None:
+            self._supervisor.stop(reason)
+
+    def _seconds_to_wait(self) -> float | None:
+        wait = self._supervisor.seconds_to_wait()
+        due = self._goal.due()
+        if due is None:
+            return wait
+        left = max(0.0, due - self._settings.clock())
+        return left if wait is None else min(wait, left)
+
+    def _end_turn(self) -> bool:
+        """Pass on what was collected; return whether there is more."""
+        self._guard.flush()
+        more = not self._supervisor.is_starting and self._publish()
         self._writer.flush()
         self._relay.resume()
         if self._writer.broken:
             self._supervisor.stop('nobody reads the output any more')
         self._watch_screen()
+        return more
 
     def _watch_screen(self) -> None:
         descriptor = self._writer.descriptor
@@ -269,7 +324,12 @@ class Engine:
             elif number == signal.SIGTSTP:
                 self._hold()
             elif number == signal.SIGCONT:
-                self._signal_groups(signal.SIGCONT)
+                self._signal_all(signal.SIGCONT)
+                if self.held is not None:
+                    self.held(False)
+                self._resize()
+            elif number == signal.SIGWINCH:
+                self._resize()
         if signal.SIGCHLD in numbers:
             self._reap()
 
@@ -292,57 +352,61 @@ class Engine:
             self._supervisor.hurry()
 
     def _hold(self) -> None:
-        self._signal_groups(signal.SIGSTOP)
-        os.kill(os.getpid(), signal.SIGSTOP)
+        if self.held is not None:
+            self.held(True)
+        self._signal_all(signal.SIGSTOP)
+        stop_ourselves()
+        # where nobody could continue us, the system has not stopped us
+        self._signal_all(signal.SIGCONT)
 
-    def _signal_groups(self, number: int) -> None:
-        for group in self._supervisor.groups:
-            try:
+    def _resize(self) -> None:
+        # the terminals control no session, so the kernel tells nobody
+        size = size_of(self._settings.screen)
+        self.terminals.resize(size)
+        for group in self._relay.resize(size):
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(group, signal.SIGWINCH)
+
+    def _signal_all(self, number: int) -> None:
+        """Hold or continue the processes, and all that they started."""
+        groups = dict.fromkeys(self._supervisor.groups, 0)
+        for group in groups:
+            with suppress(ProcessLookupError, PermissionError):
                 os.killpg(group, number)
-            except (ProcessLookupError, PermissionError):
-                continue
+        for member in self.members(groups):
+            if member.group not in groups:
+                with suppress(ProcessLookupError, PermissionError):
+                    os.kill(member.pid, number)
 
     def _reap(self) -> None:
-        """
-        Wait for the children that ended, and only for ours.
+        ours = {*self._supervisor.groups, self._guard.pid} - {0}
+        for pid, number in held_children(ours):
+            self._supervisor.held(pid, number)
+        for pid, status in ended_children(ours):
+            if pid == self._guard.pid:
+                self._replace_guard()
+            else:
+                self._relay.drain(pid)
+                # the last line of a process counts before its exit code
+                self._mind_goal()
+                self._supervisor.exited(pid, Outcome.from_status(status))
 
-        Looking first and waiting then leaves children of other code alone; if
-        one of those is first in line, ours are tried one by one.
-        """
-        flags = os.WEXITED | os.WNOHANG | os.WNOWAIT
-        ours = {*self._supervisor.groups, self._guard.pid}
-        while True:
-            try:
-                ended = os.waitid(os.P_ALL, 0, flags)
-            except ChildProcessError:
-                return
-            if ended is None:
-                return
-            if ended.si_pid not in ours:
-                break
-            self._collect(ended.si_pid)
-        for pid in ours & {*self._supervisor.groups, self._guard.pid} - {0}:
-            if os.waitid(os.P_PID, pid, flags) is not None:
-                self._collect(pid)
-
-    def _collect(self, pid: int) -> None:
-        _, status = os.waitpid(pid, 0)
-        if pid == self._guard.pid:
-            try:
-                self._guard.restart()
-            except OSError as error:
-                self.tell(Warned(no_guard(error)))
-            return
-        self._relay.drain(pid)
-        self._supervisor.exited(pid, Outcome.from_status(status))
+    def _replace_guard(self) -> None:
+        try:
+            if not self._guard.restart():
+                text = 'the guard ended too often and is not started again'
+                self.tell(Warned(_without_guard(text)))
+        except OSError as error:
+            self.tell(Warned(no_guard(error)))
 
 
 def no_guard(error: OSError) -> str:
     """Say what it means that the guard cannot be started."""
-    return (
-        f'the guard cannot be started: {error.strerror}; if the launcher is '
-        'killed, its processes go on'
-    )
+    return _without_guard(f'the guard cannot be started: {error.strerror}')
+
+
+def _without_guard(reason: str) -> str:
+    return f'{reason}; if the launcher is killed, its processes go on'
 
 
 def _no_channel(error: OSError) -> str:

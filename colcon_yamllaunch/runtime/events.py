@@ -8,9 +8,10 @@ Events carry no time of day: they are told at the moment when they happen.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.plan import Process
 from colcon_yamllaunch.runtime.outcome import Outcome
 
@@ -73,6 +74,19 @@ class Exited:
 
 
 @dataclass(frozen=True, slots=True)
+class Held:
+    """
+    A process was stopped as Ctrl-Z does, by whomever, or goes on.
+
+    :param signal: The number of the signal, None when it goes on
+    """
+
+    process: Process
+    pid: int
+    signal: int | None
+
+
+@dataclass(frozen=True, slots=True)
 class Respawned:
     """
     A process that ended is started once more; `Started` follows.
@@ -98,6 +112,34 @@ class Signalled:
     pid: int
     signal: int
     group: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Requested:
+    """Somebody asks to stop one process, or to start it anew."""
+
+    process: Process
+    action: Literal['stop', 'restart']
+
+
+@dataclass(frozen=True, slots=True)
+class Attached:
+    """
+    A keyboard and a screen are connected to a process.
+
+    :param hint: Which keys mean something else there; empty if it is shown
+      in another terminal
+    """
+
+    process: Process
+    hint: str = ''
+
+
+@dataclass(frozen=True, slots=True)
+class Detached:
+    """The keyboard and the screen of a process are not its own any more."""
+
+    process: Process
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,16 +194,51 @@ class Warned:
 
 
 @dataclass(frozen=True, slots=True)
+class FailureReport:
+    """
+    What is known of a process that failed.
+
+    :param text: What happened, in one line
+    :param tail: The last lines of its output
+    :param log_file: The file that has all of its output, if there is one
+    """
+
+    process: Process
+    text: str
+    tail: tuple[str, ...] = ()
+    log_file: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """
+    What came of something that the launch was to achieve; see `goal`.
+
+    :param name: What it is, as the user wrote it
+    :param seconds: When that was clear, from the start of the launch on
+    :param failure: What is wrong, in one line, or None
+    """
+
+    name: str
+    seconds: float
+    failure: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Ended:
     """
     The launch is over.
 
     :param exit_code: What the launcher exits with
     :param summary: Lines that say what failed, if anything did
+    :param failures: The processes that failed, in order
+    :param verdicts: What came of what the launch was to achieve
     """
 
     exit_code: int
     summary: tuple[str, ...] = ()
+    failures: tuple[FailureReport, ...] = ()
+    verdicts: tuple[Verdict, ...] = ()
 
 
 Event = (
@@ -169,8 +246,12 @@ Event = (
     | StartFailed
     | Output
     | Exited
+    | Held
     | Respawned
     | Signalled
+    | Requested
+    | Attached
+    | Detached
     | ShuttingDown
     | StillRunning
     | LeftBehind

@@ -6,10 +6,13 @@
 import os
 from pathlib import Path
 
+from colcon_yamllaunch.language.plan import Process
 from colcon_yamllaunch.language.position import Position
 from colcon_yamllaunch.runtime import limits
+from colcon_yamllaunch.runtime.core_dumps import find_core_dump
 from colcon_yamllaunch.runtime.events import Event
 from colcon_yamllaunch.runtime.events import Exited
+from colcon_yamllaunch.runtime.events import FailureReport
 from colcon_yamllaunch.runtime.events import LeftBehind
 from colcon_yamllaunch.runtime.events import Output
 from colcon_yamllaunch.runtime.events import Started
@@ -32,7 +35,9 @@ class Failures:
         self._log_files = log_files
         self._failures: dict[str, Failure] = {}
         self._tails: dict[str, bytes] = {}
-        self._left_behind = False
+        self._core_dumps: dict[str, str | None] = {}
+        self._processes: dict[str, Process] = {}
+        self._left_behind: list[LeftBehind] = []
 
     def handle(self, event: Event) -> None:
         """Listen to an event."""
@@ -40,35 +45,70 @@ class Failures:
             case Output():
                 self._keep(event)
             case Started():
+                self._processes[event.process.label] = event.process
                 self._failures.pop(event.process.label, None)
                 self._tails.pop(event.process.label, None)
             case Exited(failed=True) | StartFailed():
                 self._failures[event.process.label] = event
+                self._look_for_core_dump(event)
             case LeftBehind():
-                self._left_behind = True
+                self._left_behind.append(event)
             case _:
                 return
 
     @property
     def exit_code(self) -> int:
         """1 if something failed, else 0."""
-        return int(bool(self._failures) or self._left_behind)
+        return int(bool(self._failures or self._left_behind))
+
+    def reports(self) -> tuple[FailureReport, ...]:
+        """Return what is known of each process that failed, in order."""
+        reports = [self._report(f) for f in self._failures.values()]
+        reports += [
+            FailureReport(
+                self._processes[event.label],
+                f'{event.label} cannot be stopped, not even by SIGKILL; '
+                f'pid {event.pid} is left behind',
+            )
+            for event in self._left_behind
+            if event.label in self._processes
+        ]
+        return tuple(reports)
 
     def summary(self) -> tuple[str, ...]:
         """Return the lines that name the first failure and those after it."""
         if not self._failures:
             return ()
         first, *others = self._failures.values()
-        label = first.process.label
+        report = self._report(first)
         lines = [f'failed: {_description(first)}']
-        tail = self._tail(label)
-        if isinstance(first, Exited) and tail:
-            lines.append(f'  the last lines of {label}:')
-            lines.extend(f'  | {line}' for line in tail)
-        if isinstance(first, Exited) and label in self._log_files:
-            lines.append(f'  all of its output: {self._log_files[label]}')
+        if report.tail:
+            lines.append(f'  the last lines of {first.process.label}:')
+            lines.extend(f'  | {line}' for line in report.tail)
+        if report.log_file is not None:
+            lines.append(f'  all of its output: {report.log_file}')
+        if core_dump := self._core_dumps.get(first.process.label):
+            lines.append(f'  its core dump: {core_dump}')
         lines.extend(f'then failed: {_description(f)}' for f in others)
         return tuple(lines)
+
+    def _report(self, failure: Failure) -> FailureReport:
+        process = failure.process
+        if isinstance(failure, StartFailed):
+            return FailureReport(process, _what_failed(failure))
+        return FailureReport(
+            process,
+            _what_failed(failure),
+            tuple(self._tail(process.label)),
+            self._log_files.get(process.label),
+        )
+
+    def _look_for_core_dump(self, event: Failure) -> None:
+        found = None
+        if isinstance(event, Exited) and event.outcome.core_dumped:
+            cwd = event.process.cwd
+            found = find_core_dump(event.pid, cwd, event.seconds)
+        self._core_dumps[event.process.label] = found
 
     def _keep(self, event: Output) -> None:
         label = event.process.label
@@ -87,13 +127,15 @@ class Failures:
 
 
 def _description(failure: Failure) -> str:
-    process = failure.process
-    place = f'(from {_shown(process.position)})'
+    return f'{_what_failed(failure)} (from {_shown(failure.process.position)})'
+
+
+def _what_failed(failure: Failure) -> str:
     if isinstance(failure, StartFailed):
         return (
-            f'{process.label} could not be started: {failure.reason} {place}'
+            f'{failure.process.label} could not be started: {failure.reason}'
         )
-    return f'{what_happened(failure)} {place}'
+    return what_happened(failure)
 
 
 def what_happened(event: Exited) -> str:

@@ -6,18 +6,20 @@ The guard: a small process that stops a launch whose launcher is gone.
 
 Its standard input is a pipe that only the launcher can write to, so the end
 of the input means that the launcher ended without dismissing the guard: by
-SIGKILL, or by a crash. Then it takes the launcher's place: SIGINT, SIGTERM
-and SIGKILL with each process's time-outs, also for processes that left their
-group, and the folder with the parameter files goes. It has its own session,
-takes no signal but SIGKILL, and never outlives its work.
+SIGKILL, or by a crash. Then it takes the launcher's place: the control socket
+goes, then SIGINT, SIGTERM and SIGKILL with each process's time-outs, also for
+processes that left their group, and the folder with the parameter files goes.
+It has its own session, takes no signal but SIGKILL, and never outlives its
+work.
 
 The launcher writes lines: `start NUMBER GROUP SIGTERM_TIMEOUT
-SIGKILL_TIMEOUT`, `end GROUP` and `folder PATH`.
+SIGKILL_TIMEOUT`, `end GROUP`, `folder PATH` and `socket PATH`.
 
 This module imports little: the guard has to be small, and up at once.
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from dataclasses import field
 import os
@@ -40,11 +42,13 @@ class Charge:
     :param groups: The process groups that run, with their numbers
     :param timeouts: The time-outs of every process that was ever started
     :param folder: The folder to remove, if there is one
+    :param socket: The socket to remove, if there is one
     """
 
     groups: dict[int, int] = field(default_factory=dict)
     timeouts: dict[int, Timeouts] = field(default_factory=dict)
     folder: str | None = None
+    socket: str | None = None
 
     def note(self, line: str) -> None:
         """Take one line of the launcher into account."""
@@ -59,6 +63,8 @@ class Charge:
             self.groups.pop(int(rest), None)
         elif word == 'folder':
             self.folder = rest
+        elif word == 'socket':
+            self.socket = rest
 
 
 def main() -> None:
@@ -73,6 +79,9 @@ def main() -> None:
     # a line that the launcher could not finish says nothing
     for line in _whole_lines():
         charge.note(line)
+    if charge.socket is not None:
+        with suppress(OSError):
+            os.unlink(charge.socket)
     stop(charge, identity, int(session))
     if charge.folder is not None:
         import shutil
@@ -84,6 +93,10 @@ def stop(charge: Charge, identity: str, session: int) -> None:
     """Stop what is left of a launch."""
     stopping = Stopping(charge.timeouts, time.monotonic())
     given_up = float('inf')
+    # at once, as looking for all others takes a while
+    led = {g: n for g, n in charge.groups.items() if _is_led(g, session)}
+    for order in stopping.orders(led, ()):
+        send(order)
     while True:
         members = find_members(identity, charge.groups, session)
         now = time.monotonic()
@@ -109,6 +122,14 @@ def divide(
         {g: number for g, number in groups.items() if g in alive},
         [m for m in members if m.group not in groups],
     )
+
+
+def _is_led(group: int, session: int) -> bool:
+    """Tell whether the leader of a group runs, and is not somebody else."""
+    try:
+        return os.getsid(group) == session
+    except OSError:
+        return False
 
 
 def _whole_lines() -> Iterator[str]:

@@ -56,19 +56,26 @@ class GuardLink:
         )
         self._write()
 
-    def restart(self) -> None:
+    def restart(self) -> bool:
         """
         Start another guard after this one ended.
 
+        :returns: Whether there is one; after some there is no other
         :raises OSError: It cannot be started
         """
         self._close()
         self._restarts += 1
-        if self._restarts <= limits.GUARD_RESTARTS:
-            self.start()
+        if self._restarts > limits.GUARD_RESTARTS:
+            return False
+        self.start()
+        return True
 
     def started(self, number: int, group: int, timeouts: Timeouts) -> None:
-        """Tell of a new process group."""
+        """
+        Tell of a new process group, with the next :meth:`flush`.
+
+        Until then the guard would find it by its mark.
+        """
         line = (
             f'start {number} {group} {timeouts.sigterm} {timeouts.sigkill}\n'
         )
@@ -76,7 +83,11 @@ class GuardLink:
         self._tell(line)
 
     def ended(self, group: int) -> None:
-        """Tell that a process group has no member any more."""
+        """
+        Tell that a process group has no member any more.
+
+        It is told with the next :meth:`flush`.
+        """
         if self._lines.pop(group, None) is not None:
             self._tell(f'end {group}\n')
 
@@ -85,6 +96,23 @@ class GuardLink:
         line = f'folder {path}\n'
         self._lines['folder'] = line
         self._tell(line)
+        self.flush()
+
+    def flush(self) -> None:
+        """
+        Tell what there is to tell.
+
+        Once for several processes, as each wakes the guard up.
+        """
+        if self._pending and self._pipe != -1:
+            self._write()
+
+    def socket(self, path: Path) -> None:
+        """Tell of a socket that is to be removed."""
+        line = f'socket {path}\n'
+        self._lines['socket'] = line
+        self._tell(line)
+        self.flush()
 
     def dismiss(self) -> None:
         """End the guard without any work for it."""
@@ -96,12 +124,12 @@ class GuardLink:
 
     def abandon(self) -> None:
         """Leave the launch to the guard."""
+        self.flush()
         self._close()
 
     def _tell(self, line: str) -> None:
         if self._pipe != -1:
             self._pending += line.encode(errors='surrogateescape')
-            self._write()
 
     def _write(self) -> None:
         try:

@@ -4,6 +4,7 @@
 """Running a plan, from the first process to the exit code."""
 
 from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import ExitStack
 import os
@@ -12,10 +13,16 @@ import sys
 import time
 from typing import TextIO
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.plan import Plan
-from colcon_yamllaunch.language.plan import Process
+from colcon_yamllaunch.runtime import limits
 from colcon_yamllaunch.runtime.channels import size_of
+from colcon_yamllaunch.runtime.control.control import Control
+from colcon_yamllaunch.runtime.control.keyboard import Keyboard
+from colcon_yamllaunch.runtime.control.local_attachment import LocalAttachment
+from colcon_yamllaunch.runtime.control.states import About
 from colcon_yamllaunch.runtime.descriptors import keep_to_ourselves
+from colcon_yamllaunch.runtime.display import Display
 from colcon_yamllaunch.runtime.engine import Engine
 from colcon_yamllaunch.runtime.engine import no_guard
 from colcon_yamllaunch.runtime.engine import Settings
@@ -23,6 +30,12 @@ from colcon_yamllaunch.runtime.events import Ended
 from colcon_yamllaunch.runtime.events import Listener
 from colcon_yamllaunch.runtime.events import Warned
 from colcon_yamllaunch.runtime.failures import Failures
+from colcon_yamllaunch.runtime.formats import layout_of
+from colcon_yamllaunch.runtime.formats import LOG_FORMAT
+from colcon_yamllaunch.runtime.front import front
+from colcon_yamllaunch.runtime.front import Look
+from colcon_yamllaunch.runtime.front import Place
+from colcon_yamllaunch.runtime.goal import Goal
 from colcon_yamllaunch.runtime.guard_link import GuardLink
 from colcon_yamllaunch.runtime.logs import Logs
 from colcon_yamllaunch.runtime.members import new_identity
@@ -30,9 +43,7 @@ from colcon_yamllaunch.runtime.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.screen import Screen
 from colcon_yamllaunch.runtime.signals import caught
 from colcon_yamllaunch.runtime.spawn import Spawn
-from colcon_yamllaunch.runtime.writer import DescriptorWriter
-from colcon_yamllaunch.runtime.writer import TextWriter
-from colcon_yamllaunch.runtime.writer import Writer
+from colcon_yamllaunch.runtime.terminals import with_terminals
 
 
 def run(
@@ -42,8 +53,15 @@ def run(
     log_folder: Path | None,
     stream: TextIO | None = None,
     color: bool | None = None,
+    tty: bool = False,
+    log_limit: int | None = limits.LOG_LIMIT,
     clock: Callable[[], float] = time.monotonic,
     spawn: Spawn = os.posix_spawn,
+    goal: Goal | None = None,
+    look: Look | None = None,
+    observers: Iterable[Listener] = (),
+    about: About | None = None,
+    attach: str | None = None,
 ) -> int:
     """
     Run a plan to its end.
@@ -58,108 +76,163 @@ def run(
       None to write none
     :param stream: Where output is shown, by default standard output
     :param color: Whether it is coloured; by default on a terminal, unless
-      `NO_COLOR` is set or `TERM` is dumb
+      `NO_COLOR` is set or `TERM` is dumb. False asks the processes, too, and
+      removes the colours that they use all the same
+    :param tty: Whether each process gets a terminal
+    :param log_limit: What all log files may take together, in bytes, or None;
+      see :mod:`colcon_yamllaunch.runtime.log_files`
     :param clock: Returns seconds that never go back
     :param spawn: Starts a program as :func:`os.posix_spawn` does
+    :param goal: What the launch is to achieve, by default nothing
+    :param look: How much is shown
+    :param observers: Are told what happens, too
+    :param about: What other terminals of the user know the launch by; without
+      it they do not see it
+    :param attach: The label of a process that the keyboard, which is standard
+      input, is connected to; it must have a terminal
     :returns: The exit code: 0 when all ended well or was stopped by the user,
-      1 when a process failed, could not be started or could not be stopped
+      1 when a process failed, could not be started or could not be stopped,
+      or when the goal was not reached
     """
     stream = sys.stdout if stream is None else stream
-    terminal = stream.isatty()
-    if color is None:
-        color = terminal and _wants_color(environment)
-    settings = Settings(
-        new_identity(),
-        _with_defaults(environment, color),
-        size_of(_descriptor(stream)),
-        clock,
-        spawn,
-    )
-    processes = tuple(plan.processes())
+    if tty:
+        plan = with_terminals(plan)
     with ExitStack() as stack:
         signals = stack.enter_context(caught())
         keep_to_ourselves()
-        writer = _writer(stream)
-        stack.callback(writer.close)
-        screen = Screen(writer, processes, color=color, terminal=terminal)
-        guard = _guard(settings.identity, screen)
-        stack.callback(guard.abandon)
+        display = Display(stream, color, environment)
+        stack.callback(display.writer.close)
+        environment = display.environment
+        settings = Settings(
+            new_identity(), environment, display.descriptor, clock, spawn
+        )
+        troubles: list[str] = []
+        screen = display.screen(plan.processes(), troubles.append)
+        guard = _guard(settings.identity, screen, stack)
         files = ParameterFiles(guard.folder)
         stack.callback(files.remove)
-        logs = _logs(log_folder, processes, screen)
-        failures = Failures({})
-        listeners: list[Listener] = [screen.handle]
-        if logs is not None:
-            stack.callback(logs.close)
-            failures = Failures(logs.combined_files(processes))
-            listeners.insert(0, logs.handle)
-        listeners.insert(0, failures.handle)
-        publish = _nothing if logs is None else logs.flush
+        records = _records(
+            log_folder, log_limit, plan, settings, screen, troubles, stack
+        )
+        show, keyboard = _front(
+            look or Look(), attach, plan, display, screen, stack
+        )
+        goal = goal or Goal(clock=clock)
         engine = Engine(
-            plan, settings, guard, files, writer, listeners, publish
+            plan,
+            settings,
+            guard,
+            files,
+            display.writer,
+            (*records.listeners, show, goal.handle, *observers),
+            records.publish,
+            goal,
         )
         stack.callback(engine.close)
+        for text in troubles:
+            engine.tell(Warned(text))
+        control = Control(engine, keyboard)
+        stack.callback(control.close)
+        if about is not None:
+            control.serve(
+                about, environment, guard, log_folder, records.files, clock
+            )
         engine.run(signals)
+        control.close()
         files.remove()
         guard.dismiss()
-        engine.tell(Ended(failures.exit_code, failures.summary()))
+        ended = _ended(records.failures, goal)
+        engine.tell(ended)
         engine.finish(signals)
-        return failures.exit_code
+        return ended.exit_code
 
 
-def _guard(identity: str, screen: Screen) -> GuardLink:
+def _ended(failures: Failures, goal: Goal) -> Ended:
+    missed = goal.failures()
+    return Ended(
+        failures.exit_code or int(bool(missed)),
+        (*failures.summary(), *(f'failed: {text}' for text in missed)),
+        failures.reports(),
+        goal.verdicts(),
+    )
+
+
+def _guard(identity: str, screen: Screen, stack: ExitStack) -> GuardLink:
     guard = GuardLink(identity)
     try:
         guard.start()
     except OSError as error:
         screen.handle(Warned(no_guard(error)))
+    stack.callback(guard.abandon)
     return guard
 
 
-def _logs(
-    folder: Path | None, processes: tuple[Process, ...], screen: Screen
-) -> Logs | None:
+@dataclass(frozen=True, slots=True)
+class _Records:
+    """
+    What is kept of a launch.
+
+    :param failures: What went wrong
+    :param listeners: Keep it
+    :param files: For each label the log with all output
+    :param publish: Writes what was collected; see :class:`Engine`
+    """
+
+    failures: Failures
+    listeners: tuple[Listener, ...]
+    files: Mapping[str, Path]
+    publish: Callable[[], bool]
+
+
+def _records(
+    folder: Path | None,
+    limit: int | None,
+    plan: Plan,
+    settings: Settings,
+    screen: Screen,
+    troubles: list[str],
+    stack: ExitStack,
+) -> _Records:
+    layout = layout_of(LOG_FORMAT, settings.environment, troubles.append)
     if folder is None:
-        return None
-    return Logs(folder, processes, lambda text: screen.handle(Warned(text)))
-
-
-def _wants_color(environment: Mapping[str, str]) -> bool:
-    # https://no-color.org: any value but the empty one
-    return (
-        not environment.get('NO_COLOR') and environment.get('TERM') != 'dumb'
+        failures = Failures({})
+        return _Records(failures, (failures.handle,), {}, _nothing)
+    processes = tuple(plan.processes())
+    logs = Logs(
+        folder,
+        processes,
+        lambda text: screen.handle(Warned(text)),
+        limit=limit,
+        layout=layout,
+    )
+    stack.callback(logs.close)
+    files = logs.combined_files(processes)
+    failures = Failures(files)
+    return _Records(
+        failures, (failures.handle, logs.handle), files, logs.flush
     )
 
 
-def _with_defaults(
-    environment: Mapping[str, str], color: bool
-) -> dict[str, str]:
-    """Add what makes output show at once, and in colour."""
-    result = {'PYTHONUNBUFFERED': '1'}
-    if color:
-        result['RCUTILS_COLORIZED_OUTPUT'] = '1'
-    result.update(environment)
-    return result
+def _front(
+    look: Look,
+    attach: str | None,
+    plan: Plan,
+    display: Display,
+    screen: Screen,
+    stack: ExitStack,
+) -> tuple[Listener, LocalAttachment | None]:
+    """Return who shows what happens, and the keyboard if it is attached."""
+    place = Place(
+        display.writer, display.terminal, size_of(display.descriptor)
+    )
+    show = front(look, screen, plan, place, display.environment, stack)
+    if attach is None:
+        return show, None
+    keyboard = Keyboard(sys.stdin.fileno())
+    attachment = LocalAttachment(attach, keyboard, screen, show)
+    return attachment.handle, attachment
 
 
-def _writer(stream: TextIO) -> Writer:
-    descriptor = _descriptor(stream)
-    if descriptor == -1:
-        return TextWriter(stream)
-    writer = DescriptorWriter(descriptor)
-    try:
-        stream.flush()
-    except BrokenPipeError:
-        writer.broken = True
-    return writer
-
-
-def _descriptor(stream: TextIO) -> int:
-    try:
-        return stream.fileno()
-    except (OSError, ValueError):
-        return -1
-
-
-def _nothing() -> None:
+def _nothing() -> bool:
     """Publish nothing, as there are no log files."""
+    return False

@@ -21,9 +21,22 @@ WRITE_BATCH = 256
 
 #: Bytes for the log of the whole launch that are collected at most.
 COLLECTED_LOG = 256 * 1024
+#: Bytes that all log files of a launch may take together, unless the user
+#: gives another limit.
+LOG_LIMIT = 2_000_000_000
+#: Log files that the limit is divided among at least, so that one of a few
+#: files does not lose half of its content at once; and old parts of one file
+#: that are as large together as the next one may be.
+LOG_PARTS = 8
+#: Bytes that a log file may have before it rotates, however small the limit.
+LOG_PART = 64 * 1024
 
 #: Characters of the widest label that others are aligned to.
 LABEL_WIDTH = 24
+#: Columns of a terminal below which there is no table.
+TABLE_WIDTH = 40
+#: Lines of a terminal that a table of single processes leaves free.
+TABLE_MARGIN = 4
 #: Names that a progress line lists before it only counts.
 NAMES_SHOWN = 6
 #: Lines of a failed process that are shown again at the end.
@@ -35,6 +48,8 @@ FOLDER_NAME_BYTES = 200
 
 #: Processes that are started before output and signals get a turn.
 STARTS_PER_TURN = 4
+#: Quiet processes whose log files are opened before the same.
+OPENED_PER_TURN = 8
 #: Seconds between two looks at processes that are not our children.
 STRAY_CHECK_INTERVAL = 0.05
 #: Seconds between two lines about what is still being waited for.
@@ -48,3 +63,8 @@ KILL_PATIENCE = 5.0
 SCREEN_PATIENCE = 5.0
 #: How often a guard that died is replaced in one launch.
 GUARD_RESTARTS = 3
+#: Seconds by which the time of a file may be before that of the clock.
+FILE_TIME_STEP = 1.0
+
+#: Bytes typed at a process that wait until it reads them.
+KEYS = 64 * 1024

@@ -10,6 +10,7 @@ from colcon_yamllaunch.runtime import limits
 _RESET = b'\x1b[0m'
 _PLAIN = bytes(range(0x20, 0x7F)) + b'\t\n'
 _AT_LINE_START = re.compile(rb'(?m:^)\r+')
+_COLOURS = re.compile(rb'\x1b\[[0-9;:]*m')
 _CARRIAGE_RETURNS = re.compile(rb'\r+\n?')
 # colours pass; what moves the cursor, changes the character set or the like
 # does not, and neither do half sequences
@@ -46,6 +47,11 @@ class LineBuffer:
         self._pieces = [chunk[end:]] if end < len(chunk) else []
         self._size = len(chunk) - end
         return lines
+
+    @property
+    def unfinished(self) -> bytes:
+        """What has been kept, such as a prompt."""
+        return b''.join(self._pieces)
 
     def flush(self) -> bytes:
         """Return what remains."""
@@ -89,8 +95,17 @@ def legible(data: bytes, terminal: bool) -> bytes:
 
 def bare(data: bytes) -> str:
     """Return lines without any control sequence, colours included."""
+    if b'\x1b' in data:
+        data = _COLOURS.sub(b'', data)
+    if not data.translate(None, _PLAIN):
+        return data.decode()
     text = normalised(data).decode(errors='replace')
     return _SEQUENCES.sub(_without_sequences, text)
+
+
+def colourless(data: bytes) -> bytes:
+    """Return lines without colours."""
+    return _COLOURS.sub(b'', data) if b'\x1b' in data else data
 
 
 def prefixed(data: bytes, prefix: bytes, reset: bool = False) -> bytes:

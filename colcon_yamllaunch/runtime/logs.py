@@ -8,48 +8,46 @@ The log files of a launch.
 a process wrote, byte by byte; `launch.log` has the lines of all of them, and
 the launcher's own, with the time in seconds since the epoch and the label.
 
-`events.jsonl` has one JSON object a line. Each has `time`, in seconds since
-the epoch, and `event`; most have the `label` of a process and its `pid`:
-
-- `started`, `respawned` (before the next `started`, with `attempt`, counted
-  from 1) and `start_failed` (with `reason`),
-- `exited` with `exit_code` or the name of a `signal`, `core_dumped`,
-  `seconds` that it ran, whether it was `asked` to stop, whether it `failed`,
-  and `respawn_delay` in seconds if it is started again,
-- `signalled` with the name of the `signal`, and whether it went to the whole
-  `group` or to one process that left its group,
-- `left_behind`, where not even SIGKILL helped,
-- `message` with `level` and `text`, `shutdown` with `reason`, and `ended`
-  with `exit_code`.
+`events.jsonl` has one JSON object a line; docs/logs.md describes them all.
 """
 
+from collections import deque
 from collections.abc import Callable
 from collections.abc import Iterable
 import json
-import os
 from pathlib import Path
 import time
 from typing import Any
 
 from colcon_yamllaunch.language.plan import Process
 from colcon_yamllaunch.runtime import limits
+from colcon_yamllaunch.runtime.events import Attached
+from colcon_yamllaunch.runtime.events import Detached
 from colcon_yamllaunch.runtime.events import Ended
 from colcon_yamllaunch.runtime.events import Event
 from colcon_yamllaunch.runtime.events import Exited
+from colcon_yamllaunch.runtime.events import Held
 from colcon_yamllaunch.runtime.events import LeftBehind
 from colcon_yamllaunch.runtime.events import Output
+from colcon_yamllaunch.runtime.events import Requested
 from colcon_yamllaunch.runtime.events import Respawned
 from colcon_yamllaunch.runtime.events import Said
 from colcon_yamllaunch.runtime.events import ShuttingDown
 from colcon_yamllaunch.runtime.events import Signalled
 from colcon_yamllaunch.runtime.events import Started
 from colcon_yamllaunch.runtime.events import StartFailed
+from colcon_yamllaunch.runtime.events import Warned
+from colcon_yamllaunch.runtime.formats import Layout
 from colcon_yamllaunch.runtime.lines import normalised
 from colcon_yamllaunch.runtime.lines import prefixed
+from colcon_yamllaunch.runtime.log_files import LogFile
+from colcon_yamllaunch.runtime.log_files import Quota
 from colcon_yamllaunch.runtime.outcome import signal_name
 from colcon_yamllaunch.runtime.output_modes import IN_COMMON_LOG
 from colcon_yamllaunch.runtime.output_modes import IN_OWN_LOG
 from colcon_yamllaunch.runtime.reporting import LAUNCHER
+from colcon_yamllaunch.runtime.reporting import level
+from colcon_yamllaunch.runtime.reporting import MESSENGER
 from colcon_yamllaunch.runtime.reporting import report
 
 #: The log file of the whole launch, each line with a time stamp.
@@ -58,35 +56,6 @@ COMMON_LOG = 'launch.log'
 EVENT_LOG = 'events.jsonl'
 #: The log file of a process that has both of its streams, as colcon names it.
 COMBINED_LOG = 'stdout_stderr.log'
-
-_FLAGS = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
-
-
-class LogFile:
-    """
-    A file that takes bytes as long as the disk does.
-
-    :param path: The file, which is appended to
-    :raises OSError: It cannot be opened
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._descriptor = os.open(path, _FLAGS, 0o644)
-
-    def write(self, data: bytes) -> None:
-        """
-        Append to the file at once.
-
-        :raises OSError: The disk is full, for instance
-        """
-        written = os.write(self._descriptor, data)
-        while written < len(data):
-            written += os.write(self._descriptor, memoryview(data)[written:])
-
-    def close(self) -> None:
-        """Close the file."""
-        os.close(self._descriptor)
 
 
 class Logs:
@@ -99,6 +68,9 @@ class Logs:
     :param processes: All that may be started
     :param complain: Is told that logs cannot be written
     :param now: Returns the time in seconds since the epoch
+    :param limit: What all files may take together, in bytes, or None
+    :param layout: How the lines in `launch.log` look that are no output of a
+      process, or None for the usual way
     """
 
     def __init__(
@@ -107,13 +79,19 @@ class Logs:
         processes: Iterable[Process],
         complain: Callable[[str], None],
         now: Callable[[], float] = time.time,
+        limit: int | None = None,
+        layout: Layout | None = None,
     ) -> None:
+        processes = tuple(processes)
         self._folder = folder
         self._folders = folder_names(p.label for p in processes)
+        self._quota = Quota(limit, 2 + 3 * len(processes), complain)
+        self._layout = layout
         self._complain = complain
         self._complained = False
         self._now = now
         self._files: dict[str, tuple[LogFile | None, ...]] = {}
+        self._unopened: deque[Process] = deque()
         self._common_pending: list[bytes] = []
         self._pending_size = 0
         self._event_pending: list[bytes] = []
@@ -126,26 +104,34 @@ class Logs:
             self._record_output(event)
             return
         if isinstance(event, Started):
-            self._open_own(event.process)
-        for line in _common_lines(event):
-            self._common_pending.append(self._stamp().encode() + line)
+            self._unopened.append(event.process)
+        for line in self._common_lines(event):
+            self._common_pending.append(line.encode(errors='replace'))
         fields = _fields(event)
         if fields:
             record = {'time': round(self._now(), 6), **fields}
             text = json.dumps(record, ensure_ascii=False) + '\n'
             self._event_pending.append(text.encode(errors='replace'))
 
-    def flush(self) -> None:
-        """Write what has been collected since the last call."""
+    def flush(self) -> bool:
+        """
+        Write what has been collected, and open files of quiet processes.
+
+        :returns: Whether there are more to open with the next call
+        """
+        for _ in range(min(limits.OPENED_PER_TURN, len(self._unopened))):
+            self._open_own(self._unopened.popleft())
         self._write(self._common, b''.join(self._common_pending))
         self._write(self._events, b''.join(self._event_pending))
         self._pending_size = 0
         self._common_pending.clear()
         self._event_pending.clear()
+        return bool(self._unopened)
 
     def close(self) -> None:
         """Write everything, and close all files."""
-        self.flush()
+        while self.flush():
+            continue
         every = [self._common, self._events]
         for files in self._files.values():
             every.extend(files)
@@ -163,6 +149,7 @@ class Logs:
 
     def _record_output(self, event: Output) -> None:
         process = event.process
+        self._open_own(process)
         files = self._files.get(process.label)
         if files is not None:
             stdout, stderr, combined = files
@@ -179,6 +166,16 @@ class Logs:
             if self._pending_size > limits.COLLECTED_LOG:
                 self.flush()
 
+    def _common_lines(self, event: Event) -> list[str]:
+        name, tag, texts = LAUNCHER, f'[{LAUNCHER}]', report(event)
+        if isinstance(event, Said):
+            name, tag = MESSENGER, f'[{event.level}] [{MESSENGER}]:'
+            texts = (event.text,)
+        if self._layout is not None:
+            return [self._layout(name, level(event), t) + '\n' for t in texts]
+        lines = (line for text in texts for line in text.split('\n'))
+        return [f'{self._stamp()}{tag} {line}\n' for line in lines]
+
     def _stamp(self) -> str:
         return f'{self._now():.6f} '
 
@@ -194,8 +191,11 @@ class Logs:
     def _open(self, name: str) -> LogFile | None:
         path = self._folder / name
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            return LogFile(path)
+            try:
+                return LogFile(path, self._quota)
+            except FileNotFoundError:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                return LogFile(path, self._quota)
         except OSError as error:
             self._fail(path, error)
             return None
@@ -244,16 +244,6 @@ def _shortened(name: str) -> str:
     return data.decode(errors='ignore')
 
 
-def _common_lines(event: Event) -> list[bytes]:
-    if isinstance(event, Said):
-        text = f'[{event.level}] [launch.user]: {event.text}\n'
-        return [text.encode(errors='replace')]
-    return [
-        f'[{LAUNCHER}] {line}\n'.encode(errors='replace')
-        for line in report(event)
-    ]
-
-
 def _fields(event: Event) -> dict[str, Any]:
     match event:
         case Started():
@@ -266,6 +256,8 @@ def _fields(event: Event) -> dict[str, Any]:
             }
         case Exited():
             return _exited(event)
+        case Held():
+            return _held(event)
         case Respawned():
             return {
                 'event': 'respawned',
@@ -279,6 +271,13 @@ def _fields(event: Event) -> dict[str, Any]:
                 'signal': signal_name(event.signal),
                 'group': event.group,
             }
+        case Requested():
+            who = _who(event.process)
+            return {'event': 'requested', **who, 'action': event.action}
+        case Attached():
+            return {'event': 'attached', **_who(event.process)}
+        case Detached():
+            return {'event': 'detached', **_who(event.process)}
         case ShuttingDown():
             return {'event': 'shutdown', 'reason': event.reason}
         case LeftBehind():
@@ -293,6 +292,8 @@ def _fields(event: Event) -> dict[str, Any]:
                 'level': event.level,
                 'text': event.text,
             }
+        case Warned():
+            return {'event': 'warning', 'text': event.text}
         case Ended():
             return {'event': 'ended', 'exit_code': event.exit_code}
         case _:
@@ -301,6 +302,13 @@ def _fields(event: Event) -> dict[str, Any]:
 
 def _who(process: Process, pid: int | None = None) -> dict[str, Any]:
     return {'label': process.label} | ({} if pid is None else {'pid': pid})
+
+
+def _held(event: Held) -> dict[str, Any]:
+    who = _who(event.process, event.pid)
+    if event.signal is None:
+        return {'event': 'continued', **who}
+    return {'event': 'held', **who, 'signal': signal_name(event.signal)}
 
 
 def _exited(event: Exited) -> dict[str, Any]:

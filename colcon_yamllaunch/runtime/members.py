@@ -15,8 +15,9 @@ This module is part of the guard and imports little.
 
 from collections.abc import Iterable
 from collections.abc import Mapping
-from dataclasses import dataclass
 import os
+
+from colcon_yamllaunch.frozen import dataclass
 
 #: The environment variable that marks the processes of a launch; its value is
 #: the identity of the launch, a dot, and the number of the process.

@@ -3,11 +3,11 @@
 
 """How a process ended, and what that means."""
 
-from dataclasses import dataclass
 import os
 import signal
 from typing import Literal
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.plan import Process
 
 #: Signals that end a process on request; whoever stops a whole session, as
@@ -48,6 +48,19 @@ class Outcome:
         if meaning:
             text += f' ({meaning.lower()})'
         return f'{text}, core dumped' if self.core_dumped else text
+
+
+def ending_of(outcome: Outcome, asked: bool) -> str:
+    """
+    Say how a process ended, as a part of a sentence.
+
+    :param asked: Whether it had been asked to stop
+    """
+    if outcome.code == 0:
+        return 'finished'
+    if asked and not is_failure(outcome, asked):
+        return f'stopped, {outcome}'
+    return str(outcome)
 
 
 def signal_name(number: int) -> str:

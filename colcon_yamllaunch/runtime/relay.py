@@ -12,6 +12,7 @@ import select
 
 from colcon_yamllaunch.language.plan import Process
 from colcon_yamllaunch.runtime import limits
+from colcon_yamllaunch.runtime.channels import resize
 from colcon_yamllaunch.runtime.events import Listener
 from colcon_yamllaunch.runtime.events import Output
 from colcon_yamllaunch.runtime.events import Stream
@@ -24,6 +25,7 @@ class _Source:
     process: Process
     stream: Stream
     buffer: LineBuffer = field(default_factory=LineBuffer)
+    is_terminal: bool = False
     is_large: bool = False
     is_paused: bool = False
 
@@ -52,6 +54,8 @@ class Relay:
         self._sources: dict[int, _Source] = {}
         self._groups: dict[int, list[_Source]] = {}
         self._paused: list[_Source] = []
+        #: Who is told at once what a process writes, by its label.
+        self.taps: dict[str, Callable[[Stream, bytes], None]] = {}
 
     def add(
         self, group: int, process: Process, stdout: int, stderr: int
@@ -63,9 +67,20 @@ class Relay:
         ]
         self._groups[group] = sources
         for source in sources:
+            source.is_terminal = os.isatty(source.descriptor)
             os.set_blocking(source.descriptor, False)
             self._sources[source.descriptor] = source
             self._poll.register(source.descriptor, select.EPOLLIN)
+
+    def resize(self, size: os.terminal_size) -> list[int]:
+        """Set the size of all terminals, and return whose they are."""
+        resized = []
+        for group, sources in self._groups.items():
+            for source in sources:
+                if source.is_terminal and self._is_open(source):
+                    resize(source.descriptor, size)
+                    resized.append(group)
+        return sorted(set(resized))
 
     def owns(self, descriptor: int) -> bool:
         """Tell whether :meth:`read` is to be called for a descriptor."""
@@ -78,6 +93,14 @@ class Relay:
             source.is_paused = True
             self._poll.unregister(descriptor)
             self._paused.append(source)
+
+    def unfinished(self, label: str) -> bytes:
+        """Return the last line of a process, as far as it is written."""
+        return b''.join(
+            s.buffer.unfinished
+            for s in self._sources.values()
+            if s.process.label == label
+        )
 
     def resume(self) -> None:
         """Read again what had to wait for the screen."""
@@ -138,6 +161,8 @@ class Relay:
             return 0
         if len(chunk) == limits.READ_SIZE and not source.is_large:
             _enlarge(source)
+        if self.taps and source.process.label in self.taps:
+            self.taps[source.process.label](source.stream, chunk)
         self._pass_on(source, source.buffer.feed(chunk))
         return len(chunk)
 

@@ -3,22 +3,34 @@
 
 """What the launcher itself says about what happens."""
 
+from typing import Literal
+
 from colcon_yamllaunch.runtime import limits
+from colcon_yamllaunch.runtime.events import Attached
+from colcon_yamllaunch.runtime.events import Detached
 from colcon_yamllaunch.runtime.events import Ended
 from colcon_yamllaunch.runtime.events import Event
 from colcon_yamllaunch.runtime.events import Exited
+from colcon_yamllaunch.runtime.events import Held
 from colcon_yamllaunch.runtime.events import LeftBehind
+from colcon_yamllaunch.runtime.events import Requested
 from colcon_yamllaunch.runtime.events import Respawned
+from colcon_yamllaunch.runtime.events import Said
 from colcon_yamllaunch.runtime.events import ShuttingDown
 from colcon_yamllaunch.runtime.events import Signalled
 from colcon_yamllaunch.runtime.events import Started
 from colcon_yamllaunch.runtime.events import StartFailed
 from colcon_yamllaunch.runtime.events import StillRunning
 from colcon_yamllaunch.runtime.events import Warned
+from colcon_yamllaunch.runtime.outcome import ending_of
 from colcon_yamllaunch.runtime.outcome import signal_name
+
+Verbosity = Literal['quiet', 'normal', 'verbose']
 
 #: The label of the launcher's own lines.
 LAUNCHER = 'launch'
+#: The name that messages of the launch file have, as in ROS 2.
+MESSENGER = 'launch.user'
 
 
 def report(event: Event) -> tuple[str, ...]:
@@ -32,12 +44,21 @@ def report(event: Event) -> tuple[str, ...]:
             )
         case Exited():
             return (_exited(event),)
+        case Held():
+            return (_held(event),)
         case Signalled(group=False):
             name = signal_name(event.signal)
             return (
                 f'{event.process.label}: {name} to what it left running, '
                 f'pid {event.pid}',
             )
+        case Requested():
+            return (f'{event.process.label}: {event.action} requested',)
+        case Attached():
+            where = event.hint or 'attached to another terminal'
+            return (f'{event.process.label}: {where}',)
+        case Detached():
+            return (f'{event.process.label}: detached',)
         case ShuttingDown():
             hint = ' (Ctrl-C again to hurry)' if event.interactive else ''
             return (f'stopping: {event.reason}{hint}',)
@@ -69,19 +90,34 @@ def is_alarming(event: Event) -> bool:
             return False
 
 
+def level(event: Event) -> str:
+    """Return the severity of an event, by its name in ROS 2's launch."""
+    match event:
+        case Said():
+            return event.level
+        case Warned():
+            return 'WARNING'
+        case _:
+            return 'ERROR' if is_alarming(event) else 'INFO'
+
+
 def _exited(event: Exited) -> str:
-    if event.outcome.code == 0:
-        ending = 'finished'
-    elif event.asked and not event.failed:
-        ending = f'stopped, {event.outcome}'
-    else:
-        ending = str(event.outcome)
+    ending = ending_of(event.outcome, event.asked)
     text = f'{event.process.label}: {ending} after {event.seconds:.1f} s'
     if event.respawn_delay is None:
         return text
     if event.respawn_delay:
         return f'{text}, starts again in {event.respawn_delay:g} s'
     return f'{text}, starts again'
+
+
+def _held(event: Held) -> str:
+    if event.signal is None:
+        return f'{event.process.label}: goes on'
+    return (
+        f'{event.process.label}: held by {signal_name(event.signal)}; '
+        f'to let it go on: kill -CONT -- -{event.pid}'
+    )
 
 
 def _still_running(event: StillRunning) -> str:

@@ -12,6 +12,8 @@ import signal
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 #: Those that a shell holds and continues jobs with.
 JOB_CONTROL = (signal.SIGTSTP, signal.SIGCONT)
+#: Those that tell what else the loop reacts to.
+NEWS = (signal.SIGCHLD, signal.SIGWINCH)
 
 # whoever ignores these for us means it, as nohup and a shell without job
 # control do; a SIGINT that is sent all the same is meant, too
@@ -33,7 +35,7 @@ def caught() -> Iterator[int]:
     wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     before = {}
     try:
-        for number in (*STOPPING, *JOB_CONTROL, signal.SIGCHLD):
+        for number in (*STOPPING, *JOB_CONTROL, *NEWS):
             handler = signal.getsignal(number)
             if handler == signal.SIG_IGN and number in _RESPECTED:
                 continue
@@ -59,6 +61,18 @@ def received(reader: int) -> list[int]:
     except BlockingIOError:
         return numbers
     return numbers
+
+
+def stop_ourselves() -> None:
+    """
+    Do what SIGTSTP does to a program that does not handle it.
+
+    The system does not stop a process whose group is orphaned (POSIX): nobody
+    could continue it, as there is no shell with job control.
+    """
+    handler = signal.signal(signal.SIGTSTP, signal.SIG_DFL)
+    os.kill(os.getpid(), signal.SIGTSTP)
+    signal.signal(signal.SIGTSTP, handler)
 
 
 def _ignored(number: int, frame: object) -> None:

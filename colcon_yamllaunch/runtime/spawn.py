@@ -58,15 +58,27 @@ def spawn_process(
             'setsigmask': (),
             'setsigdef': _SIGNALS,
         }
-        try:
+        with explained(program):
             return spawn(program, argv, environment, **options)
-        except OSError as error:
-            raise StartError(explain(error, program)) from error
-        except ValueError as error:
-            raise StartError(
-                f'{program}: its arguments or its environment cannot be '
-                f'passed to a program: {error}'
-            ) from error
+
+
+@contextmanager
+def explained(program: str) -> Iterator[None]:
+    """
+    Say in one line why a program cannot be started.
+
+    :param program: Its path
+    :raises StartError: for what the system or Python complains of inside
+    """
+    try:
+        yield
+    except OSError as error:
+        raise StartError(_explanation(error, program)) from error
+    except ValueError as error:
+        raise StartError(
+            f'{program}: its arguments or its environment cannot be '
+            f'passed to a program: {error}'
+        ) from error
 
 
 def find_program(name: str, path: str) -> str:
@@ -99,7 +111,7 @@ def find_program(name: str, path: str) -> str:
     )
 
 
-def explain(error: OSError, program: str) -> str:
+def _explanation(error: OSError, program: str) -> str:
     """
     Say why the system would not start a program, and the way out.
 
@@ -122,6 +134,16 @@ def explain(error: OSError, program: str) -> str:
         return _wrong_format(program)
     reason = os.strerror(error.errno) if error.errno else str(error)
     return f"'{program}': {reason}"
+
+
+def ends_as_on_windows(program: str) -> str:
+    """Return what to say of a script with the line ends of Windows."""
+    return (
+        f"the lines of '{program}' end as on Windows, so its "
+        'interpreter is not found; convert it: '
+        # in place of a link, sed would put a copy
+        f"sed -i 's/\\r$//' {os.path.realpath(program)}"
+    )
 
 
 @contextmanager
@@ -164,11 +186,7 @@ def _missing(program: str) -> str:
             'it was made for another system'
         )
     if interpreter.endswith('\r'):
-        return (
-            f"the lines of '{program}' end as on Windows, so its "
-            'interpreter is not found; convert it: '
-            f"sed -i 's/\\r$//' {program}"
-        )
+        return ends_as_on_windows(program)
     return (
         f"the first line of '{program}' names the interpreter "
         f"'{interpreter}', which does not exist; "

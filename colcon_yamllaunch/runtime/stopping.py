@@ -11,11 +11,11 @@ guard and imports little.
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
-from dataclasses import dataclass
 import math
 import os
 import signal
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.runtime.members import Member
 
 #: The signals in the order in which they are sent.

@@ -12,9 +12,9 @@ from collections import deque
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import count
 import math
+from typing import Literal
 from typing import Protocol
 
 from colcon_yamllaunch.language.plan import Entry
@@ -26,24 +26,32 @@ from colcon_yamllaunch.language.plan import Timer
 from colcon_yamllaunch.runtime import limits
 from colcon_yamllaunch.runtime.events import Event
 from colcon_yamllaunch.runtime.events import Exited
+from colcon_yamllaunch.runtime.events import Held
 from colcon_yamllaunch.runtime.events import LeftBehind
+from colcon_yamllaunch.runtime.events import Requested
 from colcon_yamllaunch.runtime.events import Respawned
 from colcon_yamllaunch.runtime.events import Said
 from colcon_yamllaunch.runtime.events import ShuttingDown
-from colcon_yamllaunch.runtime.events import Signalled
 from colcon_yamllaunch.runtime.events import Started
 from colcon_yamllaunch.runtime.events import StartFailed
 from colcon_yamllaunch.runtime.events import StillRunning
 from colcon_yamllaunch.runtime.members import Member
 from colcon_yamllaunch.runtime.outcome import after_exit
+from colcon_yamllaunch.runtime.outcome import ending_of
 from colcon_yamllaunch.runtime.outcome import is_failure
 from colcon_yamllaunch.runtime.outcome import Outcome
 from colcon_yamllaunch.runtime.schedule import Appointment
 from colcon_yamllaunch.runtime.schedule import Schedule
+from colcon_yamllaunch.runtime.single_stop import carry_out
+from colcon_yamllaunch.runtime.single_stop import SingleStops
 from colcon_yamllaunch.runtime.spawn import StartError
 from colcon_yamllaunch.runtime.stopping import Order
 from colcon_yamllaunch.runtime.stopping import Stopping
 from colcon_yamllaunch.runtime.stopping import Timeouts
+from colcon_yamllaunch.runtime.tasks import Phase
+from colcon_yamllaunch.runtime.tasks import RefusedError
+from colcon_yamllaunch.runtime.tasks import Task
+from colcon_yamllaunch.runtime.tasks import TaskState
 
 
 class Host(Protocol):
@@ -77,14 +85,6 @@ class Host(Protocol):
         """Take note of what happened."""
 
 
-@dataclass(slots=True)
-class _Task:
-    number: int
-    process: Process
-    respawns: int = 0
-    started: float = 0.0
-
-
 class Supervisor:
     """
     Runs a plan.
@@ -99,15 +99,18 @@ class Supervisor:
     ) -> None:
         self._host = host
         self._clock = clock
-        self._tasks = [_Task(n, p) for n, p in enumerate(plan.processes())]
+        self._tasks = [Task(n, p) for n, p in enumerate(plan.processes())]
         self._by_label = {t.process.label: t for t in self._tasks}
         self._agenda: deque[Entry] = deque(plan.entries)
         self._schedule = Schedule()
         self._timers: dict[int, tuple[Timer, Appointment]] = {}
         self._timer_keys = count()
         self._respawns: dict[int, Appointment] = {}
-        self._running: dict[int, _Task] = {}
+        self._running: dict[int, Task] = {}
         self._groups: dict[int, int] = {}
+        self._single_stops = SingleStops(
+            host, self._schedule, clock, self._groups, self._start
+        )
         self._stopping: Stopping | None = None
         self._strays: list[Member] = []
         self._clean = False
@@ -118,6 +121,11 @@ class Supervisor:
     def groups(self) -> Iterable[int]:
         """The process groups whose leader runs."""
         return tuple(self._running)
+
+    @property
+    def is_starting(self) -> bool:
+        """Whether more is to be started at once."""
+        return bool(self._agenda)
 
     @property
     def is_stopping(self) -> bool:
@@ -145,7 +153,13 @@ class Supervisor:
         process = task.process
         if self._host.release(group):
             del self._groups[group]
-        asked = self.is_stopping
+        asked = self.is_stopping or task in self._single_stops
+        task.group = None
+        task.ended = self._clock()
+        failed = is_failure(outcome, asked)
+        task.ending = (
+            'stopped' if asked and not failed else ending_of(outcome, asked)
+        )
         step = after_exit(process, task.respawns, asked)
         self._host.tell(
             Exited(
@@ -154,7 +168,7 @@ class Supervisor:
                 outcome,
                 seconds=self._clock() - task.started,
                 asked=asked,
-                failed=is_failure(outcome, asked),
+                failed=failed,
                 respawn_delay=(
                     process.respawn_delay if step == 'respawn' else None
                 ),
@@ -167,6 +181,49 @@ class Supervisor:
             )
         elif step == 'shutdown':
             self.stop(f'{process.label} ended')
+        self._single_stops.ended(task)
+
+    def states(self) -> tuple[TaskState, ...]:
+        """Return what has become of each process, in the plan's order."""
+        return tuple(self._state(task) for task in self._tasks)
+
+    def stop_process(self, label: str) -> None:
+        """
+        Stop one process, with all that it started, and keep it stopped.
+
+        Whatever follows from the end of a process otherwise, such as
+        `respawn` and `on_exit: shutdown`, does not follow from this one. To
+        ask once more takes the next step of stopping at once.
+
+        :param label: Its label
+        :raises RefusedError: There is nothing to stop
+        """
+        self._single_stops.stop(self._asked_for(label, 'stop'))
+
+    def restart_process(self, label: str) -> None:
+        """
+        Stop one process if it runs, then start it anew.
+
+        It has all of its respawns again.
+
+        :param label: Its label
+        :raises RefusedError: It cannot be started now
+        """
+        self._single_stops.restart(self._asked_for(label, 'restart'))
+
+    def held(self, group: int, number: int | None) -> None:
+        """
+        Take note that the leader of a group is held or goes on.
+
+        :param number: The signal that holds it, None if it goes on
+        """
+        task = self._running.get(group)
+        # while we stop everything, who is held is continued by us
+        if task is None or self.is_stopping:
+            return
+        if number is not None or task.is_held:
+            self._host.tell(Held(task.process, group, number))
+        task.is_held = number is not None
 
     def stop(
         self,
@@ -210,25 +267,68 @@ class Supervisor:
                 reason = entry.reason or 'the launch file says so'
                 self.stop(reason)
 
-    def _start(self, task: _Task) -> None:
+    def _start(self, task: Task) -> None:
         process = task.process
         try:
             group = self._host.start(task.number, process)
         except StartError as error:
+            task.ended = self._clock()
+            task.ending = f'could not be started: {error}'
             self._host.tell(StartFailed(process, str(error)))
             if process.on_exit_shutdown:
                 self.stop(f'{process.label} could not be started')
             return
         task.started = self._clock()
+        task.is_held = False
+        task.group = group
+        task.ended = None
+        task.ending = ''
         self._running[group] = task
         self._groups[group] = task.number
         self._host.tell(Started(process, group))
 
-    def _respawn(self, task: _Task) -> None:
+    def _respawn(self, task: Task) -> None:
         del self._respawns[task.number]
         task.respawns += 1
+        task.restarts += 1
         self._host.tell(Respawned(task.process, task.respawns))
         self._start(task)
+
+    def _state(self, task: Task) -> TaskState:
+        phase: Phase
+        if task in self._single_stops:
+            phase = 'stopping'
+        elif task.group is not None:
+            phase = 'stopping' if self.is_stopping else 'running'
+        elif task.number in self._respawns:
+            phase = 'respawn'
+        else:
+            phase = 'waiting' if task.ended is None else 'ended'
+        since = task.started if task.ended is None else task.ended
+        return TaskState(
+            task.process,
+            phase,
+            task.group,
+            0.0 if phase == 'waiting' else self._clock() - since,
+            task.restarts,
+            task.ending,
+        )
+
+    def _asked_for(
+        self, label: str, action: Literal['stop', 'restart']
+    ) -> Task:
+        task = self._by_label.get(label)
+        if task is None:
+            raise RefusedError(f"there is no process '{label}'")
+        if self.is_stopping:
+            raise RefusedError('the whole launch is being stopped')
+        if task.group is None and task.ended is None:
+            raise RefusedError(f'{label} has not been started yet')
+        self._host.tell(Requested(task.process, action))
+        appointment = self._respawns.pop(task.number, None)
+        if appointment is not None:
+            appointment.cancel()
+        return task
 
     def _set(self, timer: Timer) -> None:
         key = next(self._timer_keys)
@@ -262,6 +362,7 @@ class Supervisor:
         for appointment in self._respawns.values():
             appointment.cancel()
         self._respawns.clear()
+        self._single_stops.cancel()
         self._stopping = Stopping(
             {
                 t.number: Timeouts(
@@ -295,15 +396,8 @@ class Supervisor:
     def _send(self, strays: Iterable[Member]) -> None:
         assert self._stopping is not None
         groups = {g: t.number for g, t in self._running.items()}
-        for order in self._stopping.orders(groups, strays):
-            if self._host.send(order):
-                whole = isinstance(order.target, int)
-                target = order.target
-                pid = target if isinstance(target, int) else target.pid
-                process = self._tasks[max(order.number, 0)].process
-                self._host.tell(
-                    Signalled(process, pid, order.signal, group=whole)
-                )
+        orders = self._stopping.orders(groups, strays)
+        carry_out(self._host, orders, lambda n: self._tasks[max(n, 0)].process)
 
     def _schedule_step(self) -> None:
         assert self._stopping is not None
@@ -365,6 +459,8 @@ class Supervisor:
 
     def _end_if_idle(self) -> None:
         if self._agenda or self._running or self._timers or self._respawns:
+            return
+        if self._single_stops:
             return
         if not self.is_stopping:
             # what processes left running ends with the launch

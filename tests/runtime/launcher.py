@@ -17,6 +17,8 @@ from colcon_yamllaunch.language.plan import Process
 from colcon_yamllaunch.language.plan import Shutdown
 from colcon_yamllaunch.language.plan import Timer
 from colcon_yamllaunch.language.position import Position
+from colcon_yamllaunch.runtime.control.states import About
+from colcon_yamllaunch.runtime.front import Look
 from colcon_yamllaunch.runtime.launch import run
 
 
@@ -48,6 +50,10 @@ def main() -> int:
         environment=dict(os.environ),
         log_folder=None if log_folder is None else Path(log_folder),
         color=data.get('color'),
+        **{name: data[name] for name in ('tty', 'log_limit') if name in data},
+        about=About(**data['about']) if 'about' in data else None,
+        attach=data.get('attach'),
+        look=Look(data.get('verbosity', 'normal')),
     )
 
 

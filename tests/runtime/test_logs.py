@@ -3,6 +3,7 @@
 
 import json
 
+from colcon_yamllaunch.runtime import limits
 from colcon_yamllaunch.runtime.events import Exited
 from colcon_yamllaunch.runtime.events import Output
 from colcon_yamllaunch.runtime.events import Said
@@ -118,6 +119,39 @@ def test_a_second_run_of_a_process_appends(logged, process):
         *output_of(process('counter')), *output_of(process('counter'))
     )
     assert (folder / 'counter/stderr.log').read_bytes() == b'two\ntwo\n'
+
+
+def test_files_are_opened_when_there_is_time_or_output(process, tmp_path):
+    quiet, loud = process('quiet'), process('loud')
+    logs = Logs(tmp_path, [quiet, loud], pytest.fail)
+    try:
+        logs.handle(Started(quiet, 12))
+        logs.handle(Started(loud, 13))
+        logs.handle(Output(loud, 'stdout', b'one\n'))
+        assert (tmp_path / 'loud/stdout.log').read_bytes() == b'one\n'
+        assert not (tmp_path / 'quiet').exists()
+        logs.flush()
+        assert (tmp_path / 'quiet/stdout_stderr.log').exists()
+    finally:
+        logs.close()
+
+
+def test_the_files_of_many_processes_are_opened_some_at_a_time(
+    process, tmp_path
+):
+    many = [process(f'p{n}') for n in range(3 * limits.OPENED_PER_TURN)]
+    logs = Logs(tmp_path, many, pytest.fail)
+    try:
+        for one in many:
+            logs.handle(Started(one, 12))
+        counts = [2]
+        while logs.flush():
+            counts.append(len(list(tmp_path.iterdir())))
+    finally:
+        logs.close()
+    assert len(counts) == 3
+    assert counts == sorted(set(counts))
+    assert len(list(tmp_path.iterdir())) == 2 + len(many)
 
 
 def test_a_folder_that_cannot_be_made_is_said_once(logged, process, tmp_path):

@@ -16,6 +16,14 @@ def test_print_shows_at_once(launch, python):
     one.shows('[a]      now')
 
 
+def test_a_quiet_process_has_its_log_files_while_it_runs(
+    launch, sleep, wait_until
+):
+    one = launch(sleep('a')).shows('a: started')
+    wait_until(lambda: (one.log_folder / 'a/stdout_stderr.log').exists())
+    assert (one.log_folder / 'a/stdout.log').exists()
+
+
 def test_partial_last_lines_are_shown(launch, sh):
     one = launch(sh('a', 'printf partial; printf error >&2'))
     assert one.ends() == 0
@@ -66,10 +74,10 @@ def test_a_terminal_is_emulated_where_it_is_asked_for(launch, python):
         python('pipe', 'import os; print(os.isatty(1))'),
     )
     assert one.ends() == 0
-    assert '[tty]    [False, True, True]\n[tty]    80\n' in one.screen
+    assert '[tty]    [True, True, True]\n[tty]    80\n' in one.screen
     assert '[tty]    partial\n' in one.screen
     assert '[pipe]   False\n' in one.screen
-    assert one.log('tty/stdout.log') == b'[False, True, True]\n80\n'
+    assert one.log('tty/stdout.log') == b'[True, True, True]\n80\n'
 
 
 def test_a_terminal_loses_nothing_at_its_end(launch, sh):
@@ -79,7 +87,8 @@ def test_a_terminal_loses_nothing_at_its_end(launch, sh):
     assert one.log('tty/stdout.log') == expected
 
 
-def test_what_was_written_before_a_stop_is_logged(launch, python):
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_what_was_written_before_a_stop_is_logged(launch, python, number):
     script = (
         'import os, signal, time\n'
         'def stop(*_):\n'
@@ -90,8 +99,38 @@ def test_what_was_written_before_a_stop_is_logged(launch, python):
         'while True: time.sleep(1)\n'
     )
     one = launch(python('a', script)).shows('ready')
-    assert one.sends(signal.SIGINT).ends() == 0
+    assert one.sends(number).ends() == 0
     assert one.log('a/stdout.log') == b'ready\n' + b'last words\n' * 4000
+
+
+def test_what_was_written_before_we_killed_is_logged(launch, python, tmp_path):
+    script = (
+        'import os, signal\n'
+        'for number in (signal.SIGINT, signal.SIGTERM):\n'
+        '    signal.signal(number, signal.SIG_IGN)\n'
+        'written = os.open("written", os.O_WRONLY | os.O_CREAT)\n'
+        'os.write(2, b"ready\\n")\n'
+        'count = 0\n'
+        'while True:\n'
+        '    count += 1\n'
+        '    os.write(1, b"%d\\n" % count)\n'
+        '    os.pwrite(written, b"%9d" % count, 0)\n'
+    )
+    one = launch(
+        python(
+            'a',
+            script,
+            cwd=str(tmp_path),
+            output='log',
+            sigterm_timeout=0.2,
+            sigkill_timeout=0.2,
+        )
+    )
+    assert one.shows('ready').sends(signal.SIGINT).ends() == 0
+    assert one.events('exited')[0]['signal'] == 'SIGKILL'
+    logged = one.log('a/stdout.log').split()
+    assert logged == [b'%d' % n for n in range(1, len(logged) + 1)]
+    assert len(logged) >= int((tmp_path / 'written').read_bytes())
 
 
 def test_what_was_written_before_a_kill_is_logged(launch, sh):
@@ -242,6 +281,65 @@ def test_a_log_that_cannot_grow_does_not_hold_up_the_output(launch, sh, pipe):
         one.log('a/stdout.log')
         == (''.join(f'{n}\n' for n in range(1, 2000)).encode()[:4096])
     )
+
+
+def test_logs_keep_to_their_limit_and_have_the_newest(launch, sh):
+    one = launch(sh('a', 'seq 1 1000000', output='own_log'), log_limit=10**6)
+    assert one.ends() == 0
+    assert one.screen.count('limit of 1 MB') == 1
+    files = [p for p in one.log_folder.rglob('*') if p.is_file()]
+    assert sum(p.stat().st_size for p in files) <= 10**6
+    newest = sorted(
+        (one.log_folder / 'a').glob('stdout.log*'),
+        key=lambda p: int(p.suffix[1:]) if p.suffix != '.log' else 0,
+        reverse=True,
+    )
+    kept = b''.join(p.read_bytes() for p in newest).split()
+    assert len(kept) > 20_000
+    first = 1_000_001 - len(kept)
+    assert kept == [b'%d' % n for n in range(first, 1_000_001)]
+
+
+def test_logs_below_their_limit_are_complete(launch, sh):
+    one = launch(sh('a', 'seq 1 300000', output='own_log'), log_limit=10**7)
+    assert one.ends() == 0
+    assert 'limit' not in one.screen
+    parts = sorted((one.log_folder / 'a').glob('stdout.log.*'))
+    parts.sort(key=lambda p: -int(p.suffix[1:]))
+    kept = b''.join(
+        p.read_bytes() for p in (*parts, one.log_folder / 'a/stdout.log')
+    )
+    assert parts
+    assert kept.split() == [b'%d' % n for n in range(1, 300_001)]
+
+
+def test_formats_are_those_of_the_environment(launch, sh):
+    one = launch(
+        {'kind': 'message', 'level': 'WARNING', 'text': 'careful'},
+        sh('a', 'echo hello'),
+        environment={
+            'OVERRIDE_LAUNCH_SCREEN_FORMAT': '{levelname}|{name}|{message}',
+            'OVERRIDE_LAUNCH_LOG_FORMAT': '{name}>{message}',
+        },
+    )
+    assert one.ends() == 0
+    assert 'WARNING|launch.user|careful\n' in one.screen
+    assert 'INFO|launch|a: started, pid ' in one.screen
+    assert '[a]      hello\n' in one.screen
+    lines = one.log('launch.log').decode().splitlines()
+    assert 'launch.user>careful' in lines
+    assert any(line.startswith('launch>a: started') for line in lines)
+    assert any(line.endswith(' [a] hello') for line in lines)
+
+
+def test_a_malformed_format_is_said_once_and_the_launch_goes_on(launch, sh):
+    one = launch(
+        sh('a', 'echo hello'),
+        environment={'OVERRIDE_LAUNCH_LOG_FORMAT': '{nonsense}'},
+    )
+    assert one.ends() == 0
+    assert one.screen.count('OVERRIDE_LAUNCH_LOG_FORMAT is ignored') == 1
+    assert '[launch] a: started' in one.log('launch.log').decode()
 
 
 def _memory_kib(pid):

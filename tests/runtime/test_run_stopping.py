@@ -7,8 +7,10 @@ import os
 from pathlib import Path
 import re
 import signal
+import subprocess
 import time
 
+from colcon_yamllaunch.runtime import limits
 import pytest
 
 STUBBORN = (
@@ -149,19 +151,53 @@ def test_a_stopped_process_can_be_stopped_for_good(launch, sh):
     assert one.events('exited')[0]['signal'] == 'SIGINT'
 
 
+def test_a_process_that_is_held_is_told_and_can_be_continued(launch, sh):
+    one = launch(sh('a', 'kill -TSTP $$; echo again; exec sleep 99'))
+    one.shows('a: held by SIGTSTP')
+    command = one.screen.partition('go on: ')[2].split('\n')[0]
+    subprocess.run(command.split(), check=True)
+    one.shows('a: goes on').shows('[a]      again')
+    assert one.sends(signal.SIGINT).ends() == 0
+    assert one.events('held')[0]['signal'] == 'SIGTSTP'
+    assert len(one.events('continued')) == 1
+
+
 def test_ctrl_z_holds_everything_and_fg_lets_it_go_on(
-    launch, python, wait_until
+    launch, python, sh, wait_until
 ):
     script = 'import time\nwhile not time.sleep(0.05): print("x")'
-    one = launch(python('a', script))
-    one.shows('[a]      x')
-    pid = one.events('started')[0]['pid']
+    one = launch(
+        python('a', script),
+        sh('b', 'setsid sleep 99 & sleep 99 & exec sleep 99'),
+        sh('c', 'sleep 99 & exit 0'),
+        # as a shell with job control starts a job
+        popen={'start_new_session': False, 'preexec_fn': os.setpgrp},
+    )
+    one.shows('[a]      x').shows('c: finished')
+    wait_until(lambda: len(one.processes()) == 5)
+    pids = one.processes()
     one.sends(signal.SIGTSTP)
-    wait_until(lambda: _state(one.popen.pid) == 'T' == _state(pid))
+    wait_until(lambda: {_state(p) for p in (one.popen.pid, *pids)} == {'T'})
     before = one.screen.count('x')
     one.sends(signal.SIGCONT)
     wait_until(lambda: one.screen.count('x') > before + 5)
-    assert _state(pid) != 'T'
+    wait_until(lambda: 'T' not in {_state(p) for p in pids})
+    # that is known to who typed it
+    assert one.events('held') == one.events('continued') == []
+    one.sends(signal.SIGTERM)
+    time.sleep(0.2)
+    assert one.sends(signal.SIGTERM).ends() == 0
+
+
+def test_ctrl_z_does_nothing_where_nobody_could_go_on(
+    launch, python, wait_until
+):
+    script = 'import time\nwhile not time.sleep(0.05): print("x")'
+    # the leader of a session has no shell above it
+    one = launch(python('a', script)).shows('[a]      x')
+    one.sends(signal.SIGTSTP)
+    before = one.screen.count('x')
+    wait_until(lambda: one.screen.count('x') > before + 5)
     assert one.sends(signal.SIGINT).ends() == 0
 
 
@@ -247,6 +283,19 @@ def test_a_guard_that_dies_is_replaced(launch, sleep, wait_until):
     one.sends(signal.SIGKILL)
     one.popen.wait()
     wait_until(lambda: not one.processes())
+
+
+def test_a_guard_that_dies_again_and_again_is_given_up(
+    launch, sleep, wait_until
+):
+    one = launch(sleep('a')).shows('a: started')
+    killed = set()
+    for _ in range(limits.GUARD_RESTARTS + 1):
+        guard = wait_until(lambda: set(one.guards()) - killed).pop()
+        killed.add(guard)
+        os.kill(guard, signal.SIGKILL)
+    one.shows('warning: the guard ended too often')
+    assert one.sends(signal.SIGINT).ends() == 0
 
 
 def test_a_guard_ignores_the_signals_that_stop_a_session(

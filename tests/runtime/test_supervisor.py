@@ -3,11 +3,9 @@
 
 """Histories of launches, replayed without a process and without waiting."""
 
-from itertools import count
 import signal
 
 from colcon_yamllaunch.language.plan import Message
-from colcon_yamllaunch.language.plan import Plan
 from colcon_yamllaunch.language.plan import Shutdown
 from colcon_yamllaunch.language.plan import Timer
 from colcon_yamllaunch.runtime.events import Exited
@@ -20,89 +18,10 @@ from colcon_yamllaunch.runtime.events import StartFailed
 from colcon_yamllaunch.runtime.events import StillRunning
 from colcon_yamllaunch.runtime.members import Member
 from colcon_yamllaunch.runtime.outcome import Outcome
-from colcon_yamllaunch.runtime.spawn import StartError
-from colcon_yamllaunch.runtime.supervisor import Supervisor
 import pytest
+from support.history import History
 
-FINE = Outcome(code=0)
 INT, TERM, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
-
-
-class FakeHost:
-    def __init__(self):
-        self.pids = count(1000)
-        self.by_label = {}
-        self.refused = set()
-        self.sent = []
-        self.strays = []
-        self.events = []
-
-    def start(self, number, process):
-        if process.label in self.refused:
-            raise StartError('refused')
-        self.by_label[process.label] = pid = next(self.pids)
-        return pid
-
-    def release(self, group):
-        return True
-
-    def send(self, order):
-        target = order.target
-        self.sent.append(
-            (
-                target.pid if isinstance(target, Member) else target,
-                order.signal,
-            )
-        )
-        return True
-
-    def members(self, groups):
-        return list(self.strays)
-
-    def is_alive(self, member):
-        return member in self.strays
-
-    def tell(self, event):
-        self.events.append(event)
-
-
-class History:
-    def __init__(self, *entries):
-        self.now = 100.0
-        self.host = FakeHost()
-        self.supervisor = Supervisor(
-            Plan(entries), self.host, lambda: self.now
-        )
-
-    def turn(self, turns=20):
-        for _ in range(turns):
-            if not self.supervisor.done:
-                self.supervisor.advance()
-
-    def after(self, seconds):
-        end = self.now + seconds
-        while not self.supervisor.done:
-            wait = self.supervisor.seconds_to_wait()
-            if wait is None or self.now + wait > end:
-                break
-            self.now += wait
-            self.supervisor.advance()
-        self.now = end
-        self.turn()
-
-    def exit(self, label, outcome=FINE):
-        self.supervisor.exited(self.host.by_label[label], outcome)
-        self.turn()
-
-    def happened(self, kind):
-        return [e for e in self.host.events if isinstance(e, kind)]
-
-    def started(self):
-        return [e.process.label for e in self.happened(Started)]
-
-    def sent(self, label):
-        pid = self.host.by_label[label]
-        return [number for target, number in self.host.sent if target == pid]
 
 
 @pytest.fixture
@@ -141,6 +60,9 @@ def test_many_starts_leave_turns_for_others(history, process):
     h.supervisor.advance()
     assert 0 < len(h.started()) < 10
     assert h.supervisor.seconds_to_wait() == 0.0
+    assert h.supervisor.is_starting
+    h.turn()
+    assert not h.supervisor.is_starting
 
 
 def test_a_process_that_cannot_be_started_leaves_the_others_alone(

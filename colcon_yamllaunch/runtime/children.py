@@ -1,0 +1,62 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What the system tells about our children, and only about ours.
+
+Looking first and waiting then leaves children of other code alone; if one of
+those is first in line, ours are tried one by one.
+"""
+
+from collections.abc import Collection
+from collections.abc import Iterator
+import os
+
+_PEEK = os.WNOHANG | os.WNOWAIT
+_HELD = os.WSTOPPED | os.WCONTINUED
+
+
+def ended_children(ours: Collection[int]) -> Iterator[tuple[int, int]]:
+    """
+    Wait for the children that ended.
+
+    :param ours: The process ids of ours
+    :returns: Process ids, with what :func:`os.waitpid` says of them
+    """
+    for result in _reported(ours, os.WEXITED):
+        yield result.si_pid, os.waitpid(result.si_pid, 0)[1]
+
+
+def held_children(ours: Collection[int]) -> Iterator[tuple[int, int | None]]:
+    """
+    Look for children that were stopped by a signal, or go on.
+
+    :param ours: The process ids of ours
+    :returns: Process ids, with the signal, or None for one that goes on
+    """
+    for result in _reported(ours, _HELD):
+        # taken note of, it is not reported again
+        os.waitid(os.P_PID, result.si_pid, _HELD | os.WNOHANG)
+        goes_on = result.si_code == os.CLD_CONTINUED
+        yield result.si_pid, None if goes_on else result.si_status
+
+
+def _reported(ours: Collection[int], what: int) -> Iterator[os.waitid_result]:
+    while True:
+        result = _look(os.P_ALL, 0, what)
+        if result is None:
+            return
+        if result.si_pid not in ours:
+            break
+        yield result
+    for pid in ours:
+        result = _look(os.P_PID, pid, what)
+        if result is not None:
+            yield result
+
+
+def _look(kind: int, pid: int, what: int) -> os.waitid_result | None:
+    try:
+        return os.waitid(kind, pid, what | _PEEK)
+    except ChildProcessError:
+        return None

@@ -1,0 +1,172 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Running launches, as other terminals see them."""
+
+from collections.abc import Mapping
+import os
+import select
+import socket
+from typing import Any
+
+from colcon_yamllaunch.runtime.control import protocol
+from colcon_yamllaunch.runtime.control.address import connections
+from colcon_yamllaunch.runtime.control.address import peer_pid
+from colcon_yamllaunch.runtime.control.protocol import ProtocolError
+from colcon_yamllaunch.runtime.control.states import from_json
+from colcon_yamllaunch.runtime.control.states import LaunchState
+
+#: Seconds that a launch may take to answer; one that is held, as by Ctrl-Z,
+#: does not answer.
+PATIENCE = 3.0
+_CHUNK = 64 * 1024
+
+
+class LaunchError(Exception):
+    """A launch does not do what it was asked; the text says why."""
+
+
+class LaunchEndedError(LaunchError):
+    """The launch ended meanwhile."""
+
+    def __init__(self) -> None:
+        super().__init__('the launch has ended')
+
+
+class RunningLaunch:
+    """
+    A launch that another terminal runs.
+
+    :param connection: The connection to it
+    """
+
+    def __init__(self, connection: socket.socket) -> None:
+        self.connection = connection
+        self._received = bytearray()
+        connection.settimeout(PATIENCE)
+
+    def close(self) -> None:
+        """Leave it alone."""
+        self.connection.close()
+
+    def status(self) -> LaunchState:
+        """
+        Return its state.
+
+        :raises LaunchError: It does not answer
+        """
+        answer = self.request('status')
+        try:
+            return from_json(answer.get('launch'))
+        except ProtocolError as error:
+            raise LaunchError(str(error)) from error
+
+    def request(self, name: str, **more: Any) -> dict[str, Any]:
+        """
+        Have something done, and return the answer; see `protocol`.
+
+        :raises LaunchError: It refuses, or does not answer
+        """
+        self.send(protocol.request(name, **more))
+        answer = self.receive()
+        if not answer.get('ok'):
+            raise LaunchError(str(answer.get('error')))
+        return answer
+
+    def send(self, message: Mapping[str, Any]) -> None:
+        """
+        Send a message.
+
+        :raises LaunchError: It does not take it
+        """
+        try:
+            self.connection.sendall(protocol.encode(message))
+        except TimeoutError as error:
+            raise LaunchError(_no_answer(self.connection)) from error
+        except OSError as error:
+            raise LaunchEndedError from error
+
+    def receive(self) -> dict[str, Any]:
+        """
+        Return the next message, and wait for it.
+
+        :raises LaunchError: There is none
+        """
+        while (message := self.received()) is None:
+            self.read()
+        return message
+
+    def received(self) -> dict[str, Any] | None:
+        """
+        Return the next message if it has been read in whole.
+
+        :raises LaunchError: It makes no sense
+        """
+        end = self._received.find(b'\n') + 1
+        if not end:
+            return None
+        line = bytes(self._received[:end])
+        del self._received[:end]
+        try:
+            return protocol.decode(line)
+        except ProtocolError as error:
+            raise LaunchError(str(error)) from error
+
+    def read(self) -> None:
+        """
+        Read what has been sent, and wait for something.
+
+        :raises LaunchError: Nothing comes
+        """
+        try:
+            data = self.connection.recv(_CHUNK)
+        except TimeoutError as error:
+            raise LaunchError(_no_answer(self.connection)) from error
+        except OSError as error:
+            raise LaunchEndedError from error
+        if not data:
+            raise LaunchEndedError
+        self._received += data
+
+    def wait_for_end(self, pid: int) -> None:
+        """
+        Wait until the launch ended, its launcher included.
+
+        :param pid: The process id of the launcher
+        """
+        self.connection.settimeout(None)
+        try:
+            while True:
+                self.read()
+        except LaunchEndedError:
+            wait_for_exit(pid)
+
+
+def running_launches(environment: Mapping[str, str]) -> list[RunningLaunch]:
+    """
+    Return all running launches of the user.
+
+    What a launch left that was killed is removed.
+
+    :param environment: The user's environment
+    :raises FolderError: The folder for the sockets is not the user's alone
+    """
+    return [RunningLaunch(c) for c in connections(environment)]
+
+
+def wait_for_exit(pid: int) -> None:
+    """Wait until a process ended, for some seconds at most."""
+    try:
+        descriptor = os.pidfd_open(pid)
+    except OSError:
+        # it is gone, or the system has no such descriptors
+        return
+    try:
+        select.select([descriptor], [], [], PATIENCE)
+    finally:
+        os.close(descriptor)
+
+
+def _no_answer(connection: socket.socket) -> str:
+    pid = peer_pid(connection)
+    return f'the launch with pid {pid} does not answer; it may be suspended'

@@ -1,0 +1,93 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The private folder with the sockets of a user's running launches.
+
+It is `colcon-launch` in `XDG_RUNTIME_DIR` (XDG Base Directory Specification)
+where that is a folder of the user's own that nobody else may write to, else
+`colcon-launch-UID` where temporary files go. A folder that others made or may
+enter is not used. Everything in it is reached through its descriptor, so it
+cannot be exchanged between a check and its use, and the path of a socket is
+never too long.
+"""
+
+from collections.abc import Mapping
+from contextlib import suppress
+import os
+from pathlib import Path
+import stat
+import tempfile
+
+#: The ending of a socket's name; before it stands the launcher's process id.
+SUFFIX = '.sock'
+
+_NAME = 'colcon-launch'
+_FLAGS = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
+
+
+class FolderError(Exception):
+    """A folder cannot be used; the text says why, in one line."""
+
+
+def folders(environment: Mapping[str, str]) -> tuple[Path, ...]:
+    """
+    Return the folders where sockets may be, the one to be used first.
+
+    The second terminal may have `XDG_RUNTIME_DIR` where the first did not.
+    """
+    found = []
+    runtime = environment.get('XDG_RUNTIME_DIR', '')
+    if os.path.isabs(runtime) and _is_own(runtime):
+        found.append(Path(runtime) / _NAME)
+    temporary = environment.get('TMPDIR') or tempfile.gettempdir()
+    found.append(Path(temporary) / f'{_NAME}-{os.getuid()}')
+    return tuple(found)
+
+
+def open_folder(path: Path, *, make: bool) -> int:
+    """
+    Open a folder, after a check that it is the user's alone.
+
+    :param path: The folder
+    :param make: Whether to make it when it is missing
+    :returns: Its descriptor
+    :raises FolderError: It is not the user's alone, or cannot be made
+    :raises FileNotFoundError: It does not exist
+    """
+    try:
+        if make:
+            # if there is one already, whose it is shows below
+            with suppress(FileExistsError):
+                path.mkdir(mode=0o700)
+        descriptor = os.open(path, _FLAGS)
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise FolderError(f'{path}: {error.strerror}') from error
+    status = os.fstat(descriptor)
+    if status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o077:
+        os.close(descriptor)
+        raise FolderError(
+            f'{path} is not yours alone; remove it, or make it so: '
+            f'chmod 700 {path}'
+        )
+    return descriptor
+
+
+def inside(descriptor: int, name: str) -> str:
+    """Return a short path of something in an open folder."""
+    return f'/proc/self/fd/{descriptor}/{name}'
+
+
+def _is_own(path: str) -> bool:
+    try:
+        status = os.stat(path)
+    except OSError:
+        return False
+    mode = stat.S_IMODE(status.st_mode)
+    return (
+        stat.S_ISDIR(status.st_mode)
+        and status.st_uid == os.getuid()
+        and not mode & 0o022
+    )

@@ -1,0 +1,101 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The user's own keyboard while its keys go to a process."""
+
+import os
+import termios
+from typing import Any
+
+#: Ctrl-], as telnet has it: terminals pass it, and hardly a program needs it.
+ESCAPE = b'\x1d'
+#: How the key is called.
+ESCAPE_NAME = 'Ctrl-]'
+
+_SIZE = 4096
+_INPUT = (
+    termios.ICRNL
+    | termios.IGNCR
+    | termios.INLCR
+    | termios.ISTRIP
+    | termios.IXON
+    | termios.IXOFF
+)
+_LOCAL = termios.ICANON | termios.ECHO | termios.IEXTEN
+_IFLAG, _LFLAG, _CC = 0, 3, 6
+_NONE = b'\0'
+
+
+class Keyboard:
+    """
+    A terminal that each key is taken from as it comes.
+
+    Ctrl-C and Ctrl-Z stay signals to whoever reads; all other keys are taken
+    as they are.
+
+    :param descriptor: The terminal
+    """
+
+    def __init__(self, descriptor: int) -> None:
+        self.descriptor = descriptor
+        self._before: list[Any] | None = None
+
+    def grab(self) -> bool:
+        """
+        Take keys as they come, from now on.
+
+        Called once more, it undoes what a shell has set meanwhile.
+
+        :returns: False when another job has the terminal, or it is gone
+        """
+        try:
+            if not _is_in_foreground(self.descriptor):
+                return False
+            before = self._before or termios.tcgetattr(self.descriptor)
+            termios.tcsetattr(self.descriptor, termios.TCSANOW, _raw(before))
+        except termios.error:
+            return False
+        self._before = before
+        return True
+
+    def release(self) -> None:
+        """Leave the terminal as it was."""
+        before, self._before = self._before, None
+        if before is None or not _is_in_foreground(self.descriptor):
+            # the shell that has it now has set it as it wants it
+            return
+        try:
+            termios.tcsetattr(self.descriptor, termios.TCSANOW, before)
+        except termios.error:
+            # it is gone
+            return
+
+    def read(self) -> tuple[bytes, bool]:
+        """
+        Return the keys that were typed, and whether the escape key was.
+
+        What follows the escape key is dropped.
+
+        :raises OSError: The terminal is gone
+        """
+        keys, escape, _ = os.read(self.descriptor, _SIZE).partition(ESCAPE)
+        return keys, bool(escape)
+
+
+def _raw(attributes: list[Any]) -> list[Any]:
+    result = [*attributes[:_CC], list(attributes[_CC])]
+    result[_IFLAG] &= ~_INPUT
+    result[_LFLAG] &= ~_LOCAL
+    characters = result[_CC]
+    # reading never waits
+    characters[termios.VMIN] = characters[termios.VTIME] = 0
+    characters[termios.VQUIT] = _NONE
+    return result
+
+
+def _is_in_foreground(descriptor: int) -> bool:
+    try:
+        return os.tcgetpgrp(descriptor) == os.getpgrp()
+    except OSError:
+        # it is a terminal, but not ours to control jobs with
+        return os.isatty(descriptor)

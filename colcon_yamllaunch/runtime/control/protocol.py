@@ -1,0 +1,100 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+r"""
+What a running launch and its clients say to one another.
+
+Each message is a JSON object on a line of its own, in UTF-8. A client sends
+requests; each is answered by one object, in order. A request has `version`,
+which is :data:`VERSION`, and `request`:
+
+- `status`: the answer has the launch as `launch`, see `states.LaunchState`;
+- `stop` and `restart`, with the label of a process as `process`;
+- `shutdown`: everything is stopped; the connection ends with the launch;
+- `attach`, with a label as `process`: from the answer on, the client sends
+  `{"keys": TEXT}` to type at the process, and gets `{"output": TEXT}` for
+  what it writes, `{"skipped": NUMBER}` where that many bytes were lost
+  because the client is slow, `{"started": PID}`, and `{"ended": TEXT,
+  "again": BOOLEAN}`, which says how the process ended and whether it is
+  respawned. In `keys` and `output` each character stands for the byte of its
+  number (ISO 8859-1).
+
+An answer has `version` and `ok`. Where that is false, `error` says why in one
+line; after an error of form the server closes the connection. Requests of
+another version get an error that names the server's. Unknown keys are
+ignored, so that they can be added without a new version.
+"""
+
+from collections.abc import Mapping
+import json
+from typing import Any
+
+#: The version of the protocol.
+VERSION = 1
+#: Bytes of the longest message that a server takes.
+MAXIMUM_REQUEST = 64 * 1024
+#: Bytes of output that wait for a client that is attached, before some is
+#: skipped.
+MAXIMUM_BACKLOG = 1024 * 1024
+#: Clients at the same time; when there are more, the oldest has to go that is
+#: not attached.
+MAXIMUM_CLIENTS = 32
+
+
+class ProtocolError(Exception):
+    """A message makes no sense; the text says why, in one line."""
+
+
+def encode(message: Mapping[str, Any]) -> bytes:
+    """Return a message as a line."""
+    return json.dumps(message, separators=(',', ':')).encode() + b'\n'
+
+
+def decode(line: bytes) -> dict[str, Any]:
+    """
+    Read a message.
+
+    :raises ProtocolError: It is none
+    """
+    try:
+        message = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        raise ProtocolError('this is not JSON') from error
+    if not isinstance(message, dict):
+        raise ProtocolError('a message is a JSON object')
+    return message
+
+
+def request(name: str, **more: Any) -> dict[str, Any]:
+    """Return a request."""
+    return {'version': VERSION, 'request': name, **more}
+
+
+def success(**more: Any) -> dict[str, Any]:
+    """Return the answer to a request that was done."""
+    return {'version': VERSION, 'ok': True, **more}
+
+
+def failure(reason: str) -> dict[str, Any]:
+    """Return the answer to a request that was not done."""
+    return {'version': VERSION, 'ok': False, 'error': reason}
+
+
+def text_of(data: bytes) -> str:
+    """Return bytes as a text that JSON can hold."""
+    return data.decode('latin-1')
+
+
+def bytes_of(text: object) -> bytes:
+    """
+    Return the bytes that :func:`text_of` made a text of.
+
+    :raises ProtocolError: It is no such text
+    """
+    if not isinstance(text, str):
+        raise ProtocolError('keys and output are texts')
+    try:
+        return text.encode('latin-1')
+    except UnicodeEncodeError as error:
+        reason = 'keys and output have a byte a character'
+        raise ProtocolError(reason) from error

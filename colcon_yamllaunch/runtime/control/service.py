@@ -1,0 +1,188 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What a running launch does for its clients; see `protocol`."""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from dataclasses import asdict
+import os
+from pathlib import Path
+from typing import Any
+from typing import Protocol
+
+from colcon_yamllaunch.runtime.control import protocol
+from colcon_yamllaunch.runtime.control.protocol import ProtocolError
+from colcon_yamllaunch.runtime.control.states import About
+from colcon_yamllaunch.runtime.control.states import LaunchState
+from colcon_yamllaunch.runtime.control.states import ProcessState
+from colcon_yamllaunch.runtime.control.states import to_json
+from colcon_yamllaunch.runtime.events import Attached
+from colcon_yamllaunch.runtime.events import Detached
+from colcon_yamllaunch.runtime.events import Event
+from colcon_yamllaunch.runtime.events import Exited
+from colcon_yamllaunch.runtime.events import Listener
+from colcon_yamllaunch.runtime.events import Started
+from colcon_yamllaunch.runtime.events import Stream
+from colcon_yamllaunch.runtime.outcome import ending_of
+from colcon_yamllaunch.runtime.supervisor import Supervisor
+from colcon_yamllaunch.runtime.tasks import RefusedError
+from colcon_yamllaunch.runtime.tasks import TaskState
+from colcon_yamllaunch.runtime.terminals import Terminals
+
+
+class Viewer(Protocol):
+    """Somebody who is attached to a process."""
+
+    def show(self, stream: Stream, data: bytes) -> None:
+        """Take what the process wrote."""
+
+    def tell(self, message: Mapping[str, Any]) -> None:
+        """Take a message."""
+
+
+class Service:
+    """
+    Answers requests, and lets viewers look on.
+
+    :param about: What the launch is known by
+    :param supervisor: Runs it
+    :param terminals: The keyboards of its processes
+    :param log_folder: The folder with its logs, if it writes any
+    :param log_files: For each label the log with all output
+    :param tell: Is told that somebody attaches
+    :param clock: Returns the time in seconds
+    """
+
+    def __init__(
+        self,
+        about: About,
+        supervisor: Supervisor,
+        terminals: Terminals,
+        log_folder: Path | None,
+        log_files: Mapping[str, Path],
+        tell: Listener,
+        clock: Callable[[], float],
+    ) -> None:
+        self._about = about
+        self._supervisor = supervisor
+        self._terminals = terminals
+        self._log_folder = log_folder
+        self._log_files = log_files
+        self._tell = tell
+        self._clock = clock
+        self._started = clock()
+        self._viewers: dict[str, list[Viewer]] = {}
+
+    def handle(self, event: Event) -> None:
+        """Listen to an event."""
+        if isinstance(event, Started | Exited):
+            for viewer in tuple(self._viewers.get(event.process.label, ())):
+                if isinstance(event, Started):
+                    viewer.tell({'started': event.pid})
+                else:
+                    ending = ending_of(event.outcome, event.asked)
+                    again = event.respawn_delay is not None
+                    viewer.tell({'ended': ending, 'again': again})
+
+    def answer(
+        self, message: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], str | None]:
+        """
+        Answer a request.
+
+        :returns: The answer, and the label of the process to :meth:`attach`
+          the client to, or None
+        :raises ProtocolError: It has a wrong form
+        """
+        if message.get('version') != protocol.VERSION:
+            raise ProtocolError(
+                f'this launch speaks version {protocol.VERSION} of the '
+                'protocol; use the same colcon-yamllaunch as it does'
+            )
+        try:
+            match message.get('request'):
+                case 'status':
+                    return protocol.success(launch=to_json(self.state())), None
+                case 'shutdown':
+                    self._supervisor.stop('requested', drop_timers=True)
+                case 'stop':
+                    self._supervisor.stop_process(_label(message))
+                case 'restart':
+                    self._supervisor.restart_process(_label(message))
+                case 'attach':
+                    return self._may_attach(_label(message))
+                case _:
+                    raise ProtocolError('there is no such request')
+        except RefusedError as error:
+            return protocol.failure(str(error)), None
+        return protocol.success(), None
+
+    def state(self) -> LaunchState:
+        """Return the state of the launch."""
+        return LaunchState(
+            **asdict(self._about),
+            pid=os.getpid(),
+            seconds=round(self._clock() - self._started, 3),
+            stopping=self._supervisor.is_stopping,
+            log_folder=None
+            if self._log_folder is None
+            else str(self._log_folder),
+            processes=tuple(map(self._state, self._supervisor.states())),
+        )
+
+    def type(self, label: str, keys: bytes) -> None:
+        """Type at a process."""
+        self._terminals.type(label, keys)
+
+    def attach(self, label: str, viewer: Viewer) -> None:
+        """Let somebody look on, who got leave to attach."""
+        self._viewers.setdefault(label, []).append(viewer)
+        self._terminals.look_on(label, viewer.show)
+        self._tell(Attached(self._task(label).process))
+
+    def detach(self, label: str, viewer: Viewer) -> None:
+        """Let somebody look on no more."""
+        self._viewers[label].remove(viewer)
+        self._terminals.look_away(label, viewer.show)
+        self._tell(Detached(self._task(label).process))
+
+    def _may_attach(self, label: str) -> tuple[dict[str, Any], str | None]:
+        task = self._task(label)
+        if not task.process.emulate_tty:
+            raise RefusedError(
+                f'{label} has no keyboard, as it has no terminal: give it '
+                "'emulate_tty: true' in the launch file, or start the "
+                f'launch with --attach {label}'
+            )
+        return protocol.success(pid=task.pid), label
+
+    def _task(self, label: str) -> TaskState:
+        for task in self._supervisor.states():
+            if task.process.label == label:
+                return task
+        raise RefusedError(f"there is no process '{label}'")
+
+    def _state(self, task: TaskState) -> ProcessState:
+        process = task.process
+        log = self._log_files.get(process.label)
+        return ProcessState(
+            process.label,
+            task.phase,
+            task.pid,
+            round(task.seconds, 3),
+            task.restarts,
+            task.ending,
+            os.path.basename(str(process.argv[0])),
+            process.node_name,
+            process.package,
+            None if log is None else str(log),
+            self._terminals.has_keyboard(process.label),
+        )
+
+
+def _label(message: Mapping[str, Any]) -> str:
+    label = message.get('process')
+    if not isinstance(label, str):
+        raise ProtocolError("the request needs the label of a 'process'")
+    return label

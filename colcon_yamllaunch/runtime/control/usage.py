@@ -1,0 +1,85 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What process groups use of the machine, from /proc (proc(5))."""
+
+from collections.abc import Callable
+from collections.abc import Collection
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import time
+
+#: Seconds between two looks that a share of a processor is computed from.
+INTERVAL = 0.2
+
+_TICKS = os.sysconf('SC_CLK_TCK')
+_PAGE = os.sysconf('SC_PAGE_SIZE')
+
+
+@dataclass(frozen=True, slots=True)
+class Usage:
+    """
+    What a process group uses.
+
+    :param cpu: Its share of one processor, 1.0 for all of it
+    :param memory: Its resident memory in bytes; what members share counts
+      for each
+    """
+
+    cpu: float
+    memory: int
+
+
+@dataclass(slots=True)
+class _Sum:
+    ticks: int = 0
+    pages: int = 0
+
+
+def usage_of(
+    groups: Collection[int],
+    sleep: Callable[[float], None] = time.sleep,
+    clock: Callable[[], float] = time.monotonic,
+) -> dict[int, Usage]:
+    """
+    Return for each process group that runs what it uses.
+
+    :param groups: The ids of the groups
+    :param sleep: Waits between two looks
+    :param clock: Returns the time in seconds
+    """
+    if not groups:
+        return {}
+    begin = clock()
+    first = _sums(groups)
+    sleep(INTERVAL)
+    second = _sums(groups)
+    seconds = max(clock() - begin, INTERVAL)
+    return {
+        group: Usage(
+            # a member that ended meanwhile took its time with it
+            max(0, now.ticks - first.get(group, now).ticks) / _TICKS / seconds,
+            now.pages * _PAGE,
+        )
+        for group, now in second.items()
+    }
+
+
+def _sums(groups: Collection[int]) -> dict[int, _Sum]:
+    result: dict[int, _Sum] = {}
+    for name in os.listdir('/proc'):
+        if not name.isdigit():
+            continue
+        try:
+            stat = Path('/proc', name, 'stat').read_bytes()
+        except OSError:
+            continue
+        # the name in parentheses may itself hold spaces and parentheses
+        fields = stat.rpartition(b') ')[2].split()
+        group = int(fields[2])
+        if group in groups and fields[0] not in (b'Z', b'X'):
+            total = result.setdefault(group, _Sum())
+            total.ticks += int(fields[11]) + int(fields[12])
+            total.pages += int(fields[21])
+    return result

@@ -1,0 +1,95 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+How lines look that are no output of a process, if the user has a wish.
+
+The variables, their aliases and fields are those of ROS 2
+(`launch.logging.LaunchConfig`): a format of :class:`logging.Formatter` in
+`{` style, in which backslash escapes stand for characters. As in ROS 2, the
+output of processes has a form of its own.
+"""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+import logging
+import time
+import warnings
+
+#: The variable for the screen.
+SCREEN_FORMAT = 'OVERRIDE_LAUNCH_SCREEN_FORMAT'
+#: The variable for the log of the whole launch.
+LOG_FORMAT = 'OVERRIDE_LAUNCH_LOG_FORMAT'
+
+_DEFAULT = 'default'
+_TIME_STAMPED = 'default_with_timestamp'
+_ALIASES = {
+    _DEFAULT: None,
+    _TIME_STAMPED: '{created:.7f} [{levelname}] [{name}]: {message}',
+}
+
+
+class Layout:
+    """
+    The form of a line.
+
+    :param text: A format in `{` style
+    :param now: Returns the time in seconds since the epoch
+    :raises ValueError: It is no such format, or has an unknown field
+    """
+
+    def __init__(
+        self, text: str, now: Callable[[], float] = time.time
+    ) -> None:
+        self._formatter = logging.Formatter(text, style='{')
+        self._now = now
+        self(__name__, 'INFO', 'a first line shows whether it works')
+
+    def __call__(self, name: str, level: str, text: str) -> str:
+        """
+        Return a line.
+
+        :param name: Who says it
+        :param level: How severe it is
+        :param text: What is said
+        """
+        number = logging.getLevelName(level)
+        record = logging.LogRecord(name, number, '', 0, text, None, None)
+        record.created = self._now()
+        record.msecs = record.created % 1 * 1000
+        return self._formatter.format(record)
+
+
+def layout_of(
+    variable: str,
+    environment: Mapping[str, str],
+    complain: Callable[[str], None],
+) -> Layout | None:
+    """
+    Return what a variable asks for, or None for the usual form.
+
+    :param variable: Its name
+    :param environment: The environment
+    :param complain: Is told what is wrong with its value
+    """
+    value = environment.get(variable)
+    if not value:
+        return None
+    try:
+        text = _ALIASES.get(value, value)
+        return None if text is None else Layout(_unescaped(text))
+    except (ValueError, TypeError, LookupError, AttributeError) as error:
+        complain(
+            f"{variable} is ignored, as '{value}' is no format: {error}; one "
+            'is written as [{levelname}] [{name}]: {message}'
+        )
+        return None
+
+
+def _unescaped(text: str) -> str:
+    # what latin-1 does not have stays as it is
+    data = text.encode('latin1', 'backslashreplace')
+    with warnings.catch_warnings():
+        # an unknown escape stays as it is written
+        warnings.simplefilter('ignore', DeprecationWarning)
+        return data.decode('unicode_escape')
