@@ -1,0 +1,60 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The verb `create`."""
+
+import os
+from typing import Any
+
+from colcon_core.plugin_system import satisfies_version
+from colcon_core.verb import VerbExtensionPoint
+
+# colcon imports this module for every command: all else is imported when the
+# verb is used
+
+_USAGE = 'colcon create [options] PKG [options]'
+_EPILOG = """\
+examples:
+  colcon create my_pkg
+  colcon create my_pkg --node counter --dependencies rclpy std_msgs
+  colcon create my_pkg --build-type cmake --license MIT"""
+
+
+class CreateVerb(VerbExtensionPoint):  # type: ignore[misc]
+    """Create a package with a node, a launch file and tests."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        satisfies_version(VerbExtensionPoint.EXTENSION_POINT_VERSION, '^1.0')
+        self._environment: dict[str, str] = {}
+
+    def add_arguments(self, *, parser: Any) -> None:  # noqa: D102
+        from colcon_yamllaunch.verb.create_options import add_create_options
+        from colcon_yamllaunch.verb.log_base import LOG_PATH
+        from colcon_yamllaunch.verb.standard_streams import (
+            open_standard_streams,
+        )
+
+        open_standard_streams()
+        self._environment = dict(os.environ)
+        parser.usage = _USAGE
+        parser.epilog = _EPILOG
+        parser.add_argument(
+            'words',
+            nargs='*',
+            metavar='PKG',
+            help='The name of the package, which is that of its folder, too',
+        )
+        add_create_options(parser)
+        # there is nothing to log, and maybe no workspace yet
+        if not os.environ.get(LOG_PATH):
+            os.environ[LOG_PATH] = os.devnull
+        if '_ARGCOMPLETE' in os.environ:
+            from colcon_yamllaunch.verb.completing import complete
+
+            complete('create', parser, self._environment)
+
+    def main(self, *, context: Any) -> int:  # noqa: D102
+        from colcon_yamllaunch.verb.creating import main
+
+        return main(context.args, self._environment)

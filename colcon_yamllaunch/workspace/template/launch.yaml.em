@@ -1,0 +1,17 @@
+# Try it:    colcon launch @(name) @(name).launch.yaml
+launch:
+@[if is_ros]@
+  - node:
+      pkg: @(name)
+      exec: @(executable)
+      name: @(node)
+      output: screen
+      param:
+        - from: $(find-pkg-share @(name))/config/@(name).yaml
+@[else]@
+  - executable:
+      cmd: >-
+        '$(find-pkg-prefix @(name))/lib/@(name)/@(executable)'
+        --settings '$(find-pkg-share @(name))/config/@(name).ini'
+      output: screen
+@[end if]@
