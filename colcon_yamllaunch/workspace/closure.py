@@ -3,6 +3,7 @@
 
 """Which packages of the workspace a launch needs."""
 
+from collections import deque
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -71,6 +72,32 @@ def build_closure(
         for package in known[current]:
             pending.extend(package.build_depends | package.run_depends)
     return frozenset(found), frozenset(others)
+
+
+def needed_by(
+    packages: Iterable[Package], wanted: Iterable[str]
+) -> dict[str, tuple[str, ...]]:
+    """
+    Tell why packages are in the closure of those that the launch uses.
+
+    :param packages: All packages of the workspace
+    :param wanted: The names that the launch uses
+    :returns: For each package the shortest way to it: the names of a wanted
+      package, of one that this needs and so on, up to itself
+    """
+    known = index(packages)
+    ways: dict[str, tuple[str, ...]] = {
+        name: (name,) for name in sorted(set(wanted)) if name in known
+    }
+    pending = deque(ways)
+    while pending:
+        current = pending.popleft()
+        for package in known[current]:
+            for name in sorted(package.build_depends | package.run_depends):
+                if name in known and name not in ways:
+                    ways[name] = (*ways[current], name)
+                    pending.append(name)
+    return ways
 
 
 def _visit(

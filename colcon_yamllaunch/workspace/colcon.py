@@ -20,10 +20,10 @@ from collections.abc import Sequence
 from contextlib import contextmanager
 from contextlib import redirect_stderr
 from contextlib import redirect_stdout
-from dataclasses import dataclass
 from glob import glob
 from glob import has_magic
 import io
+from itertools import starmap
 import json
 import os
 from pathlib import Path
@@ -41,7 +41,7 @@ from colcon_core.command import create_parser
 from colcon_core.command import create_subparser
 from colcon_core.executor import execute_jobs
 from colcon_core.executor import OnError
-from colcon_core.package_augmentation import augment_packages
+from colcon_core.package_descriptor import PackageDescriptor
 from colcon_core.package_identification import (
     get_package_identification_extensions,
 )
@@ -52,8 +52,12 @@ from colcon_core.topological_order import topological_order_packages
 from colcon_core.verb import check_and_mark_build_tool
 from colcon_core.verb import check_and_mark_install_layout
 from colcon_core.verb.build import BuildVerb
+from colcon_yamllaunch.frozen import dataclass
+from colcon_yamllaunch.workspace.arguments import BuildArguments
 from colcon_yamllaunch.workspace.closure import closure
 from colcon_yamllaunch.workspace.error import WorkspaceError
+from colcon_yamllaunch.workspace.identification import Identification
+from colcon_yamllaunch.workspace.package import is_merged
 from colcon_yamllaunch.workspace.package import Package
 
 #: The exit code of a build that the user stopped (128 + SIGINT).
@@ -83,10 +87,12 @@ class BuildResult:
 
     :param returncode: 0, what colcon returned, or :data:`INTERRUPTED`
     :param built: The names of the packages that were built successfully
+    :param failed: The names of those that were begun in vain, if known
     """
 
     returncode: int
     built: frozenset[str]
+    failed: frozenset[str] = frozenset()
 
 
 class Colcon:
@@ -112,6 +118,9 @@ class Colcon:
         self._index: dict[str, Any] = {}
         with self._in_root():
             self._args = self._parse()
+        self._folders = Identification(
+            self._args, self._verb.task_argument_destinations
+        )
         self.build_base = self.root / self._args.build_base
         self.install_base = self.root / self._args.install_base
         self._follow_layout()
@@ -169,19 +178,74 @@ class Colcon:
 
         :param name: A package of the workspace
         """
-        tasks = set(self._verb.task_argument_destinations.values())
-        values = {
-            key: getattr(self._args, key, None)
-            for key in tasks.union(_COMMON_SETTINGS)
-        }
+        settings = self.arguments.settings
         desc = self._by_name().get(name)
-        if desc is not None:
-            own = {k: v for k, v in desc.metadata.items() if k in tasks}
-            values['metadata'] = [own, sorted(map(str, desc.hooks))]
-        return {
-            key: json.dumps(value, default=str, sort_keys=True)
-            for key, value in sorted(values.items())
+        if desc is None:
+            return settings
+        return settings | {'metadata': self._metadata(desc)}
+
+    @property
+    def arguments(self) -> BuildArguments:
+        """The arguments of a build as far as they are remembered."""
+        args = self._args
+        values = {
+            key: getattr(args, key, None)
+            for key in sorted({*self._tasks, *_COMMON_SETTINGS})
         }
+        return BuildArguments(
+            build_base=args.build_base,
+            install_base=args.install_base,
+            merge_install=self._merge_is_asked,
+            base_paths=tuple(getattr(args, 'base_paths', None) or ()),
+            settings={key: _text(value) for key, value in values.items()},
+            values=dict(vars(args)),
+        )
+
+    def identify(self, folder: str) -> str:
+        """
+        Say what a folder is.
+
+        :param folder: Relative to the workspace
+        :returns: One of the kinds of :mod:`.folder`
+        """
+        with self._in_root():
+            return self._folders.kind(folder)
+
+    def type_of(self, folder: str) -> str:
+        """Get the type of the package in a folder, empty if there is none."""
+        with self._in_root():
+            return self._folders.type(folder)
+
+    def describe(self) -> dict[str, tuple[Package, str]]:
+        """Get the packages that were identified, with their own settings."""
+        with self._in_root():
+            found = self._folders.describe_all()
+        return {
+            folder: (_package(desc, self.root), self._metadata(desc))
+            for folder, desc in found.items()
+        }
+
+    def look_only_at(self, folders: Iterable[str]) -> None:
+        """
+        Take the packages in some folders for all that there are.
+
+        :param folders: Relative to the workspace
+        """
+        with self._in_root():
+            found = self._folders.describe(folders)
+        self._discovered = set(found.values())
+        self._index = {}
+
+    def take(self, packages: Mapping[str, Package]) -> None:
+        """
+        Take packages for all that there are, as they were identified before.
+
+        What colcon knows of them beyond this is not there in the build.
+
+        :param packages: By their folders, relative to the workspace
+        """
+        self._discovered = set(starmap(_descriptor, packages.items()))
+        self._index = {}
 
     def build(
         self, names: Collection[str], environment: Mapping[str, str]
@@ -242,12 +306,10 @@ class Colcon:
 
     def _follow_layout(self) -> None:
         # colcon would refuse to build; the layout needs to be chosen once only
-        try:
-            marker = self.install_base / '.colcon_install_layout'
-            merged = marker.read_text(encoding='utf-8').rstrip() == 'merged'
-        except (OSError, UnicodeDecodeError):
-            return
-        self._args.merge_install = self._args.merge_install or merged
+        self._merge_is_asked = bool(self._args.merge_install)
+        self._args.merge_install = self._merge_is_asked or is_merged(
+            self.install_base
+        )
 
     def _descriptors(self) -> set[Any]:
         if self._discovered is None:
@@ -261,6 +323,7 @@ class Colcon:
             found: set[Any] = get_package_descriptors(
                 self._args,
                 additional_argument_names=self._verb.task_argument_destinations,
+                discovery_extensions=self._folders.discovery,
             )
         except SystemExit as e:
             raise WorkspaceError(f'colcon build: {e}') from None
@@ -285,12 +348,19 @@ class Colcon:
             return None
         if not desc:
             return None
-        augment_packages(
-            {desc},
-            additional_argument_names=self._verb.task_argument_destinations,
-        )
+        with self._in_root():
+            self._folders.augment({desc})
         self._selected[real] = desc
         return str(desc.name)
+
+    @property
+    def _tasks(self) -> set[str]:
+        return set(self._verb.task_argument_destinations.values())
+
+    def _metadata(self, desc: Any) -> str:
+        tasks = self._tasks
+        own = {k: v for k, v in desc.metadata.items() if k in tasks}
+        return _text([own, sorted(map(str, desc.hooks))])
 
     def _needed(self, names: Collection[str]) -> set[Any]:
         packages = self.packages()
@@ -325,7 +395,8 @@ class Colcon:
         self._verb._create_prefix_scripts(
             str(self.install_base), args.merge_install
         )
-        return BuildResult(_exit_code(rc), _succeeded(jobs.values()))
+        built = _succeeded(jobs.values())
+        return BuildResult(_exit_code(rc), built, _failed(jobs.values()))
 
     def _decorators(self, descriptors: set[Any], names: frozenset[str]) -> Any:
         try:
@@ -376,6 +447,27 @@ class Colcon:
                 os.chdir(previous)
 
 
+def _text(value: Any) -> str:
+    return json.dumps(value, default=str, sort_keys=True)
+
+
+def expand_template(
+    template: Path, destination: Path, values: Mapping[str, Any]
+) -> None:
+    """
+    Make a file of a template, as colcon makes its scripts.
+
+    :param template: A template of EmPy
+    :param destination: The file; its folder is made if necessary
+    :param values: What the template refers to
+    :raises OSError: if the file cannot be written
+    """
+    # EmPy is needed to make things only
+    from colcon_core.shell import template as templates
+
+    templates.expand_template(template, destination, dict(values))
+
+
 def _package(desc: Any, root: Path) -> Package:
     return Package(
         name=str(desc.name),
@@ -384,6 +476,15 @@ def _package(desc: Any, root: Path) -> Package:
         build_depends=_names(desc, 'build'),
         run_depends=_names(desc, 'run'),
     )
+
+
+def _descriptor(folder: str, package: Package) -> Any:
+    desc = PackageDescriptor(folder)
+    desc.name = package.name
+    desc.type = package.type
+    desc.dependencies['build'] |= package.build_depends
+    desc.dependencies['run'] |= package.run_depends
+    return desc
 
 
 def _names(desc: Any, category: str) -> frozenset[str]:
@@ -410,7 +511,7 @@ def _no_package(text: str) -> str:
 
 def _exit_code(returncode: Any) -> int:
     # make fails with 2 as well, which is the number of SIGINT
-    if isinstance(returncode, signal.Signals):
+    if isinstance(returncode, signal.Signals) or returncode == -signal.SIGINT:
         return INTERRUPTED
     return returncode if isinstance(returncode, int) else 1
 
@@ -421,6 +522,15 @@ def _succeeded(jobs: Iterable[Any]) -> frozenset[str]:
         name = str(job.task_context.pkg.name)
         outcome[name] = outcome.get(name, True) and job.returncode == 0
     return frozenset(name for name, good in outcome.items() if good)
+
+
+def _failed(jobs: Iterable[Any]) -> frozenset[str]:
+    # those that were not begun, or not ended, have no return code
+    return frozenset(
+        str(job.task_context.pkg.name)
+        for job in jobs
+        if job.returncode not in (None, 0)
+    )
 
 
 def _with_symlinks(environment: Mapping[str, str]) -> dict[str, str]:

@@ -4,103 +4,69 @@
 """
 Whether what was built last still is what a build would give now.
 
-For each package that was built successfully, a record is kept in its folder
-below `build/`. It is removed before a build starts and written after it
-succeeded, so an interrupted or failed build leaves none. A record that cannot
-be read counts as none, and in doubt a package is built.
+The measure is a build from scratch: where the build tools would give another
+outcome than that, because they compare times or keep earlier answers, less of
+the last build is kept. In doubt a package is built.
 """
 
-from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import asdict
-from dataclasses import dataclass
 from dataclasses import field
-import json
-import os
+from dataclasses import replace
 from pathlib import Path
-import sys
-from typing import Any
+import time
 import uuid
 
+from colcon_yamllaunch.frozen import dataclass
+from colcon_yamllaunch.workspace.conditions import build_of
+from colcon_yamllaunch.workspace.conditions import condition_changes
+from colcon_yamllaunch.workspace.conditions import Conditions
+from colcon_yamllaunch.workspace.decision import Decision
+from colcon_yamllaunch.workspace.decision import How
+from colcon_yamllaunch.workspace.decision import Reason
+from colcon_yamllaunch.workspace.inputs import BuildInputs
 from colcon_yamllaunch.workspace.links import live_files
 from colcon_yamllaunch.workspace.links import remove_dangling
-from colcon_yamllaunch.workspace.links import tree
+from colcon_yamllaunch.workspace.links import SOURCE_SUFFIXES
 from colcon_yamllaunch.workspace.package import Package
-from colcon_yamllaunch.workspace.package import prefix_of
-from colcon_yamllaunch.workspace.source import difference
+from colcon_yamllaunch.workspace.products import ARGUMENTS
+from colcon_yamllaunch.workspace.products import Products
+from colcon_yamllaunch.workspace.record import DamagedRecordError
+from colcon_yamllaunch.workspace.record import read_record
+from colcon_yamllaunch.workspace.record import Record
+from colcon_yamllaunch.workspace.record import RECORD_NAME
+from colcon_yamllaunch.workspace.record import write_record
+from colcon_yamllaunch.workspace.source import Change
+from colcon_yamllaunch.workspace.source import changes
 from colcon_yamllaunch.workspace.source import FileState
+from colcon_yamllaunch.workspace.source import Kind
 from colcon_yamllaunch.workspace.source import snapshot
+from colcon_yamllaunch.workspace.source import states_of
 
-#: The name of a record, below `build/<package>/`.
-RECORD_NAME = 'colcon_launch.json'
-#: To be raised when what is in a record changes.
-RECORD_VERSION = 1
-
-_PREFIX_PATHS = (
-    'COLCON_PREFIX_PATH',
-    'AMENT_PREFIX_PATH',
-    'CMAKE_PREFIX_PATH',
-)
-_VARIABLES = frozenset(
-    ('CC', 'CXX', 'FC', 'CUDACXX', 'CUDAHOSTCXX', 'CPATH', 'LIBRARY_PATH')
-) | frozenset(
-    ('CFLAGS', 'CXXFLAGS', 'CPPFLAGS', 'FFLAGS', 'LDFLAGS', 'PKG_CONFIG_PATH')
-)
-#: Where each package of a merged install space has files of its own.
-_OWN_FOLDERS = ('share/{}', 'lib/{}', 'include/{}')
 #: What colcon writes for all packages together (colcon-core).
 _PREFIX_SCRIPTS = ('setup.sh', 'local_setup.sh', '_local_setup_util_sh.py')
-#: colcon writes these whenever it builds a package (colcon-core,
-#: colcon-cmake, colcon-package-selection).
-_TRACES = (
-    'colcon_command_prefix_build.sh',
-    'colcon_command_prefix_setup_py.sh',
-    'cmake_args.last',
-    'colcon_build.rc',
-)
+#: Interfaces that code is generated from, which is installed by the folder.
+_INTERFACES = ('.msg', '.srv', '.action', '.idl')
+_UNKNOWN = 'there is no record of a successful build of it'
+_FAILED = 'no successful build: the last one failed'
+_CUT_OFF = 'no successful build: the last one was cut off'
 
 
 @dataclass(frozen=True, slots=True)
-class Conditions:
+class Attempt:
     """
-    What a package's build depends on beside its own source.
+    A build that has begun.
 
-    :param settings: The arguments of the build, by name
-    :param environment: The variables that a build may read
-    :param dependencies: The id of each needed package's last build, or None
-      where that is not known
-    """
-
-    settings: Mapping[str, str]
-    environment: Mapping[str, str]
-    dependencies: Mapping[str, str | None]
-
-
-@dataclass(frozen=True, slots=True)
-class Record:
-    """
-    A successful build.
-
-    :param id: Another one for each build
-    :param source: The folder that was built
-    :param files: The files of the source before the build
-    :param live: Those whose edits show without a build
-    :param installed: What was installed, relative to the install space
-    :param traces: When the files that colcon leaves were written
-    :param settings: As in :class:`Conditions`, and so are the next two
+    :param package: What is built
+    :param record: The record so far
+    :param listed: What the last installation listed
+    :param links: The links that were removed, with their targets
     """
 
-    id: str
-    source: str
-    files: dict[str, FileState]
-    live: frozenset[str]
-    installed: list[str]
-    traces: dict[str, int]
-    settings: dict[str, str]
-    environment: dict[str, str]
-    dependencies: dict[str, str | None] = field(default_factory=dict)
+    package: Package
+    record: Record
+    listed: frozenset[Path] = frozenset()
+    links: Mapping[Path, Path] = field(default_factory=dict)
 
 
 class Freshness:
@@ -115,221 +81,267 @@ class Freshness:
     def __init__(
         self, build_base: Path, install_base: Path, merge_install: bool
     ) -> None:
-        self._build_base = build_base
-        self._install_base = install_base
-        self._merge_install = merge_install
+        self._products = Products(build_base, install_base, merge_install)
+        self._records: dict[str, Record | None] = {}
 
-    def stale(self, package: Package, conditions: Conditions) -> str | None:
+    def decide(self, package: Package, conditions: Conditions) -> Decision:
         """
-        Tell why a package has to be built.
+        Decide whether a package has to be built, and why.
 
         :param package: The package
         :param conditions: Those that hold now
-        :returns: Such as `src/flow.cpp changed`, or None if it is up to date
         """
-        record = self.record(package.name)
+        name = package.name
+        try:
+            record = self._record(name)
+        except DamagedRecordError:
+            return Decision(name, (Reason(_UNKNOWN, How.AFRESH),))
         if record is None:
-            return self._unknown(package.name)
-        if record.source != str(package.path):
-            return f'it was built from {record.source}'
-        return (
-            self._changed_conditions(record, conditions)
-            or self._changed_install(package.name, record)
-            or difference(package.path, record.files, record.live)
-        )
+            return Decision(name, (self._unknown(name),))
+        reasons = tuple(self._reasons(package, record, conditions))
+        return Decision(name, reasons, record.built_at or None)
 
-    def prepare(self, package: Package) -> dict[str, FileState]:
+    def prepare(self, package: Package, how: How) -> Attempt:
         """
-        Get ready for a build: forget the last one, look at the source.
+        Get ready for a build: remove what must not stay, look at the source.
 
         Links to source files that are gone are removed, as builds trip over
         them.
 
-        :returns: The state of the source, for :meth:`remember`
+        :param package: The package
+        :param how: What is to stay
+        :returns: For :meth:`finish` or :meth:`give_up`
+        :raises WorkspaceError: when something cannot be removed
         """
-        record = self.record(package.name)
-        self._path(package.name).unlink(missing_ok=True)
-        for folder in self._own_folders(package.name):
-            remove_dangling(folder, package.path)
-        remove_dangling(self._build_base / package.name, package.path)
-        return snapshot(package.path, record.files if record else None)
+        name = package.name
+        before = self._known_record(name)
+        known = before or Record(str(package.path), {})
+        files = snapshot(package.path, known.files)
+        self._records.pop(name, None)
+        record = replace(
+            known,
+            source=str(package.path),
+            files=files | _outside(known),
+            how=int(how),
+            id=uuid.uuid4().hex,
+            succeeded=False,
+            finished=0,
+        )
+        if how >= How.AFRESH or before is None:
+            record = replace(record, origin=record.id, shape=record.id)
+        elif how > How.COMPILE:
+            record = replace(record, shape=record.id)
+        write_record(self._path(name), record)
+        listed = frozenset(self._products.listed(name))
+        links = self._make_room(package, how, known)
+        write_record(self._path(name), record)
+        return Attempt(package, record, listed, links)
 
-    def remember(
-        self,
-        package: Package,
-        files: Mapping[str, FileState],
-        conditions: Conditions,
-    ) -> None:
+    def finish(self, attempt: Attempt, conditions: Conditions) -> None:
         """
         Write down that a package was built successfully.
 
-        :param package: The package
-        :param files: What :meth:`prepare` returned before the build
+        :param attempt: What :meth:`prepare` returned before the build
         :param conditions: Those that the build took place under
         """
-        installed = sorted(self._installed(package.name))
-        build = self._build_base / package.name
-        record = Record(
-            id=uuid.uuid4().hex,
-            source=str(package.path),
-            files=dict(files),
-            live=live_files(package.path, files, build, installed),
-            installed=[
-                os.path.relpath(path, self._install_base)
-                for path in installed
-                if path.exists()
-            ],
-            traces=self._traces(package.name),
-            settings=dict(conditions.settings),
-            environment=dict(conditions.environment),
-            dependencies=dict(conditions.dependencies),
+        package, record = attempt.package, attempt.record
+        name = package.name
+        products = self._products
+        if record.how >= How.CONFIGURE:
+            products.prune(name, attempt.listed)
+        inputs = BuildInputs(package.path, products.build(name))
+        own = (package.path, products.build_base, products.install_base)
+        started = self._path(name).stat().st_mtime_ns
+        files = {
+            key: state
+            for key, state in record.files.items()
+            if not Path(key).is_absolute()
+        }
+        now = time.time_ns()
+        installed = products.installed(name)
+        build = products.build(name)
+        self._write(
+            name,
+            replace(
+                record,
+                files=files | states_of(inputs.outside(own), started),
+                succeeded=True,
+                finished=now,
+                built_at=now,
+                live=live_files(package.path, files, build, installed, inputs),
+                installed=products.states(name, record.installed),
+                traces=products.traces(name),
+                arguments=self._arguments(name),
+                settings=dict(conditions.settings),
+                environment=dict(conditions.environment),
+                dependencies=dict(conditions.dependencies),
+            ),
         )
-        # without a record it is built again, which is no harm
-        with suppress(OSError):
-            _write(self._path(package.name), _encode(record))
 
-    def record(self, name: str) -> Record | None:
-        """Read a package's record; None if there is none that can be used."""
-        try:
-            return _decode(json.loads(self._path(name).read_bytes()))
-        except (OSError, ValueError, TypeError, KeyError, AttributeError):
+    def give_up(self, attempt: Attempt) -> None:
+        """Write down that the build of a package ended without success."""
+        self._products.put_back(attempt.links)
+        record = replace(attempt.record, finished=time.time_ns())
+        self._write(attempt.package.name, record)
+
+    def last_build(self, name: str) -> str | None:
+        """Tell a package's last successful build; None if not known."""
+        record = self._known_record(name)
+        if record is None or not record.succeeded:
             return None
+        return build_of(record.origin, record.shape, record.id)
 
     def _path(self, name: str) -> Path:
-        return self._build_base / name / RECORD_NAME
+        return self._products.build(name) / RECORD_NAME
 
-    def _unknown(self, name: str) -> str:
-        if (self._build_base / name).is_dir():
-            return 'no successful build of it by colcon launch is known'
-        return 'never built'
+    def _record(self, name: str) -> Record | None:
+        if name not in self._records:
+            self._records[name] = read_record(self._path(name))
+        return self._records[name]
 
-    def _changed_conditions(
-        self, record: Record, conditions: Conditions
-    ) -> str | None:
-        name = _first_change(record.settings, conditions.settings)
-        if name is not None:
-            return f'build arguments changed ({name})'
-        name = _first_change(record.environment, conditions.environment)
-        if name is not None:
-            return f'{name} changed in the environment'
-        name = _first_change(record.dependencies, conditions.dependencies)
-        if name is not None:
-            return f'{name} was rebuilt'
-        return None
+    def _known_record(self, name: str) -> Record | None:
+        try:
+            return self._record(name)
+        except DamagedRecordError:
+            return None
 
-    def _changed_install(self, name: str, record: Record) -> str | None:
-        if record.traces != self._traces(name):
-            return 'something else built it since'
+    def _write(self, name: str, record: Record) -> None:
+        write_record(self._path(name), record)
+        self._records.pop(name, None)
+
+    def _unknown(self, name: str) -> Reason:
+        if self._products.build(name).is_dir():
+            return Reason(_UNKNOWN, How.CONFIGURE)
+        return Reason('never built')
+
+    def _reasons(
+        self, package: Package, record: Record, conditions: Conditions
+    ) -> Iterator[Reason]:
+        if record.source != str(package.path):
+            text = f'it was built from {record.source}'
+            yield Reason(text, How.AFRESH)
+            return
+        if not record.succeeded:
+            yield self._unsuccessful(package.name, record)
+        if record.built_at:
+            yield from condition_changes(record.conditions, conditions)
+        found = changes(package.path, record.files, record.live)
+        yield from self._changed_source(package, record, found)
+        if record.succeeded:
+            yield from self._changed_install(package.name, record, found)
+
+    def _unsuccessful(self, name: str, record: Record) -> Reason:
+        if not record.finished:
+            was_begun = record.traces != self._products.traces(name)
+            # a compiler that was killed leaves files that look complete
+            how = How.AFRESH if was_begun else How.CONFIGURE
+            return Reason(_CUT_OFF, how)
+        return Reason(_FAILED, min(How(record.how), How.CONFIGURE))
+
+    def _changed_source(
+        self, package: Package, record: Record, found: tuple[Change, ...]
+    ) -> Iterator[Reason]:
+        if not found:
+            return
+        build = self._products.build(package.name)
+        inputs = BuildInputs(package.path, build)
+        generates = any(name.endswith(_INTERFACES) for name in record.files)
+        for change in found:
+            how = _how_to_build(change, package, record, inputs)
+            if generates and how > How.BUILD:
+                how = How.AFRESH
+            yield Reason(str(change), how)
+
+    def _changed_install(
+        self, name: str, record: Record, found: tuple[Change, ...]
+    ) -> Iterator[Reason]:
+        if record.traces != self._products.traces(name):
+            how = self._built_by_others(name, record, bool(found))
+            if how is not None:
+                yield Reason('something else built it since', how)
+                return
+        if found:
+            # a link in the install space may be gone because its target is
+            return
+        base = self._products.install_base
         for relative in (*_PREFIX_SCRIPTS, *record.installed):
-            if not (self._install_base / relative).exists():
-                return self._missing(relative, record)
+            if not (base / relative).exists():
+                yield Reason(f'{relative} is missing in {base}')
+                return
+
+    def _built_by_others(
+        self, name: str, record: Record, is_changed: bool
+    ) -> How | None:
+        """Tell how to build what others built; None if it is the same."""
+        if self._arguments(name) != record.arguments:
+            return How.REINSTALL
+        if self._products.states(name, record.installed) != record.installed:
+            # unless the source explains it, they had another source
+            return How.BUILD if is_changed else How.AFRESH
+        if is_changed:
+            return How.BUILD
+        same = replace(record, traces=self._products.traces(name))
+        self._write(name, same)
         return None
 
-    def _missing(self, relative: str, record: Record) -> str:
-        # a link in the install space may be gone because its target is
-        source = Path(record.source)
-        reason = difference(source, record.files, record.live)
-        return reason or f'{relative} is missing in {self._install_base}'
+    def _arguments(self, name: str) -> str:
+        try:
+            path = self._products.build(name) / ARGUMENTS
+            return path.read_text(encoding='utf-8', errors='replace')
+        except OSError:
+            return ''
 
-    def _traces(self, name: str) -> dict[str, int]:
-        prefix = prefix_of(name, self._install_base, self._merge_install)
-        paths = [self._build_base / name / trace for trace in _TRACES]
-        paths.append(prefix / 'share' / name / 'package.sh')
-        traces = {}
-        for path in paths:
-            with suppress(OSError):
-                traces[str(path)] = path.stat().st_mtime_ns
-        return traces
-
-    def _own_folders(self, name: str) -> list[Path]:
-        if not self._merge_install:
-            return [self._install_base / name]
-        return [
-            self._install_base / folder.format(name) for folder in _OWN_FOLDERS
-        ]
-
-    def _installed(self, name: str) -> Iterator[Path]:
-        for folder in self._own_folders(name):
-            yield from tree(folder)
+    def _make_room(
+        self, package: Package, how: How, known: Record
+    ) -> Mapping[Path, Path]:
+        products = self._products
+        name = package.name
+        for folder in (*products.folders(name), products.build(name)):
+            remove_dangling(folder, package.path)
+        if how >= How.REINSTALL:
+            products.remove_installed(name, known.installed)
+        if how >= How.AFRESH:
+            products.remove_build(name)
+        elif how >= How.CONFIGURE:
+            products.forget_configuration(name)
+            return products.take_links(name, known.installed)
+        return {}
 
 
-def relevant_environment(
-    environment: Mapping[str, str], install_base: Path
-) -> dict[str, str]:
-    """
-    Get the part of an environment that the outcome of a build depends on.
-
-    The workspace's own install space is left out: whether the user sourced it
-    makes no difference.
-
-    :param environment: The environment of the build
-    :param install_base: The install folder of the workspace
-    """
-    relevant = {'python': sys.executable}
-    for name, value in environment.items():
-        if name in _PREFIX_PATHS:
-            relevant[name] = _underlays(value, install_base)
-        elif name in _VARIABLES or name.startswith('CMAKE_'):
-            relevant[name] = value
-    return {name: value for name, value in relevant.items() if value}
-
-
-def _underlays(value: str, install_base: Path) -> str:
-    return os.pathsep.join(
-        prefix
-        for prefix in value.split(os.pathsep)
-        if prefix and not Path(prefix).is_relative_to(install_base)
-    )
+def _how_to_build(
+    change: Change, package: Package, record: Record, inputs: BuildInputs
+) -> How:
+    if package.type.endswith('python'):
+        return _how_to_build_python(change, record)
+    reads = inputs.reads(change.path)
+    if change.kind is Kind.DELETED and reads:
+        # what was made from it is still there
+        return How.AFRESH
+    if change.kind is not Kind.CHANGED:
+        return How.CONFIGURE
+    if change.mtime <= record.finished:
+        # build tools take it for older than what they made of it
+        return How.AFRESH
+    name = Path(change.path).name
+    if name == 'CMakeLists.txt' or name.endswith('.cmake'):
+        # the cache keeps the defaults of options
+        return How.CONFIGURE
+    if not inputs.compiles(change.path):
+        return How.CONFIGURE
+    is_code = Path(name).suffix.lower() in SOURCE_SUFFIXES
+    return How.COMPILE if is_code else How.BUILD
 
 
-def _first_change(
-    before: Mapping[str, str | None], now: Mapping[str, str | None]
-) -> str | None:
-    for name in sorted({*before, *now}):
-        # an unknown id is not even equal to itself
-        if name not in before or name not in now or now[name] is None:
-            return name
-        if before[name] != now[name]:
-            return name
-    return None
+def _how_to_build_python(change: Change, record: Record) -> How:
+    is_newer = change.kind is Kind.CHANGED and change.mtime > record.finished
+    is_code = change.path not in ('setup.py', 'setup.cfg', 'pyproject.toml')
+    # setuptools keeps deleted modules, and compares times
+    return How.BUILD if is_newer and is_code else How.AFRESH
 
 
-def _encode(record: Record) -> dict[str, Any]:
-    values = {key: getattr(record, key) for key in Record.__dataclass_fields__}
-    values['files'] = {
-        name: list(asdict(state).values())
-        for name, state in sorted(record.files.items())
+def _outside(record: Record) -> dict[str, FileState]:
+    return {
+        name: state
+        for name, state in record.files.items()
+        if Path(name).is_absolute()
     }
-    values['live'] = sorted(record.live)
-    return {'version': RECORD_VERSION, **values}
-
-
-def _decode(values: Any) -> Record | None:
-    if values.pop('version') != RECORD_VERSION:
-        return None
-    values['files'] = {
-        name: FileState(*state) for name, state in values['files'].items()
-    }
-    values['live'] = frozenset(values['live'])
-    record = Record(**values)
-    return record if _is_sound(record) else None
-
-
-def _is_sound(record: Record) -> bool:
-    texts: Iterable[object] = [record.id, record.source, *record.installed]
-    mappings = (
-        record.traces,
-        record.settings,
-        record.environment,
-        record.dependencies,
-    )
-    return all(isinstance(text, str) for text in texts) and all(
-        isinstance(mapping, dict) for mapping in mappings
-    )
-
-
-def _write(path: Path, values: Mapping[str, Any]) -> None:
-    # the record appears complete or not at all
-    temporary = path.with_name(f'{path.name}.{os.getpid()}')
-    temporary.write_text(json.dumps(values), encoding='utf-8')
-    temporary.replace(path)

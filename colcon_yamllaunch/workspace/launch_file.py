@@ -46,6 +46,26 @@ def find_launch_files(folder: Path) -> tuple[str, ...]:
     return tuple(sorted(files, key=lambda f: (not _is_likely(f), f)))
 
 
+def launch_file_names(package: str, files: Sequence[str]) -> list[str]:
+    """
+    Get the shortest names that mean the likely launch files of a package.
+
+    :param package: The name of the package
+    :param files: As :func:`find_launch_files` returns them
+    :returns: For each likely one, or where there are none for each file, its
+      name with extension if that is clear, else its path
+    """
+    names = []
+    for file in [f for f in files if _is_likely(f)] or files:
+        name = PurePosixPath(file).name
+        try:
+            is_clear = choose_launch_file(package, files, name) == file
+        except WorkspaceError:
+            is_clear = False
+        names.append(name if is_clear else file)
+    return names
+
+
 def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
     """
     Choose the launch file that the user means.

@@ -8,30 +8,30 @@ from collections.abc import Iterator
 import os
 from pathlib import Path
 
+from colcon_yamllaunch.workspace.inputs import BuildInputs
+
 #: What is compiled, configured or generated from, wherever it is linked to.
 _HEADERS = ('.h', '.hh', '.hpp', '.hxx', '.inl', '.ipp', '.tpp', '.cuh')
-_SOURCES = ('.c', '.cc', '.cpp', '.cxx', '.cu', '.s', '.f', '.f90', '.rs')
+#: What only compilers read.
+SOURCE_SUFFIXES = frozenset(
+    ('.c', '.cc', '.cpp', '.cxx', '.cu', '.s', '.f', '.f90', '.rs')
+)
 _TEMPLATES = ('.cmake', '.in', '.em', '.ui', '.qrc', '.proto', '.pyx', '.pxd')
 _INTERFACES = ('.msg', '.srv', '.action', '.idl')
 COMPILED_SUFFIXES = frozenset(
-    (*_HEADERS, *_SOURCES, *_TEMPLATES, *_INTERFACES)
+    (*_HEADERS, *SOURCE_SUFFIXES, *_TEMPLATES, *_INTERFACES)
 )
 COMPILED_NAMES = frozenset(
     ('CMakeLists.txt', 'CMakePresets.json', 'Makefile', 'package.xml')
 ) | frozenset(('setup.py', 'setup.cfg', 'pyproject.toml'))
-#: Where CMake's generators write down what a build reads.
-_DEPENDENCY_FILES = (
-    'build.ninja',
-    'Makefile',
-    'CMakeFiles/Makefile.cmake',
-    'CMakeFiles/*.dir/build.make',
-    'CMakeFiles/*.dir/depend.make',
-    'CMakeFiles/*.dir/compiler_depend.make',
-)
 
 
 def live_files(
-    source: Path, files: Iterable[str], build: Path, installed: Iterable[Path]
+    source: Path,
+    files: Iterable[str],
+    build: Path,
+    installed: Iterable[Path],
+    inputs: BuildInputs,
 ) -> frozenset[str]:
     """
     Get the source files whose edits show at once, without another build.
@@ -44,17 +44,25 @@ def live_files(
     :param files: Its files, relative to it
     :param build: The package's folder in the build space
     :param installed: The files of the package in the install space
+    :param inputs: What the build read
     """
     real = Path(os.path.realpath(source))
     linked, folders, copies = _links(real, build, installed)
-    read = _read_by_build(build)
-    return frozenset(
+    live = {
         relative
         for relative in files
         if _is_linked(relative, linked, folders)
         and not _is_compiled(relative)
         and Path(relative).name not in copies
-        and f'/{relative}' not in read
+    }
+    read = {relative for relative in live if inputs.reads(relative)}
+    # a program that the build runs may import what lies beside it
+    folders = {os.path.dirname(r) for r in read if r.endswith('.py')}
+    return frozenset(
+        relative
+        for relative in live - read
+        if not relative.endswith('.py')
+        or os.path.dirname(relative) not in folders
     )
 
 
@@ -128,15 +136,3 @@ def _is_compiled(relative: str) -> bool:
     if path.name in COMPILED_NAMES:
         return True
     return path.suffix.lower() in COMPILED_SUFFIXES
-
-
-def _read_by_build(build: Path) -> str:
-    texts = []
-    for pattern in _DEPENDENCY_FILES:
-        for path in sorted(build.glob(pattern)):
-            try:
-                texts.append(path.read_text('utf-8', errors='replace'))
-            except OSError:
-                continue
-    # make and Ninja escape blanks in paths
-    return '\n'.join(texts).replace('\\ ', ' ').replace('$ ', ' ')

@@ -101,13 +101,21 @@ class PackageLocator:
         return None
 
     def executables(self, package: str) -> tuple[str, ...]:
-        """Get the names of the programs that a package has installed."""
+        """
+        Get the names of the programs that a package has installed.
+
+        One in a subfolder goes by its path from `lib/PACKAGE`.
+        """
         prefix = self.prefix(package)
         if prefix is None:
             return ()
         folder = Path(prefix, 'lib', package)
-        names = _children(folder)
-        return tuple(sorted(n for n in names if is_executable(folder / n)))
+        paths = (folder / name for name, _ in source_files(folder))
+        return tuple(
+            sorted(
+                str(p.relative_to(folder)) for p in paths if is_executable(p)
+            )
+        )
 
     def source_of(self, path: str) -> str | None:
         """

@@ -10,11 +10,11 @@ there, say plain CMake, and then knows no dependencies (colcon-core issue 597).
 
 from collections.abc import Iterable
 from collections.abc import Iterator
-from dataclasses import dataclass
 import os
 from pathlib import Path
 import re
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.workspace.package import Package
 from colcon_yamllaunch.workspace.root import is_ignored
 
@@ -45,7 +45,7 @@ def invalid_manifest(package: Package) -> str | None:
     """
     if package.type.startswith('ros.'):
         return None
-    return _invalid(package.path)
+    return manifest_error(package.path)
 
 
 def broken_manifests(
@@ -62,19 +62,20 @@ def broken_manifests(
     known = {os.path.realpath(package.path) for package in packages}
     folders = [f for base in base_paths for f in _folders(base, known)]
     return tuple(
-        BrokenManifest(_name(folder), folder, reason)
+        BrokenManifest(manifest_name(folder), folder, reason)
         for folder in folders
-        if (reason := _invalid(folder)) is not None
+        if (reason := manifest_error(folder)) is not None
     )
 
 
-def _invalid(folder: Path) -> str | None:
-    # catkin_pkg takes long to import and is hardly ever needed
+def manifest_error(folder: Path) -> str | None:
+    """Tell what is wrong with the manifest in a folder, if it has one."""
+    if not (folder / _MANIFEST).is_file():
+        return None
+    # takes long to import and is hardly ever needed
     from catkin_pkg.package import InvalidPackage
     from catkin_pkg.package import parse_package
 
-    if not (folder / _MANIFEST).is_file():
-        return None
     try:
         parse_package(str(folder)).get_build_type()
     except (InvalidPackage, AssertionError, OSError, ValueError) as e:
@@ -82,7 +83,8 @@ def _invalid(folder: Path) -> str | None:
     return None
 
 
-def _name(folder: Path) -> str | None:
+def manifest_name(folder: Path) -> str | None:
+    """Get the name in a folder's manifest as far as it can be told."""
     try:
         text = (folder / _MANIFEST).read_text('utf-8', errors='replace')
     except OSError:

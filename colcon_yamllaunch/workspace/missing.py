@@ -4,7 +4,6 @@
 """What to do about a file that a launch needs and that is not installed."""
 
 from collections.abc import Iterable
-import difflib
 import os
 from pathlib import Path
 import re
@@ -125,6 +124,8 @@ def not_installed(locator: PackageLocator, path: str) -> str | None:
 
 def nearest(wanted: str, names: Iterable[str]) -> list[str]:
     """Order names, those most like the wanted one first."""
+    # most launches make no mistake
+    import difflib
 
     def distance(name: str) -> tuple[float, str]:
         matcher = difflib.SequenceMatcher(None, wanted.lower(), name.lower())

@@ -14,12 +14,12 @@ import json
 import os
 from pathlib import Path
 import re
-import shutil
 
 from colcon_yamllaunch.workspace.error import WorkspaceError
-from colcon_yamllaunch.workspace.freshness import RECORD_NAME
 from colcon_yamllaunch.workspace.links import tree
 from colcon_yamllaunch.workspace.package import Package
+from colcon_yamllaunch.workspace.record import RECORD_NAME
+from colcon_yamllaunch.workspace.removal import remove_folder
 
 _CACHE_ENTRY = re.compile(
     r'^(CMAKE_HOME_DIRECTORY|CMAKE_CACHEFILE_DIR):INTERNAL=(.*)$', re.M
@@ -76,16 +76,7 @@ def _remove(base: Path, name: str) -> None:
     path = base / name
     if path.parent != base or name in ('', '.', '..'):
         raise WorkspaceError(f"'{name}' is no name of a package")
-    try:
-        if path.is_symlink():
-            path.unlink()
-        elif path.is_dir():
-            shutil.rmtree(path)
-    except OSError as e:
-        raise WorkspaceError(
-            f'cannot remove {path}, which was built in another place: '
-            f'{e.strerror}. Remove it, then launch again'
-        ) from e
+    remove_folder(path, ', which was built in another place')
 
 
 def _remove_links(
@@ -146,4 +137,6 @@ def _recorded_source(build: Path) -> str | None:
 
 
 def _is_same(first: Path, second: Path) -> bool:
+    if first == second:
+        return True
     return os.path.realpath(first) == os.path.realpath(second)

@@ -3,8 +3,9 @@
 
 """What is known about a package of the workspace."""
 
-from dataclasses import dataclass
 from pathlib import Path
+
+from colcon_yamllaunch.frozen import dataclass
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,3 +36,12 @@ def prefix_of(name: str, install_base: Path, merge_install: bool) -> Path:
     :param merge_install: Whether all packages share one prefix
     """
     return install_base if merge_install else install_base / name
+
+
+def is_merged(install_base: Path) -> bool:
+    """Tell whether an install folder has the merged layout already."""
+    try:
+        marker = install_base / '.colcon_install_layout'
+        return marker.read_text(encoding='utf-8').rstrip() == 'merged'
+    except (OSError, UnicodeDecodeError):
+        return False

@@ -3,16 +3,18 @@
 
 """The files that a package's source consists of, and what they are like."""
 
+from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
-from dataclasses import dataclass
-import fnmatch
-import hashlib
+from enum import IntEnum
 import os
 from pathlib import Path
+import re
 import stat
 import time
 
+from colcon_yamllaunch.frozen import dataclass
+from colcon_yamllaunch.workspace.digest import digest as content_digest
 from colcon_yamllaunch.workspace.root import IGNORE_MARKERS
 
 #: Larger files are told apart by size and time only (bytes).
@@ -21,10 +23,29 @@ HASHED_SIZE = 8 * 1024 * 1024
 #: again without another time stamp (nanoseconds).
 RACY_AGE = 2_000_000_000
 
-_SKIPPED_FOLDERS = frozenset(
-    ('.git', '.hg', '.svn', '.bzr', 'CVS', '.cache', '.vscode', '.idea', '.vs')
-) | frozenset(('__pycache__', '.pytest_cache', '.mypy_cache', '.ruff_cache'))
-_SKIPPED_FILES = ('*~', '.#*', '#*#', '.*.sw?', '*.pyc', '4913', '.DS_Store')
+_SKIPPED_FOLDERS = (
+    frozenset(
+        (
+            '.git',
+            '.hg',
+            '.svn',
+            '.bzr',
+            'CVS',
+            '.cache',
+            '.vscode',
+            '.idea',
+            '.vs',
+        )
+    )
+    | frozenset(('__pycache__', '.pytest_cache', '.mypy_cache', '.ruff_cache'))
+    | frozenset(('.hypothesis', '.eggs', '.tox', '.nox'))
+)
+#: Left by editors and by others: *~ .#* #*# .*.sw? *.kate-swp 4913 *.pyc …
+_SKIPPED_FILES = re.compile(
+    r'.*~|\.#.*|#.*#|\..*\.sw.|.*\.kate-swp|4913'
+    r'|.*\.pyc|\.coverage|\.nfs.*|\.fuse_hidden.*|\.DS_Store',
+    re.DOTALL,
+)
 _BUILD_FOLDERS = frozenset(('build', 'install', 'log'))
 
 
@@ -37,12 +58,48 @@ class FileState:
     :param mtime: Nanoseconds, or 0 where the time proves nothing
     :param executable: Whether its owner may run it
     :param digest: BLAKE2b of the content, empty for a large or unreadable one
+    :param ctime: When it was last written or given another time, mode or name
+      (nanoseconds); unlike the other time nobody can set it
     """
 
     size: int
     mtime: int
     executable: bool
     digest: str = ''
+    ctime: int = 0
+
+
+class Kind(IntEnum):
+    """What happened to a file, in the order of telling it."""
+
+    NEW = 0
+    DELETED = 1
+    CHANGED = 2
+    MODE = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """
+    A difference between a file then and now.
+
+    :param kind: What happened
+    :param path: The file, relative to the package
+    :param mtime: Its time now (nanoseconds)
+    """
+
+    kind: Kind
+    path: str
+    mtime: int = 0
+
+    def __str__(self) -> str:
+        texts = {
+            Kind.NEW: f'new file {self.path}',
+            Kind.DELETED: f'{self.path} was deleted',
+            Kind.CHANGED: f'{self.path} changed',
+            Kind.MODE: f'the mode of {self.path} changed',
+        }
+        return texts[self.kind]
 
 
 def source_files(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
@@ -88,78 +145,133 @@ def snapshot(
     """
     now = time.time_ns()
     known = known or {}
+    return {
+        relative: _state(folder / relative, status, known.get(relative), now)
+        for relative, status in source_files(folder)
+    }
+
+
+def states_of(paths: Iterable[Path], started: int) -> dict[str, FileState]:
+    """
+    Get the state of files that turned out to matter after a build.
+
+    :param paths: The files
+    :param started: When the build started (nanoseconds); the state of a file
+      that was written since is not that which was built, so none is given
+    """
     states = {}
-    for relative, status in source_files(folder):
-        state = _quick_state(status)
-        before = known.get(relative)
-        if before is not None and _is_same_file(before, state):
-            digest = before.digest
+    now = time.time_ns()
+    for path in paths:
+        status = _status(path)
+        if status is None:
+            continue
+        if status.st_mtime_ns < started:
+            states[str(path)] = _state(path, status, None, now)
         else:
-            digest = _digest(folder / relative, status.st_size)
-        # a time in the future is as good as one long ago
-        racy = 0 <= now - state.mtime < RACY_AGE
-        mtime = 0 if racy else state.mtime
-        states[relative] = FileState(
-            state.size, mtime, state.executable, digest
-        )
+            states[str(path)] = FileState(-1, 0, False)
     return states
 
 
-def difference(
+def changes(
     folder: Path, before: Mapping[str, FileState], ignored: frozenset[str]
-) -> str | None:
+) -> tuple[Change, ...]:
     """
-    Get the first difference between a package's source then and now.
+    Get the differences between a package's source then and now.
 
     :param folder: The package
-    :param before: The state then
+    :param before: The state then; a file that is named by an absolute path
+      does not belong to the source, but matters as well
     :param ignored: Files whose content does not matter
-    :returns: Such as `src/flow.cpp changed`, or None
+    :returns: New files first, then deleted ones, then changed ones
     """
     missing = set(before)
-    changed = []
+    found = []
     for relative, status in source_files(folder):
         state = before.get(relative)
-        if state is None:
-            changed.append((0, relative))
-            continue
         missing.discard(relative)
-        if relative not in ignored and not _unchanged(
-            folder / relative, state, status
-        ):
-            changed.append((2, relative))
-    changed += [(1, relative) for relative in missing]
-    if not changed:
-        return None
-    kind, relative = min(changed)
-    texts = ('new file {}', '{} was deleted', '{} changed')
-    return texts[kind].format(relative)
+        if state is None:
+            found.append(Change(Kind.NEW, relative, status.st_mtime_ns))
+        elif relative not in ignored:
+            found += _change(folder, relative, state, status)
+    for relative in missing:
+        path = folder / relative
+        outside = _status(path) if os.path.isabs(relative) else None
+        if outside is None:
+            found.append(Change(Kind.DELETED, relative))
+        else:
+            found += _change(folder, relative, before[relative], outside)
+    return tuple(sorted(found, key=lambda change: (change.kind, change.path)))
 
 
-def _unchanged(path: Path, before: FileState, status: os.stat_result) -> bool:
+def _change(
+    folder: Path, relative: str, before: FileState, status: os.stat_result
+) -> list[Change]:
+    if not _has_same_content(folder / relative, before, status):
+        return [Change(Kind.CHANGED, relative, status.st_mtime_ns)]
+    if before.executable != _quick_state(status).executable:
+        return [Change(Kind.MODE, relative, status.st_mtime_ns)]
+    return []
+
+
+def _has_same_content(
+    path: Path, before: FileState, status: os.stat_result
+) -> bool:
     state = _quick_state(status)
-    if (before.size, before.executable) != (state.size, state.executable):
+    if before.size != state.size:
         return False
-    if before.mtime == state.mtime:
+    if (before.mtime, before.ctime) == (state.mtime, state.ctime):
+        return True
+    if not before.digest and before.mtime == state.mtime:
         return True
     # a checkout there and back, or a copied workspace
-    return bool(before.digest) and before.digest == _digest(path, state.size)
+    return bool(before.digest) and before.digest == digest(path, state.size)
+
+
+def _status(path: Path) -> os.stat_result | None:
+    try:
+        return path.stat()
+    except OSError:
+        return None
+
+
+def _state(
+    path: Path, status: os.stat_result, before: FileState | None, now: int
+) -> FileState:
+    state = _quick_state(status)
+    if before is not None and _is_same_file(before, state):
+        content = before.digest
+    else:
+        content = digest(path, status.st_size)
+    # a time in the future is as good as one long ago
+    racy = 0 <= now - state.mtime < RACY_AGE
+    mtime = 0 if racy else state.mtime
+    return FileState(state.size, mtime, state.executable, content, state.ctime)
 
 
 def _quick_state(status: os.stat_result) -> FileState:
     executable = bool(status.st_mode & stat.S_IXUSR)
-    return FileState(status.st_size, status.st_mtime_ns, executable)
+    return FileState(
+        status.st_size,
+        status.st_mtime_ns,
+        executable,
+        ctime=status.st_ctime_ns,
+    )
 
 
 def _is_same_file(before: FileState, now: FileState) -> bool:
-    return before.size == now.size and before.mtime == now.mtime
+    return (before.size, before.mtime, before.ctime) == (
+        now.size,
+        now.mtime,
+        now.ctime,
+    )
 
 
-def _digest(path: Path, size: int) -> str:
+def digest(path: Path, size: int) -> str:
+    """Get the BLAKE2b of a file; nothing for a large or unreadable one."""
     if size > HASHED_SIZE or not path.is_file():
         return ''
     try:
-        return hashlib.blake2b(path.read_bytes(), digest_size=16).hexdigest()
+        return content_digest(path.read_bytes())
     except OSError:
         return ''
 
@@ -173,7 +285,7 @@ def _entries(path: str) -> list[os.DirEntry[str]]:
 
 
 def _is_skipped_file(name: str) -> bool:
-    return any(fnmatch.fnmatchcase(name, p) for p in _SKIPPED_FILES)
+    return _SKIPPED_FILES.fullmatch(name) is not None
 
 
 def _is_skipped_folder(entry: os.DirEntry[str]) -> bool:

@@ -11,10 +11,10 @@ would lose them.
 
 from collections.abc import Callable
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 import re
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.workspace.environment import Environment
 from colcon_yamllaunch.workspace.environment import source
 from colcon_yamllaunch.workspace.environment import split_path
@@ -66,10 +66,7 @@ def build_environment(
             environment = sourcing(script, environment).variables
             used.append(str(prefix))
         else:
-            notes.append(
-                f'the workspace was built on top of {prefix}, which is not '
-                'there any more: source its successor if it has one'
-            )
+            notes.append(gone_note(prefix))
     if used:
         notes.append(
             'no underlay is sourced in this shell: building on top of '
@@ -93,6 +90,29 @@ def chained_underlays(install_base: Path) -> list[Path]:
         prefixes = [Path(prefix) for prefix in _CHAINED.findall(text)]
         return [path for path in prefixes if path != install_base]
     return []
+
+
+def gone_underlays(install_base: Path) -> list[Path]:
+    """
+    Get the underlays of the workspace that are not there any more.
+
+    bash returns 0 nevertheless when it sources the workspace.
+
+    :param install_base: The install folder of the workspace
+    """
+    return [
+        prefix
+        for prefix in chained_underlays(install_base)
+        if not (prefix / 'local_setup.bash').is_file()
+    ]
+
+
+def gone_note(prefix: Path) -> str:
+    """Tell the user of an underlay that is not there any more."""
+    return (
+        f'the workspace was built on top of {prefix}, which is not '
+        'there any more: source its successor if it has one'
+    )
 
 
 def sourced_underlays(

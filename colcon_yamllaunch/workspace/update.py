@@ -8,21 +8,29 @@ from collections.abc import Collection
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.workspace.closure import build_closure
 from colcon_yamllaunch.workspace.closure import closure
 from colcon_yamllaunch.workspace.closure import index
-from colcon_yamllaunch.workspace.freshness import Conditions
+from colcon_yamllaunch.workspace.conditions import build_of
+from colcon_yamllaunch.workspace.conditions import Conditions
+from colcon_yamllaunch.workspace.conditions import how_after
+from colcon_yamllaunch.workspace.conditions import relevant_environment
+from colcon_yamllaunch.workspace.decision import Decision
+from colcon_yamllaunch.workspace.decision import How
+from colcon_yamllaunch.workspace.decision import Reason
+from colcon_yamllaunch.workspace.freshness import Attempt
 from colcon_yamllaunch.workspace.freshness import Freshness
-from colcon_yamllaunch.workspace.freshness import relevant_environment
 from colcon_yamllaunch.workspace.locate import PackageLocator
 from colcon_yamllaunch.workspace.lock import build_lock
 from colcon_yamllaunch.workspace.moved import moved_packages
 from colcon_yamllaunch.workspace.moved import remove_builds
 from colcon_yamllaunch.workspace.package import Package
+from colcon_yamllaunch.workspace.report import before_build
 
 
 class Result(Protocol):
@@ -35,6 +43,10 @@ class Result(Protocol):
     @property
     def built(self) -> frozenset[str]:
         """The packages that were built successfully."""
+
+    @property
+    def failed(self) -> frozenset[str]:
+        """Those that were begun in vain, as far as is known."""
 
 
 class Builder(Protocol):
@@ -65,24 +77,42 @@ class Update:
     What was done to bring packages up to date.
 
     :param returncode: 0, or that of the build
-    :param stale: The packages that had to be built, in order, each with the
-      reason
-    :param fresh: The packages that were up to date
+    :param decisions: What was decided of each package, in build order
+    :param built: The packages that were built successfully
+    :param failed: Those that were begun in vain, as far as is known
+    :param waited: Whether another launch has built in the meantime
     """
 
     returncode: int
-    stale: tuple[tuple[str, str], ...] = ()
-    fresh: tuple[str, ...] = ()
+    decisions: tuple[Decision, ...] = ()
+    built: frozenset[str] = frozenset()
+    failed: frozenset[str] = frozenset()
+    waited: bool = False
 
     @property
-    def summary(self) -> str:
-        """One line about what was built and why."""
-        fresh = f'{len(self.fresh)} up to date'
-        if not self.stale:
-            return fresh
-        why = '; '.join(f'{name}: {reason}' for name, reason in self.stale)
-        noun = 'package' if len(self.stale) == 1 else 'packages'
-        return f'{len(self.stale)} {noun} to build ({why}), {fresh}'
+    def has_news(self) -> bool:
+        """Whether the install space may be another one than before."""
+        return self.waited or any(d.is_stale for d in self.decisions)
+
+    @property
+    def stale(self) -> tuple[tuple[str, str], ...]:
+        """The packages that had to be built, each with the first reason."""
+        return tuple((d.name, d.reason) for d in self.decisions if d.is_stale)
+
+    @property
+    def fresh(self) -> tuple[str, ...]:
+        """The packages that were up to date."""
+        return tuple(d.name for d in self.decisions if not d.is_stale)
+
+
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """The part of the parameters that decides what is built."""
+
+    names: Collection[str]
+    exactly: bool = False
+    force: bool = False
+    built: Collection[str] = ()
 
 
 def bring_up_to_date(
@@ -93,6 +123,8 @@ def bring_up_to_date(
     force: bool = False,
     exactly: bool = False,
     notes: Sequence[str] = (),
+    built: Collection[str] = (),
+    explain: Callable[[Sequence[Decision]], None] | None = None,
 ) -> Update:
     """
     Build what is not up to date of some packages and of what they need.
@@ -104,31 +136,65 @@ def bring_up_to_date(
       left out
     :param environment: The variables of the build
     :param announce: Is called with a line that the user should see at once
-    :param force: Whether to build all of them
+    :param force: Whether to build those that are up to date as well
     :param exactly: Whether what they need is left as it is
     :param notes: Lines that the user should see before a build
+    :param built: Packages that are not forced, as they have just been built
+    :param explain: Is called with what was decided
     :raises WorkspaceError: when the build cannot start
     """
-    packages = colcon.packages()
-    names = closure(packages, wanted)
-    if exactly:
-        names = [name for name in names if name in wanted]
-    if not names:
+    asked = _Wanted(wanted, exactly, force, built)
+    needed = _needed(colcon, asked)
+    if not needed:
         return Update(0)
-    by_name = {package.name: package for package in packages}
-    needed = [by_name[name] for name in names]
-    with build_lock(colcon.build_base, announce):
+    with build_lock(colcon.build_base, announce) as lock:
         _forget_moved(colcon, needed, announce)
-        work = _Work(colcon, packages, environment)
-        stale = work.decide(needed, force)
-        fresh = tuple(name for name in names if name not in stale)
-        update = Update(0, tuple(stale.items()), fresh)
+        work = _Work(colcon, environment)
+        decisions = work.decide(needed, asked)
+        if explain is not None:
+            explain(decisions)
+        stale = [d for d in decisions if d.is_stale]
         if not stale:
-            return update
-        for line in (*notes, update.summary):
+            return Update(0, decisions, waited=lock.waited)
+        fresh = len(decisions) - len(stale)
+        for line in (*notes, before_build(stale, fresh)):
             announce(line)
-        returncode = work.build([by_name[name] for name in stale])
-        return Update(returncode, update.stale, fresh)
+        lock.tell(f'builds {", ".join(d.name for d in stale)}')
+        by_name = {package.name: package for package in needed}
+        result = work.build([(by_name[d.name], d.how) for d in stale])
+        return Update(
+            result.returncode, decisions, result.built, result.failed
+        )
+
+
+def decide(
+    colcon: Builder,
+    wanted: Collection[str],
+    environment: Mapping[str, str],
+    announce: Callable[[str], None],
+    force: bool = False,
+    exactly: bool = False,
+) -> tuple[Decision, ...]:
+    """
+    Decide what would be built, and build nothing.
+
+    The parameters are those of :func:`bring_up_to_date`.
+    """
+    asked = _Wanted(wanted, exactly, force)
+    needed = _needed(colcon, asked)
+    if not needed:
+        return ()
+    with build_lock(colcon.build_base, announce):
+        return _Work(colcon, environment).decide(needed, asked)
+
+
+def _needed(colcon: Builder, wanted: _Wanted) -> list[Package]:
+    packages = colcon.packages()
+    names = closure(packages, wanted.names)
+    if wanted.exactly:
+        names = [name for name in names if name in wanted.names]
+    by_name = {package.name: package for package in packages}
+    return [by_name[name] for name in names]
 
 
 def _forget_moved(
@@ -156,13 +222,10 @@ class _Work:
     """Deciding and building under the same conditions."""
 
     def __init__(
-        self,
-        colcon: Builder,
-        packages: Sequence[Package],
-        environment: Mapping[str, str],
+        self, colcon: Builder, environment: Mapping[str, str]
     ) -> None:
         self._colcon = colcon
-        self._known = index(packages)
+        self._known = index(colcon.packages())
         self._environment = environment
         self._relevant = relevant_environment(environment, colcon.install_base)
         self._freshness = Freshness(
@@ -172,49 +235,59 @@ class _Work:
             (), colcon.install_base, colcon.merge_install, environment
         )
 
-    def decide(self, needed: Sequence[Package], force: bool) -> dict[str, str]:
-        """Get the packages to be built with the reasons, in build order."""
-        stale: dict[str, str] = {}
+    def decide(
+        self, needed: Sequence[Package], wanted: _Wanted
+    ) -> tuple[Decision, ...]:
+        """Decide about packages that are given in build order."""
+        decisions: dict[str, Decision] = {}
         for package in needed:
-            reason = self._reason(package, stale, force)
-            if reason is not None:
-                stale[package.name] = reason
-        return stale
+            force = wanted.force and package.name not in wanted.built
+            decision = self._decide(package, decisions, force)
+            decisions[package.name] = decision
+        return tuple(decisions.values())
 
-    def build(self, stale: Sequence[Package]) -> int:
-        """Build packages and remember those that succeeded."""
-        files = {
-            package.name: self._freshness.prepare(package) for package in stale
-        }
-        result = self._colcon.build(list(files), self._environment)
-        for package in stale:
-            if package.name in result.built:
-                self._freshness.remember(
-                    package,
-                    files[package.name],
-                    self._conditions(package.name),
-                )
-        return result.returncode
+    def build(self, stale: Sequence[tuple[Package, How]]) -> Result:
+        """Build packages and remember how that went."""
+        freshness = self._freshness
+        begun: dict[str, Attempt] = {}
+        built: frozenset[str] = frozenset()
+        try:
+            for package, how in stale:
+                begun[package.name] = freshness.prepare(package, how)
+            result = self._colcon.build(list(begun), self._environment)
+            built = result.built
+        finally:
+            for name, attempt in begun.items():
+                if name in built:
+                    freshness.finish(attempt, self._conditions(name))
+                else:
+                    freshness.give_up(attempt)
+        return result
 
-    def _reason(
-        self, package: Package, stale: Mapping[str, str], force: bool
-    ) -> str | None:
-        if force:
-            return 'asked for'
-        needed, _ = build_closure(self._known, package.name)
-        rebuilt = next((name for name in stale if name in needed), None)
+    def _decide(
+        self, package: Package, before: Mapping[str, Decision], force: bool
+    ) -> Decision:
         conditions = self._conditions(package.name)
-        reason = self._freshness.stale(package, conditions)
-        if reason is None and rebuilt is not None:
-            return f'{rebuilt} is built'
-        return reason
+        decision = self._freshness.decide(package, conditions)
+        needed, _ = build_closure(self._known, package.name)
+        reasons = [
+            _after(other)
+            for other in before.values()
+            # one that was never built needs no further reasons
+            if other.is_stale
+            and other.name in needed
+            and decision.built_at is not None
+        ]
+        if force:
+            reasons.insert(0, Reason('asked for', How.CONFIGURE))
+            return replace(decision, reasons=(*reasons, *decision.reasons))
+        return replace(decision, reasons=(*decision.reasons, *reasons))
 
     def _conditions(self, name: str) -> Conditions:
         own, others = build_closure(self._known, name)
         dependencies: dict[str, str | None] = {}
         for needed in sorted(own):
-            record = self._freshness.record(needed)
-            dependencies[needed] = record.id if record else None
+            dependencies[needed] = self._freshness.last_build(needed)
         for needed in sorted(others):
             build = self._build_in_underlay(needed)
             if build is not None:
@@ -233,4 +306,11 @@ class _Work:
         for file in ('package.sh', 'package.xml'):
             with suppress(OSError):
                 times.append(Path(share, file).stat().st_mtime_ns)
-        return ' '.join([share, *map(str, times)])
+        return build_of(' '.join([share, *map(str, times)]), '', '')
+
+
+def _after(dependency: Decision) -> Reason:
+    """Get the reason to build a package again after one that it needs."""
+    is_new = dependency.built_at is None or dependency.how is How.AFRESH
+    how = how_after(How.AFRESH if is_new else dependency.how)
+    return Reason(f'{dependency.name} is built', how)

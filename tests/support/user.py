@@ -96,6 +96,7 @@ class User:
     def __init__(self, home: Path) -> None:
         self.root = home / 'ws'
         self.root.mkdir()
+        (home / 'run').mkdir(mode=0o700)
         programs = str(Path(sys.executable).parent)
         self.environment = {
             name: value
@@ -104,6 +105,8 @@ class User:
         } | {
             'HOME': str(home),
             'PATH': os.pathsep.join([programs, os.environ['PATH']]),
+            # so that others do not see the launches
+            'XDG_RUNTIME_DIR': str(home / 'run'),
         }
         self._launches: list[Launch] = []
 

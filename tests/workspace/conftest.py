@@ -4,6 +4,7 @@
 """Small workspaces, and colcon in a process of its own."""
 
 from collections.abc import Callable
+from collections.abc import Iterator
 from collections.abc import Mapping
 import json
 import os
@@ -14,6 +15,7 @@ from typing import Any
 
 import colcon_yamllaunch
 import pytest
+from support.forks import Forks
 from support.manifest import manifest
 
 REPOSITORY = Path(colcon_yamllaunch.__file__).parent.parent
@@ -75,8 +77,9 @@ def show(value):
 class Workspace:
     """A workspace that a test puts together."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, forks: Forks) -> None:
         self.root = root
+        self._forks = forks
 
     def write(self, path: str, text: str = '', mode: int = 0o644) -> Path:
         """Write a file below the root."""
@@ -151,12 +154,14 @@ class Workspace:
         code: str,
         cwd: Path | None = None,
         environment: Mapping[str, str] | None = None,
+        stdin: int | None = None,
     ) -> 'subprocess.Popen[str]':
         """Start code with colcon set up, in a session of its own."""
         return subprocess.Popen(
             [sys.executable, '-c', DRIVER + code],
             cwd=cwd or self.root,
             env=environment or self.environment(),
+            stdin=stdin,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
@@ -170,12 +175,17 @@ class Workspace:
         environment: Mapping[str, str] | None = None,
     ) -> tuple[list[Any], str]:
         """Run code with colcon set up; get what it shows and its output."""
-        with self.start(code, cwd, environment) as process:
-            try:
-                output, _ = process.communicate(timeout=DEADLINE)
-            finally:
-                process.kill()
-        assert process.returncode == 0, output
+        log = self.root.parent / '.output'
+        returncode = self._forks.run(
+            DRIVER + code,
+            cwd or self.root,
+            environment or self.environment(),
+            log,
+            DEADLINE,
+        )
+        output = log.read_text(encoding='utf-8')
+        log.unlink()
+        assert returncode == 0, output
         results = [
             json.loads(line.removeprefix('RESULT '))
             for line in output.splitlines()
@@ -184,11 +194,18 @@ class Workspace:
         return results, output
 
 
+@pytest.fixture(scope='session')
+def forks() -> Iterator[Forks]:
+    forks = Forks()
+    yield forks
+    forks.close()
+
+
 @pytest.fixture
-def workspace(tmp_path: Path) -> Workspace:
+def workspace(tmp_path: Path, forks: Forks) -> Workspace:
     root = tmp_path / 'ws'
     root.mkdir()
-    return Workspace(root)
+    return Workspace(root, forks)
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@
 import contextlib
 import json
 import os
+import shutil
 import signal
 import time
 
@@ -275,3 +276,40 @@ def test_install_folder_that_cannot_be_made(workspace):
     arguments = ('--install-base', 'taken/install')
     (error,), _ = workspace.run(code(workspace, text, arguments))
     assert 'taken' in error
+
+
+REMEMBERED = """\
+from colcon_yamllaunch.workspace.remembered import RememberedColcon
+
+colcon = {kind}(Path({root!r}))
+names = [p.name for p in colcon.packages()]
+show(colcon.build(names, dict(os.environ)).returncode)
+"""
+
+
+def test_package_is_built_alike_from_memory(workspace):
+    workspace.cmake('plain')
+    workspace.cmake('top', needs=('plain', 'elsewhere'))
+    folder = workspace.cmake('ros', needs=('plain',))
+    depends = (
+        '<build_depend>plain</build_depend><exec_depend>top</exec_depend>'
+        '<exec_depend>rclpy</exec_depend><test_depend>testlib</test_depend>'
+    )
+    workspace.manifest('ros', 'cmake', depends)
+    assert (folder / 'package.xml').is_file()
+    made = []
+    for kind in ('Colcon', 'RememberedColcon'):
+        text = REMEMBERED.format(kind=kind, root=str(workspace.root))
+        assert workspace.run(text)[0] == [0]
+        install = workspace.root / 'install'
+        made.append(
+            {
+                str(path.relative_to(install)): path.read_bytes()
+                for path in install.rglob('*')
+                if path.is_file()
+            }
+        )
+        shutil.rmtree(install)
+        shutil.rmtree(workspace.root / 'build')
+    assert 'ros/share/colcon-core/packages/ros' in made[0]
+    assert made[0] == made[1]

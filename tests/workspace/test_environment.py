@@ -6,8 +6,7 @@
 import os
 import subprocess
 
-from colcon_yamllaunch.workspace.environment import Environment
-from colcon_yamllaunch.workspace.environment import missing_packages
+from colcon_yamllaunch.workspace.arrival import missing_packages
 from colcon_yamllaunch.workspace.environment import source
 from colcon_yamllaunch.workspace.error import WorkspaceError
 import pytest
@@ -139,57 +138,3 @@ def test_same_as_a_shell(workspace, update):
     names = ['node', 'talker', 'flow']
     install = workspace.root / 'install'
     assert missing_packages(environment, names, install, False) == {}
-
-
-@pytest.fixture
-def sourced(workspace, update):
-    """Source a workspace that was broken; get what is missing."""
-    workspace.ament_cmake('node')
-    assert update('node')[0][0] == 0
-    install = workspace.root / 'install'
-
-    def get():
-        environment = source(install / 'setup.bash', workspace.environment())
-        return missing_packages(environment, ['node'], install, False)
-
-    return get
-
-
-def test_broken_script_is_noticed_though_bash_returns_0(workspace, sourced):
-    assert sourced() == {}
-    workspace.write('install/_local_setup_util_sh.py', 'boom = 1 / 0\n')
-    text = sourced()['node']
-    assert 'did not bring in node' in text
-    assert 'ZeroDivisionError' in text
-    assert 'launch again' in text
-
-
-def test_circle_of_installed_packages_is_noticed(workspace, sourced):
-    workspace.write('install/node/share/colcon-core/packages/node', 'x')
-    workspace.write('install/x/share/colcon-core/packages/x', 'node')
-    text = sourced()['node']
-    assert 'PREFIX_PATH lacks' in text
-    assert 'Circular dependency' in text
-
-
-def test_package_that_is_not_installed(tmp_path):
-    missing = missing_packages(Environment({}), ['a'], tmp_path, False)
-    assert 'a: it is not installed in' in missing['a']
-
-
-def test_merged_install_space(tmp_path):
-    share = tmp_path / 'share/a'
-    share.mkdir(parents=True)
-    (share / 'package.sh').touch()
-    (share / 'package.dsv').write_text('source;share/a/x.dsv\n')
-    (share / 'x.dsv').write_text(
-        'prepend-non-duplicate;PYTHONPATH;lib/py\n'
-        'prepend-non-duplicate-if-exists;PATH;bin\n'
-        'set;OTHER;1\n'
-    )
-    variables = {'COLCON_PREFIX_PATH': str(tmp_path)}
-    missing = missing_packages(Environment(variables), ['a'], tmp_path, True)
-    assert f'PYTHONPATH lacks {tmp_path}/lib/py' in missing['a']
-    variables['PYTHONPATH'] = f'/x:{tmp_path}/lib/py'
-    environment = Environment(variables)
-    assert missing_packages(environment, ['a'], tmp_path, True) == {}

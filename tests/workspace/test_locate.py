@@ -175,6 +175,14 @@ def test_programs_there_are_nearest_first(tree):
     assert 'no package' in missing(tree, 'x', 'nothing')
 
 
+def test_programs_in_subfolders_go_by_their_path(tree):
+    tree.installed('lib/my_pkg/tools/count', 0o755)
+    tree.installed('lib/my_pkg/count', 0o755)
+    tree.installed('lib/my_pkg/tools/data.txt')
+    names = tree.locator.executables('my_pkg')
+    assert names == ('count', 'tools/count')
+
+
 def test_python_package(tmp_path):
     tree = Tree(tmp_path, type_='ros.ament_python')
     tree.src('my_pkg/talk.py')

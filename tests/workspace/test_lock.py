@@ -18,7 +18,8 @@ HOLDER = """\
 import sys
 from pathlib import Path
 from colcon_yamllaunch.workspace.lock import build_lock
-with build_lock(Path(sys.argv[1]), print):
+with build_lock(Path(sys.argv[1]), print) as lock:
+    lock.tell('builds flow, my_pkg')
     print('held', flush=True)
     sys.stdin.read()
 """
@@ -55,7 +56,8 @@ def test_waits_for_another_process(tmp_path, holder):
         holder.stdin.close()
 
     with build_lock(tmp_path / 'build', announce):
-        assert said == [WAITING]
+        what = f'process {holder.pid} builds flow, my_pkg'
+        assert said == [f'{WAITING}: {what}…']
 
 
 def test_lock_ends_with_its_process(tmp_path, holder):

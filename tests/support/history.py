@@ -1,0 +1,111 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Launches without a process, whose time passes as the test says."""
+
+from itertools import count
+
+from colcon_yamllaunch.language.plan import Plan
+from colcon_yamllaunch.runtime.events import Started
+from colcon_yamllaunch.runtime.members import Member
+from colcon_yamllaunch.runtime.outcome import Outcome
+from colcon_yamllaunch.runtime.spawn import StartError
+from colcon_yamllaunch.runtime.supervisor import Supervisor
+
+FINE = Outcome(code=0)
+
+
+class FakeHost:
+    """A system that takes note of what is done to it."""
+
+    def __init__(self):
+        self.pids = count(1000)
+        self.by_label = {}
+        self.refused = set()
+        self.sent = []
+        self.strays = []
+        self.events = []
+
+    def start(self, number, process):
+        if process.label in self.refused:
+            raise StartError('refused')
+        self.by_label[process.label] = pid = next(self.pids)
+        return pid
+
+    def release(self, group):
+        return True
+
+    def send(self, order):
+        target = order.target
+        self.sent.append(
+            (
+                target.pid if isinstance(target, Member) else target,
+                order.signal,
+            )
+        )
+        return True
+
+    def members(self, groups):
+        return list(self.strays)
+
+    def is_alive(self, member):
+        return member in self.strays
+
+    def tell(self, event):
+        self.events.append(event)
+
+
+class History:
+    """A supervisor with its own time."""
+
+    def __init__(self, *entries):
+        self.now = 100.0
+        self.host = FakeHost()
+        self.supervisor = Supervisor(
+            Plan(entries), self.host, lambda: self.now
+        )
+
+    def turn(self, turns=20):
+        for _ in range(turns):
+            if not self.supervisor.done:
+                self.supervisor.advance()
+
+    def after(self, seconds):
+        end = self.now + seconds
+        while not self.supervisor.done:
+            wait = self.supervisor.seconds_to_wait()
+            if wait is None or self.now + wait > end:
+                break
+            self.now += wait
+            self.supervisor.advance()
+        self.now = end
+        self.turn()
+
+    def exit(self, label, outcome=FINE):
+        self.supervisor.exited(self.host.by_label[label], outcome)
+        self.turn()
+
+    def stop(self, label):
+        self.supervisor.stop_process(label)
+        self.turn()
+
+    def restart(self, label):
+        self.supervisor.restart_process(label)
+        self.turn()
+
+    def state(self, label):
+        states = self.supervisor.states()
+        return next(s for s in states if s.process.label == label)
+
+    def phases(self):
+        return [s.phase for s in self.supervisor.states()]
+
+    def happened(self, kind):
+        return [e for e in self.host.events if isinstance(e, kind)]
+
+    def started(self):
+        return [e.process.label for e in self.happened(Started)]
+
+    def sent(self, label):
+        pid = self.host.by_label[label]
+        return [number for target, number in self.host.sent if target == pid]
