@@ -4,23 +4,28 @@
 """The workspace of a launch, as far as it has been built and sourced."""
 
 from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from colcon_yamllaunch.workspace.colcon import Colcon
+from colcon_yamllaunch.workspace.closure import needed_by
+from colcon_yamllaunch.workspace.decision import Decision
 from colcon_yamllaunch.workspace.environment import Environment
-from colcon_yamllaunch.workspace.environment import missing_packages
-from colcon_yamllaunch.workspace.environment import source
 from colcon_yamllaunch.workspace.error import WorkspaceError
 from colcon_yamllaunch.workspace.locate import PackageLocator
 from colcon_yamllaunch.workspace.manifest import broken_manifests
 from colcon_yamllaunch.workspace.manifest import BrokenManifest
 from colcon_yamllaunch.workspace.manifest import invalid_manifest
 from colcon_yamllaunch.workspace.package import Package
+from colcon_yamllaunch.workspace.remembered import RememberedColcon
+from colcon_yamllaunch.workspace.remembered_environment import remembered
 from colcon_yamllaunch.workspace.underlay import build_environment
+from colcon_yamllaunch.workspace.underlay import BuildEnvironment
 from colcon_yamllaunch.workspace.update import bring_up_to_date
+from colcon_yamllaunch.workspace.update import decide
 from colcon_yamllaunch.workspace.update import Update
 
 
@@ -46,9 +51,9 @@ class InstalledWorkspace:
         self._user_environment = environment
         self._sourced = Environment(environment)
         self._packages: dict[str, Package] = {}
-        self._colcon: Colcon | None = None
+        self._colcon: RememberedColcon | None = None
         if root is not None:
-            self._colcon = Colcon(root, build_arguments)
+            self._colcon = RememberedColcon(root, build_arguments)
             self._find_packages()
             if self._setup.is_file():
                 self._source()
@@ -85,32 +90,75 @@ class InstalledWorkspace:
         self._make_locator()
         return names
 
-    def update(self, wanted: set[str], *, exactly: bool) -> Update:
+    def update(
+        self,
+        wanted: set[str],
+        *,
+        exactly: bool,
+        force: bool = False,
+        built: Collection[str] = (),
+        explain: Callable[[Sequence[Decision]], None] | None = None,
+    ) -> Update:
         """
         Build packages that are stale, with what they need, and source again.
 
         :param wanted: Their names
         :param exactly: Whether what they need is left as it is
+        :param force: Whether to build those that are up to date as well
+        :param built: Those that are not forced, as they have just been built
+        :param explain: Is called with what was decided
         :raises WorkspaceError: if a package cannot be built
         """
         assert self._colcon is not None
         self._refuse_invalid_manifests(wanted)
-        build = build_environment(
-            self._user_environment, self._colcon.install_base
-        )
+        build = self._build_environment()
         update = bring_up_to_date(
             self._colcon,
             wanted,
-            # what colcon sets for the programs that it calls
-            {'COLCON': '1', **build.variables},
+            build.variables,
             self._announce,
+            force=force,
             exactly=exactly,
-            notes=build.notes,
+            notes=[n for n in build.notes if n not in self._sourced.notes],
+            built=built,
+            explain=explain,
         )
-        if update.returncode == 0 and update.stale:
+        if update.returncode == 0 and update.has_news:
             self._source()
             self._make_locator()
         return update
+
+    def decide(
+        self, wanted: set[str], *, exactly: bool, force: bool
+    ) -> tuple[Decision, ...]:
+        """
+        Decide what :meth:`update` would build.
+
+        :raises WorkspaceError: if that cannot be told
+        """
+        if self._colcon is None:
+            return ()
+        build = self._build_environment()
+        return decide(
+            self._colcon,
+            wanted,
+            build.variables,
+            self._announce,
+            force=force,
+            exactly=exactly,
+        )
+
+    def needed_by(self, wanted: Iterable[str]) -> dict[str, tuple[str, ...]]:
+        """Tell by which dependencies packages come to be needed."""
+        return needed_by(self._packages.values(), wanted)
+
+    def _build_environment(self) -> BuildEnvironment:
+        assert self._colcon is not None
+        build = build_environment(
+            self._user_environment, self._colcon.install_base
+        )
+        # what colcon sets for the programs that it calls
+        return replace(build, variables={'COLCON': '1', **build.variables})
 
     def check_sourced(self, names: Sequence[str], *, may_build: bool) -> None:
         """
@@ -127,6 +175,11 @@ class InstalledWorkspace:
             prefix = Path(self.locator.prefix(name) or '')
             if not (prefix / 'share' / name / 'package.sh').is_file():
                 raise WorkspaceError(_not_built(name, may_build=may_build))
+        if self._sourced.arrived.issuperset(names):
+            return
+        # most launches need not look for them
+        from colcon_yamllaunch.workspace.arrival import missing_packages
+
         missing = missing_packages(
             self._sourced, names, colcon.install_base, colcon.merge_install
         )
@@ -144,7 +197,12 @@ class InstalledWorkspace:
         self._packages = {p.name: p for p in self._colcon.packages()}
 
     def _source(self) -> None:
-        self._sourced = source(self._setup, self._user_environment)
+        assert self._colcon is not None
+        self._sourced = remembered(
+            self._setup, self._user_environment, self._colcon.build_base
+        )
+        for note in self._sourced.notes:
+            self._announce(note)
 
     def _make_locator(self) -> None:
         colcon = self._colcon

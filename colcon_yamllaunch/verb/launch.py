@@ -20,7 +20,8 @@ _EPILOG = """\
 examples:
   colcon launch my_pkg demo.yaml
   colcon launch my_pkg demo.yaml rate:=5
-  colcon launch src/my_pkg/launch/demo.yaml"""
+  colcon launch src/my_pkg/launch/demo.yaml
+  colcon launch my_pkg demo.yaml --until "Received .*" --timeout 60"""
 
 
 class LaunchVerb(VerbExtensionPoint):  # type: ignore[misc]
@@ -34,11 +35,17 @@ class LaunchVerb(VerbExtensionPoint):  # type: ignore[misc]
     def add_arguments(self, *, parser: Any) -> None:  # noqa: D102
         from colcon_yamllaunch.verb.log_base import choose_log_base
         from colcon_yamllaunch.verb.options import add_options
+        from colcon_yamllaunch.verb.standard_streams import (
+            open_standard_streams,
+        )
 
+        open_standard_streams()
         # what colcon adds to the environment is not the user's
         self._environment = dict(os.environ)
         parser.usage = _USAGE
         parser.epilog = _EPILOG
+        # behind the first word an abbreviation is no option either
+        parser.allow_abbrev = False
         parser.add_argument(
             'words',
             nargs=argparse.REMAINDER,
@@ -49,6 +56,10 @@ class LaunchVerb(VerbExtensionPoint):  # type: ignore[misc]
         )
         add_options(parser)
         choose_log_base()
+        if '_ARGCOMPLETE' in os.environ:
+            from colcon_yamllaunch.verb.completing import complete
+
+            complete('launch', parser, self._environment)
 
     def main(self, *, context: Any) -> int:  # noqa: D102
         from colcon_yamllaunch.verb.main import main

@@ -5,13 +5,15 @@
 
 from collections.abc import Iterable
 from collections.abc import Mapping
-from dataclasses import dataclass
+from contextlib import nullcontext
 import os
 from pathlib import Path
+import signal
 import sys
 import time
 
 from colcon_core.location import get_log_path
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.diagnostics import Diagnostic
 from colcon_yamllaunch.language.diagnostics import render
 from colcon_yamllaunch.language.evaluate import evaluate
@@ -20,11 +22,18 @@ from colcon_yamllaunch.language.plan import Plan
 from colcon_yamllaunch.language.plan_json import plan_from_json
 from colcon_yamllaunch.language.plan_json import PlanFormatError
 from colcon_yamllaunch.language.request import Request
-from colcon_yamllaunch.runtime.launch import run
+from colcon_yamllaunch.runtime.control.states import About
+from colcon_yamllaunch.verb.building import Building
 from colcon_yamllaunch.verb.installed import InstalledWorkspace
 from colcon_yamllaunch.verb.launch_packages import LaunchPackages
+from colcon_yamllaunch.verb.launch_run import held_back
+from colcon_yamllaunch.verb.launch_run import LaunchRun
+from colcon_yamllaunch.verb.log_base import default_log_base
 from colcon_yamllaunch.verb.log_base import LOG_PATH
-from colcon_yamllaunch.verb.log_base import root_of
+from colcon_yamllaunch.verb.log_base import workspace_root
+from colcon_yamllaunch.verb.log_folders import held
+from colcon_yamllaunch.verb.log_folders import prune
+from colcon_yamllaunch.verb.messages import say
 from colcon_yamllaunch.verb.options import Options
 from colcon_yamllaunch.verb.pitfalls import pitfalls
 from colcon_yamllaunch.verb.pitfalls import undeclared_packages
@@ -39,10 +48,18 @@ from colcon_yamllaunch.workspace.manifest import BrokenManifest
 MAXIMUM_ROUNDS = 5
 
 
-def say(text: str) -> None:
-    """Print a line for the user, apart from the output of processes."""
-    sys.stdout.flush()
-    print(text, file=sys.stderr, flush=True)
+def _leave_ctrl_c_to_the_launch() -> None:
+    """
+    Ignore SIGINT except where the launch takes it.
+
+    Who types Ctrl-C once more just when the launch has ended gets its exit
+    code all the same.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _say_nothing(_text: str) -> None:
+    """Keep to what `--quiet` allows."""
 
 
 class _GiveUpError(Exception):
@@ -78,28 +95,36 @@ class Launching:
         environment: Mapping[str, str],
         log_folder: Path | None,
     ) -> None:
+        if options.attach is not None:
+            # what few launches need is imported where it is needed
+            from colcon_yamllaunch.verb.attaching import need_terminal
+
+            need_terminal()
         self._options = options
         self.cwd = cwd
         self._environment = environment
         self.log_folder = log_folder
+        self._is_quiet = options.run.verbosity == 'quiet'
+        announce = _say_nothing if self._is_quiet else say
         self._workspace = InstalledWorkspace(
-            self._find_root(), options.build_arguments, environment, say
+            workspace_root(options.workspace, list(options.words)),
+            options.build_arguments,
+            environment,
+            announce,
         )
         self._packages = LaunchPackages(self._workspace.locator, built=False)
+        self._building = Building(self._workspace, options, say)
 
-    def run(self) -> int:
+    def run(self, running: LaunchRun) -> int:
         """Do it, and return the exit code."""
-        try:
-            ready = self._prepare()
-        except _GiveUpError as e:
-            return e.returncode
-        return run(
-            ready.plan,
-            environment=ready.environment,
-            log_folder=self.log_folder,
-        )
+        with held(self.log_folder):
+            try:
+                ready = self._prepare()
+            except _GiveUpError as e:
+                return e.returncode
+            return self._run(ready.plan, ready.environment, running)
 
-    def run_saved(self, path: Path) -> int:
+    def run_saved(self, path: Path, running: LaunchRun) -> int:
         """
         Run a saved plan in the environment of the workspace.
 
@@ -111,18 +136,32 @@ class Launching:
         except (OSError, UnicodeDecodeError, PlanFormatError) as e:
             reason = e.strerror if isinstance(e, OSError) else e
             raise WorkspaceError(f"'{path}' has no plan: {reason}") from e
-        return run(
-            plan, environment=self.environment(), log_folder=self.log_folder
+        with held(self.log_folder):
+            return self._run(plan, self.environment(), running)
+
+    def _run(
+        self, plan: Plan, environment: Mapping[str, str], running: LaunchRun
+    ) -> int:
+        if self.log_folder is not None:
+            prune(self.log_folder, self._environment, say)
+        label = None
+        if self._options.attach is not None:
+            from colcon_yamllaunch.verb.attaching import with_terminal
+
+            plan, label = with_terminal(plan, self._options.attach)
+        _leave_ctrl_c_to_the_launch()
+        return running.run(
+            plan, environment, self.log_folder, self._about(), label
         )
 
-    def _find_root(self) -> Path | None:
-        given = self._options.workspace
-        if given is None:
-            return root_of(list(self._options.words))
-        root = self.cwd / given
-        if not root.is_dir():
-            raise WorkspaceError(f"there is no workspace folder '{given}'")
-        return root
+    def _about(self) -> About:
+        plan = self._options.plan
+        if plan is not None:
+            file = str(self.cwd / plan)
+            return About(str(plan), None, file, str(self.cwd))
+        target = self.target()
+        title = ' '.join(self._options.words)
+        return About(title, target.package, target.path, str(self.cwd))
 
     def _prepare(self) -> _Ready:
         """Evaluate and build until nothing more is needed."""
@@ -136,12 +175,13 @@ class Launching:
             if is_final or any(not e.may_pass_after_build for e in errors):
                 break
             wanted = self._wanted(target, evaluation)
-            is_final = wanted <= built or not self._update(wanted)
+            is_final = wanted <= built or not self._update(wanted, target)
             built |= wanted
             expected = self._packages.expected
             if is_final and all(Path(path).exists() for path in expected):
                 # nothing was built since, so all of it still holds
                 break
+        self._tell_of_build(target, evaluation)
         self._stop_at_errors(target, evaluation)
         self.report(evaluation.diagnostics)
         self._stop_at_pitfalls(evaluation)
@@ -208,6 +248,7 @@ class Launching:
             self._check_sourced(target, evaluation)
         if errors:
             self.report(evaluation.diagnostics)
+            self._annotate(evaluation.diagnostics)
             raise _GiveUpError(1)
 
     def _wanted(self, target: Target, evaluation: Evaluation) -> set[str]:
@@ -222,14 +263,28 @@ class Launching:
             wanted.add(target.package)
         return wanted & workspace.package_names
 
-    def _update(self, wanted: set[str]) -> bool:
-        """Build what is stale, and return whether anything was."""
-        update = self._workspace.update(
-            wanted, exactly=self._options.paths is not None
-        )
+    def _update(self, wanted: set[str], target: Target) -> bool:
+        """Build what is stale, and return whether that changed anything."""
+        with held_back() if self._is_quiet else nullcontext() as output:
+            update = self._building.update(wanted, Path(target.name).name)
         if update.returncode:
+            if output is not None:
+                say(output.getvalue().rstrip())
             raise _GiveUpError(update.returncode)
-        return bool(update.stale)
+        return update.has_news
+
+    def _tell_of_build(self, target: Target, evaluation: Evaluation) -> None:
+        if self._workspace.root is None:
+            return
+        if self._options.build:
+            self._building.tell()
+        elif self._options.why:
+            self.explain(target, evaluation)
+
+    def explain(self, target: Target, evaluation: Evaluation) -> None:
+        """Say what would be built for the launch, and why."""
+        wanted = self._wanted(target, evaluation)
+        self._building.explain(wanted, Path(target.name).name)
 
     def _check_sourced(self, target: Target, evaluation: Evaluation) -> None:
         names = set(evaluation.packages)
@@ -248,7 +303,13 @@ class Launching:
         ]
         self.report(found)
         if any(d.severity == 'error' for d in found):
+            self._annotate(found)
             raise _GiveUpError(1)
+
+    def _annotate(self, diagnostics: Iterable[Diagnostic]) -> None:
+        from colcon_yamllaunch.verb.annotations import annotate
+
+        annotate(diagnostics, self._environment)
 
     def report(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Show problems to the user."""
@@ -266,9 +327,16 @@ def log_folder_of(
         return path.absolute()
     if log_base is not None or environment.get(LOG_PATH):
         return None
-    # there is no workspace: the logs go where ROS 2 keeps them
+    # there is no workspace to write to: the logs go where ROS 2 keeps them
     stamp = time.strftime('%Y-%m-%d_%H-%M-%S')
-    return _ros_log_folder(environment) / f'launch_{stamp}_{os.getpid()}'
+    folder = _ros_log_folder(environment) / f'launch_{stamp}_{os.getpid()}'
+    usual = default_log_base(sys.argv[1:])
+    if usual is not None:
+        say(
+            f'colcon launch: warning: the log folder {usual} cannot be '
+            f'written to; the logs are in {folder}'
+        )
+    return folder
 
 
 def _ros_log_folder(environment: Mapping[str, str]) -> Path:

@@ -78,10 +78,13 @@ def _show_args(launching: Launching, _options: Options) -> int:
 
 
 def _plan(launching: Launching, options: Options) -> int:
-    evaluation = evaluate(launching.request())
+    target = launching.target()
+    evaluation = evaluate(launching.request(target))
     launching.report(evaluation.diagnostics)
     if evaluation.errors:
         return 1
+    if options.why:
+        launching.explain(target, evaluation)
     show = _PLAN_FORMATS[options.look_format]
     print(show(evaluation.plan, str(launching.cwd)), flush=True)
     return 0

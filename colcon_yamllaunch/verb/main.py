@@ -4,23 +4,16 @@
 """From the command line of `colcon launch` to its exit code."""
 
 from collections.abc import Mapping
-import logging
-import os
 from pathlib import Path
-import sys
 from typing import Any
+from typing import TYPE_CHECKING
 
-from colcon_core.location import get_log_path
-from colcon_yamllaunch.verb.launching import Launching
-from colcon_yamllaunch.verb.launching import log_folder_of
-from colcon_yamllaunch.verb.launching import say
+from colcon_yamllaunch.verb.messages import report_errors
+from colcon_yamllaunch.verb.options import Options
 from colcon_yamllaunch.verb.options import parse_options
-from colcon_yamllaunch.workspace.error import WorkspaceError
 
-#: The exit code after Ctrl-C before anything runs (128 + SIGINT).
-INTERRUPTED = 130
-
-logger = logging.getLogger('colcon.colcon_yamllaunch')
+if TYPE_CHECKING:
+    from colcon_yamllaunch.verb.launch_run import LaunchRun
 
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
@@ -34,38 +27,44 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
     if any(word in ('-h', '--help') for word in known.words):
         known.verb_parser.print_help()
         return 0
-    try:
-        log_folder = log_folder_of(known.log_base, environment)
-        options = parse_options(known)
-        if options.look == 'schema':
-            from colcon_yamllaunch.language.schema import schema_text
+    return report_errors('launch', lambda: _launch(known, environment))
 
-            print(schema_text(), end='', flush=True)
-            return 0
-        launching = Launching(options, Path.cwd(), environment, log_folder)
-        if options.look is not None:
-            # a launch that runs does without all that this imports
-            from colcon_yamllaunch.verb.looking import look
 
-            return look(launching, options)
-        if options.plan is not None:
-            return launching.run_saved(options.plan)
-        return launching.run()
-    except WorkspaceError as e:
-        say(f'colcon launch: error: {e}')
-        return 1
-    except KeyboardInterrupt:
-        return INTERRUPTED
-    except BrokenPipeError:
-        # nobody reads what is shown; Python would complain of it at its end
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
-    except Exception as e:
-        # a defect of ours: the user gets one line, the log the traceback
-        logger.debug('unexpected exception', exc_info=True)
-        say(
-            f'colcon launch: internal error: {type(e).__name__}: {e}\n'
-            '  help: please report it with logger_all.log from '
-            f'{get_log_path() or "the log folder"}'
-        )
-        return 1
+def _launch(known: Any, environment: Mapping[str, str]) -> int:
+    options = parse_options(known)
+    if options.control is not None:
+        from colcon_yamllaunch.verb.controlling import control
+
+        return control(options.control, environment)
+    if options.look == 'schema':
+        from colcon_yamllaunch.language.schema import schema_text
+
+        print(schema_text(), end='', flush=True)
+        return 0
+    # what looks at running launches does without all that this imports
+    from colcon_yamllaunch.verb.launch_run import LaunchRun
+    from colcon_yamllaunch.verb.launching import log_folder_of
+
+    log_folder = log_folder_of(known.log_base, environment)
+    running = LaunchRun(options, Path.cwd(), environment)
+    with running.reported():
+        return _look_or_run(options, environment, log_folder, running)
+
+
+def _look_or_run(
+    options: Options,
+    environment: Mapping[str, str],
+    log_folder: Path | None,
+    running: 'LaunchRun',
+) -> int:
+    from colcon_yamllaunch.verb.launching import Launching
+
+    launching = Launching(options, Path.cwd(), environment, log_folder)
+    if options.look is not None:
+        # a launch that runs does without all that this imports
+        from colcon_yamllaunch.verb.looking import look
+
+        return look(launching, options)
+    if options.plan is not None:
+        return launching.run_saved(options.plan, running)
+    return launching.run(running)

@@ -10,15 +10,30 @@ parsed here.
 """
 
 import argparse
+from collections.abc import Callable
 from collections.abc import Sequence
-from dataclasses import dataclass
 from dataclasses import field
 from pathlib import Path
 import re
 import shlex
+import sys
 from typing import Any
 from typing import NoReturn
 
+from colcon_yamllaunch.frozen import dataclass
+from colcon_yamllaunch.verb.control_options import add_control_options
+from colcon_yamllaunch.verb.control_options import add_prefix_options
+from colcon_yamllaunch.verb.control_options import control_options
+from colcon_yamllaunch.verb.control_options import ControlOptions
+from colcon_yamllaunch.verb.control_options import prefix_arguments
+from colcon_yamllaunch.verb.launch_run_options import add_ending
+from colcon_yamllaunch.verb.launch_run_options import add_shown
+from colcon_yamllaunch.verb.launch_run_options import joined_patterns
+from colcon_yamllaunch.verb.launch_run_options import LaunchRunOptions
+from colcon_yamllaunch.verb.launch_run_options import run_options
+from colcon_yamllaunch.verb.output_options import add_output_options
+from colcon_yamllaunch.verb.output_options import output_options
+from colcon_yamllaunch.verb.output_options import OutputOptions
 from colcon_yamllaunch.workspace.error import WorkspaceError
 
 _BUILD_ARGUMENTS = '--build-args'
@@ -48,10 +63,16 @@ class Options:
     :param build: Whether anything is built
     :param build_all: Whether all packages are built
     :param build_arguments: Further arguments for `colcon build`
+    :param why: Whether the decision about each package is explained
+    :param force: Whether packages that are up to date are built as well
     :param look: The name in :data:`LOOKS` of what to show instead of running
     :param look_format: How to show it
     :param portable: Whether a check finds what `ros2 launch` would reject
     :param plan: The saved plan to run, if given
+    :param run: How it runs
+    :param output: How output is shown and kept
+    :param control: What is asked of running launches, if anything is
+    :param attach: The process to connect the keyboard to, if any
     """
 
     words: tuple[str, ...]
@@ -61,14 +82,35 @@ class Options:
     build: bool = True
     build_all: bool = False
     build_arguments: tuple[str, ...] = ()
+    why: bool = False
+    force: bool = False
     look: str | None = None
     look_format: str = TEXT
     portable: bool = False
     plan: Path | None = None
+    run: LaunchRunOptions = field(default_factory=LaunchRunOptions)
+    output: OutputOptions = field(default_factory=OutputOptions)
+    control: ControlOptions | None = None
+    attach: str | None = None
 
 
 def add_options(parser: Any) -> None:
-    """Add the options of the verb to a parser."""
+    """Add the options of `colcon launch` to a parser, the common first."""
+    _add_looks(parser.add_argument_group('Looking without running'))
+    building = parser.add_argument_group('Building')
+    add_build_options(building)
+    _add_building(building)
+    shown = parser.add_argument_group('What is shown and kept')
+    add_shown(shown)
+    add_output_options(shown)
+    running = parser.add_argument_group('Running')
+    add_prefix_options(running)
+    add_ending(parser.add_argument_group('Ending by itself, as in CI'))
+    add_control_options(parser.add_argument_group('Running launches'))
+
+
+def add_build_options(parser: Any) -> None:
+    """Add the options that say which workspace and what is built."""
     parser.add_argument(
         '--workspace',
         metavar='PATH',
@@ -95,7 +137,21 @@ def add_options(parser: Any) -> None:
         metavar='"ARG ..."',
         help='Further arguments for `colcon build`, in one word',
     )
-    _add_looks(parser.add_argument_group('Looking without running'))
+
+
+def _add_building(group: Any) -> None:
+    group.add_argument(
+        '--why',
+        action='store_true',
+        help='Say of each package that the launch needs why it is built or '
+        'not, and what needs it; with --plan or --no-build: why it would be',
+    )
+    group.add_argument(
+        '--force',
+        action='store_true',
+        help='Build all packages that the launch needs, not just those that '
+        'are not up to date',
+    )
 
 
 def _add_looks(group: Any) -> None:
@@ -151,8 +207,24 @@ def parse_options(known: Any) -> Options:
       before the first word, and `words`
     :raises WorkspaceError: if it makes no sense
     """
+    options, words, arguments = split_words(known)
+    for word in words:
+        if word.startswith('-'):
+            raise WorkspaceError(unknown_option(word, 'launch', add_options))
+    return _make_options(options, words, arguments)
+
+
+def split_words(known: Any) -> tuple[Any, list[str], list[str]]:
+    """
+    Tell options, other words and launch arguments apart, in any order.
+
+    :param known: As for :func:`parse_options`
+    :returns: The values of all options, the words that belong to none (and
+      options that do not exist), and the launch arguments
+    :raises WorkspaceError: if an option lacks its value
+    """
     words = [word for word in known.words if word != '--']
-    words = _swallowed_words(known) + words
+    words = joined_patterns(_swallowed_words(known) + words)
     arguments, words = _take_arguments(words)
     parser = _Parser(add_help=False, allow_abbrev=False)
     add_options(parser)
@@ -163,15 +235,34 @@ def parse_options(known: Any) -> Options:
         }
     )
     options, words = parser.parse_known_args(_joined(words), defaults)
-    _refuse_unknown(words, parser)
-    return _make_options(options, words, arguments)
+    return options, words, arguments
+
+
+def unknown_option(word: str, verb: str, add: Callable[[Any], None]) -> str:
+    """
+    Return what to say of an option that does not exist.
+
+    :param word: The option
+    :param verb: The name of the verb
+    :param add: Adds the options of the verb to a parser
+    """
+    from colcon_yamllaunch.language.suggest import did_you_mean
+
+    parser = argparse.ArgumentParser(add_help=False)
+    add(parser)
+    known = [s for a in parser._actions for s in a.option_strings]
+    hint = did_you_mean(word, known) or (
+        f"'colcon {verb} --help' lists the options"
+    )
+    return f"there is no option '{word}': {hint}"
 
 
 def _swallowed_words(known: Any) -> list[str]:
     """Give back the word that colcon's parser took for a format."""
     for name in ('check', 'plan'):
         word = getattr(known, name)
-        if word is not None and word not in LOOKS[name]:
+        is_separate = f'--{name}={word}' not in sys.argv
+        if word is not None and word not in LOOKS[name] and is_separate:
             setattr(known, name, TEXT)
             return [word]
     return []
@@ -202,32 +293,57 @@ def _make_options(
     if options.paths is not None:
         more, paths = _take_arguments(options.paths)
         arguments = more + arguments
-    _check_build(options, paths)
+    check_build_options(options, paths)
     look, look_format = _look(options)
+    _check_building(options, look)
     plan = options.from_plan
+    control = control_options(options, words, has_plan=plan is not None)
+    if control is not None:
+        return Options((), control=control)
     if plan is not None and (look or words):
         raise WorkspaceError('--from-plan FILE takes nothing else to launch')
     if not words and plan is None and look != 'schema':
         raise WorkspaceError(_nothing_to_launch(paths))
-    try:
-        build_arguments = shlex.split(options.build_args or '')
-    except ValueError as e:
-        raise WorkspaceError(f'--build-args has an open quote: {e}') from e
     return Options(
         words=tuple(words),
-        arguments=dict(map(_split_argument, arguments)),
-        workspace=None
-        if options.workspace is None
-        else Path(options.workspace).expanduser(),
+        arguments=dict(map(_split_argument, arguments))
+        | prefix_arguments(options, plan is not None),
+        workspace=workspace_option(options),
         paths=None if paths is None else tuple(paths),
         build=not options.no_build,
         build_all=options.build_all,
-        build_arguments=tuple(build_arguments),
+        build_arguments=split_option(options, 'build_args'),
+        why=options.why,
+        force=options.force,
         look=look,
         look_format=look_format,
         portable=options.portable,
         plan=None if plan is None else Path(plan).expanduser(),
+        run=run_options(options, look),
+        output=output_options(options),
+        attach=options.attach,
     )
+
+
+def workspace_option(options: Any) -> Path | None:
+    """Return the workspace that is given, if one is."""
+    given = options.workspace
+    return None if given is None else Path(given).expanduser()
+
+
+def split_option(options: Any, name: str) -> tuple[str, ...]:
+    """
+    Split the value of an option into words, as a shell would.
+
+    :param options: The values of all options
+    :param name: The name that the option has there
+    :raises WorkspaceError: if a quote is not closed
+    """
+    try:
+        return tuple(shlex.split(getattr(options, name) or ''))
+    except ValueError as e:
+        option = f'--{name}'.replace('_', '-')
+        raise WorkspaceError(f'{option} has an open quote: {e}') from e
 
 
 def _look(options: Any) -> tuple[str | None, str]:
@@ -269,21 +385,14 @@ def _split_argument(word: str) -> tuple[str, str]:
     return name, value
 
 
-def _refuse_unknown(
-    words: Sequence[str], parser: argparse.ArgumentParser
-) -> None:
-    from colcon_yamllaunch.language.suggest import did_you_mean
+def check_build_options(options: Any, paths: Sequence[str] | None) -> None:
+    """
+    Check that the options that say what is built fit together.
 
-    known = [s for a in parser._actions for s in a.option_strings]
-    for word in words:
-        if word.startswith('-'):
-            hint = did_you_mean(word, known) or (
-                "'colcon launch --help' lists the options"
-            )
-            raise WorkspaceError(f"there is no option '{word}': {hint}")
-
-
-def _check_build(options: Any, paths: Sequence[str] | None) -> None:
+    :param options: The values of :func:`add_build_options`
+    :param paths: What `--paths` has, without what it swallowed
+    :raises WorkspaceError: if they do not
+    """
     given = [
         name
         for name, value in (
@@ -295,6 +404,14 @@ def _check_build(options: Any, paths: Sequence[str] | None) -> None:
     ]
     if len(given) > 1:
         raise WorkspaceError(f'{given[0]} and {given[1]} exclude one another')
+
+
+def _check_building(options: Any, look: str | None) -> None:
+    if options.force and options.no_build:
+        raise WorkspaceError('--no-build and --force exclude one another')
+    if options.why and look not in (None, 'plan'):
+        shown = str(look).replace('_', '-')
+        raise WorkspaceError(f'--why and --{shown} exclude one another')
 
 
 def _nothing_to_launch(paths: Sequence[str] | None) -> str:

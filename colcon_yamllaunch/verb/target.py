@@ -3,9 +3,9 @@
 
 """Which launch file the user means."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
+from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.language.suggest import did_you_mean
 from colcon_yamllaunch.verb.log_base import PATH_SUFFIXES
 from colcon_yamllaunch.workspace.error import WorkspaceError
@@ -71,7 +71,7 @@ def package_target(
     _refuse_more(rest[1:])
     prefix = locator.prefix(package)
     if prefix is None:
-        raise WorkspaceError(_unknown_package(package, locator, broken))
+        raise WorkspaceError(unknown_package(package, locator, broken))
     own = locator.package(package)
     folder = Path(locator.share(package) or '') if own is None else own.path
     files = find_launch_files(folder)
@@ -89,9 +89,16 @@ def package_target(
     return Target(name, path, package)
 
 
-def _unknown_package(
+def unknown_package(
     package: str, locator: PackageLocator, broken: tuple[BrokenManifest, ...]
 ) -> str:
+    """
+    Return what to say of a package that does not exist.
+
+    :param package: Its name
+    :param locator: The packages that there are
+    :param broken: The manifests in the workspace that make no package
+    """
     for manifest in broken:
         if package in (manifest.name, manifest.path.name):
             return (

@@ -5,6 +5,8 @@
 
 from collections.abc import Callable
 from pathlib import Path
+import signal
+import time
 
 import pytest
 from support.user import built
@@ -114,3 +116,13 @@ def test_ctrl_c_stops_everything(user: User) -> None:
     started = pids(launch.output)
     assert len(started) == 3
     assert [p for p in started if Path(f'/proc/{p}').exists()] == []
+
+
+def test_ctrl_c_in_the_last_moment_leaves_the_exit_code(user: User) -> None:
+    user.write('a.yaml', "launch: [executable: {cmd: sleep '1000'}]")
+    launch = user.start('colcon', 'launch', 'a.yaml')
+    launch.wait_for('started')
+    while launch.process.poll() is None:
+        launch.process.send_signal(signal.SIGINT)
+        time.sleep(0.01)
+    assert launch.end() == 0, launch.output

@@ -6,18 +6,24 @@
 import subprocess
 import sys
 
+import pytest
+
 CODE = """\
 import sys
 from colcon_core import command
 before = set(sys.modules)
-import colcon_yamllaunch.verb.launch
+import {name}
 print(*sorted(set(sys.modules) - before))
 """
 
 
-def test_importing_the_verb_imports_nothing_else() -> None:
+@pytest.mark.parametrize(
+    'module', ['create', 'environment_variables', 'launch', 'run', 'run_words']
+)
+def test_importing_the_verb_imports_nothing_else(module: str) -> None:
+    name = f'colcon_yamllaunch.verb.{module}'
     done = subprocess.run(
-        [sys.executable, '-c', CODE],
+        [sys.executable, '-c', CODE.format(name=name)],
         capture_output=True,
         text=True,
         check=True,
@@ -25,5 +31,5 @@ def test_importing_the_verb_imports_nothing_else() -> None:
     assert done.stdout.split() == [
         'colcon_yamllaunch',
         'colcon_yamllaunch.verb',
-        'colcon_yamllaunch.verb.launch',
+        name,
     ]

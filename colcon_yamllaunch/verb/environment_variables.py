@@ -1,0 +1,15 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The environment variables of the verbs; each colcon command lists them."""
+
+from colcon_core.environment_variable import EnvironmentVariable
+
+#: How many former launches keep their folder, unless the user says otherwise.
+KEPT_LOG_FOLDERS = 100
+#: How many keep it if the user does.
+LOG_FOLDERS = EnvironmentVariable(
+    'COLCON_LAUNCH_LOG_FOLDERS',
+    'How many former launches keep their folder in the log folder: a number '
+    f'(default: {KEPT_LOG_FOLDERS}), or `all`',
+)
