@@ -5,10 +5,12 @@
 # compiler; everything else comes from PyPI into .venv.
 
 PYTHON ?= python3
+MINUTES ?= 3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
-SOURCES := $(shell find colcon_yamllaunch -name '*.py' -o -name py.typed)
+SOURCES := $(shell find colcon_yamllaunch -name '*.py' -o -name '*.em' \
+	-o -name py.typed)
 COLCON_PRODUCTS := $(addprefix sample_ws/,build install log)
 
 # What a sourced ROS installation leaves in the shell must not mix with the
@@ -23,13 +25,14 @@ unexport MAKEFLAGS MAKELEVEL MFLAGS
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .NOTPARALLEL:
-.PHONY: help demo test lint fuzz clean distclean
+.PHONY: help demo test lint fuzz soak clean distclean
 
 help:
 	@echo 'make demo       build and launch sample_ws, stop after 15 seconds'
 	@echo 'make test       ruff, mypy and all tests'
 	@echo 'make lint       ruff and mypy alone'
 	@echo 'make fuzz       the fuzz tests with 100,000 inputs'
+	@echo 'make soak       an unruly launch for 3 minutes, or MINUTES=…'
 	@echo 'make clean      remove what was built, keep .venv'
 	@echo 'make distclean  remove .venv too'
 
@@ -46,6 +49,11 @@ lint: $(VENV)/.installed
 
 fuzz: $(VENV)/.installed
 	HYPOTHESIS_PROFILE=long $(BIN)/pytest -n auto tests/language -k fuzz
+	HYPOTHESIS_PROFILE=long $(BIN)/pytest -rP \
+		tests/workspace/test_freshness_properties.py
+
+soak: $(VENV)/.installed
+	SOAK_MINUTES=$(MINUTES) $(BIN)/pytest -n 2 tests/runtime/test_soak.py
 
 clean:
 	rm -rf build dist *.egg-info $(COLCON_PRODUCTS)
