@@ -10,9 +10,10 @@ import socket
 
 import pytest
 
-# The background job of a script ignores Ctrl-C, and so would all that tests
-# start.
+# The background job of a script ignores Ctrl-C, nohup makes SIGHUP ignored,
+# and so would all that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 #: The ids whose ports lie below Linux's ephemeral ones (ROS 2's guide to
 #: ROS_DOMAIN_ID); 0 is left out, since it is what everybody else uses.

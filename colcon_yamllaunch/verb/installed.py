@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from colcon_yamllaunch.verb.interruption import interruption
 from colcon_yamllaunch.workspace.closure import needed_by
 from colcon_yamllaunch.workspace.decision import Decision
 from colcon_yamllaunch.workspace.environment import Environment
@@ -112,17 +113,20 @@ class InstalledWorkspace:
         assert self._colcon is not None
         self._refuse_invalid_manifests(wanted)
         build = self._build_environment()
-        update = bring_up_to_date(
-            self._colcon,
-            wanted,
-            build.variables,
-            self._announce,
-            force=force,
-            exactly=exactly,
-            notes=[n for n in build.notes if n not in self._sourced.notes],
-            built=built,
-            explain=explain,
-        )
+        with interruption() as interrupted:
+            update = bring_up_to_date(
+                self._colcon,
+                wanted,
+                build.variables,
+                self._announce,
+                force=force,
+                exactly=exactly,
+                notes=[n for n in build.notes if n not in self._sourced.notes],
+                built=built,
+                explain=explain,
+            )
+        if interrupted.returncode is not None:
+            return replace(update, returncode=interrupted.returncode)
         if update.returncode == 0 and update.has_news:
             self._source()
             self._make_locator()

@@ -48,6 +48,7 @@ from colcon_core.package_identification import (
 from colcon_core.package_identification import identify
 from colcon_core.package_identification import IgnoreLocationException
 from colcon_core.package_selection import get_package_descriptors
+from colcon_core.subprocess import SIGINT_RESULT
 from colcon_core.topological_order import topological_order_packages
 from colcon_core.verb import check_and_mark_build_tool
 from colcon_core.verb import check_and_mark_install_layout
@@ -525,11 +526,12 @@ def _succeeded(jobs: Iterable[Any]) -> frozenset[str]:
 
 
 def _failed(jobs: Iterable[Any]) -> frozenset[str]:
-    # those that were not begun, or not ended, have no return code
+    # those that were not begun have no return code, and those that were not
+    # ended one of their own
     return frozenset(
         str(job.task_context.pkg.name)
         for job in jobs
-        if job.returncode not in (None, 0)
+        if job.returncode not in (None, 0, SIGINT_RESULT)
     )
 
 

@@ -60,7 +60,7 @@ def after_failure(
     if failed:
         parts.append(f'{_names(failed)} failed to build')
     else:
-        parts.append('the build was stopped')
+        parts.append('the build was interrupted')
     if built:
         parts.append(f'{_packages(len(built))} built')
     if unbuilt:

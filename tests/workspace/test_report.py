@@ -78,7 +78,7 @@ def test_hundred_reasons_make_a_short_line():
         ((['flow'], [], []), 'flow failed to build'),
         (
             ([], [], ['a', 'b']),
-            'the build was stopped; not built: a, b',
+            'the build was interrupted; not built: a, b',
         ),
     ],
 )

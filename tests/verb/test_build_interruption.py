@@ -1,0 +1,94 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A build ends by Ctrl-C, SIGTERM and SIGHUP, and takes all with it."""
+
+import os
+from pathlib import Path
+import re
+import signal
+import time
+
+import pytest
+from support.user import Launch
+from support.user import User
+
+BUILD = """\
+cmake_minimum_required(VERSION 3.16)
+project(slow NONE)
+execute_process(COMMAND sh -c "{command}")
+"""
+#: Where a build tool tells its process id.
+PID = 'pid'
+
+
+@pytest.fixture
+def builder(user: User) -> User:
+    user.package('slow')
+    user.package('other')
+    return user
+
+
+def _start(builder: User, verb: str, trap: str = '') -> Launch:
+    pid = builder.root / PID
+    command = f'{trap} echo $$$$ > {pid}.new && mv {pid}.new {pid}'
+    text = BUILD.format(command=f'{command}; while :; do sleep 0.05; done')
+    builder.write('src/slow/CMakeLists.txt', text.replace('$$$$', '\\$\\$'))
+    started = builder.start('colcon', verb, 'slow', 'slow')
+    started.wait_for('Starting >>> slow')
+    return started
+
+
+def _pid(builder: User, started: Launch) -> int:
+    file = builder.root / PID
+    while not file.exists():
+        assert started.process.poll() is None, started.output
+        time.sleep(0.01)
+    return int(file.read_text())
+
+
+@pytest.mark.parametrize('verb', ['launch', 'run'])
+@pytest.mark.parametrize(
+    ('name', 'code'), [('SIGINT', 130), ('SIGTERM', 143), ('SIGHUP', 129)]
+)
+def test_signals(builder: User, verb: str, name: str, code: int) -> None:
+    # as `kill` or a task runner sends it: the build tools do not get it
+    started = _start(builder, verb)
+    pid = _pid(builder, started)
+    started.process.send_signal(signal.Signals[name])
+    assert started.end() == code, started.output
+    assert not Path(f'/proc/{pid}').exists()
+    assert 'Aborted  <<< slow' in started.output
+    assert 'Traceback' not in started.output
+    if verb == 'launch':
+        last = 'the build was interrupted; not built: slow\n'
+        assert started.output.endswith(last)
+
+
+@pytest.mark.parametrize('trap', ["trap '' INT;", "trap '' INT TERM;"])
+def test_stubborn_build_tool(builder: User, trap: str) -> None:
+    started = _start(builder, 'launch', trap)
+    pid = _pid(builder, started)
+    # as a terminal sends it
+    os.killpg(started.process.pid, signal.SIGINT)
+    assert started.end() == 130, started.output
+    assert not Path(f'/proc/{pid}').exists()
+
+
+@pytest.mark.parametrize('delay', [0.0, 0.01, 0.03, 0.1])
+def test_before_the_first_tool(builder: User, delay: float) -> None:
+    started = _start(builder, 'launch')
+    time.sleep(delay)
+    os.killpg(started.process.pid, signal.SIGINT)
+    assert started.end() == 130, started.output
+    assert 'Traceback' not in started.output
+
+
+def test_the_next_launch_builds(builder: User) -> None:
+    started = _start(builder, 'launch')
+    _pid(builder, started)
+    started.interrupt()
+    builder.package('slow')
+    output = builder.launch('slow', 'slow.yaml')
+    assert re.search(r'^1 package built \(slow: ', output, re.MULTILINE)
+    assert 'hello from slow' in output
