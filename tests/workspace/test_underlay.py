@@ -94,11 +94,11 @@ def test_only_what_colcon_would_chain_is_an_underlay(tmp_path):
     assert sourced_underlays(variables, tmp_path / 'ws') == [isolated]
 
 
-def test_underlay_survives_a_build_from_a_bare_shell(workspace, update):
+def test_underlay_survives_a_build_from_a_bare_shell(workspace, update, forks):
     workspace.cmake('below')
     assert update('below')[0][0] == 0
     underlay = workspace.root / 'install'
-    overlay = type(workspace)(workspace.root.parent / 'over')
+    overlay = type(workspace)(workspace.root.parent / 'over', forks)
     overlay.root.mkdir()
     overlay.cmake('above')
     code = (

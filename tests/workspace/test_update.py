@@ -114,7 +114,7 @@ def test_sourcing_the_workspace_itself_builds_nothing(workspace, flow, why):
     ('path', 'reason'),
     [
         ('build', 'never built'),
-        ('build/flow/colcon_launch.json', 'no successful build'),
+        ('build/flow/colcon_launch.json', 'no record of a'),
         ('install', 'something else built it since'),
         ('install/flow/share/flow/launch', 'is missing'),
     ],
@@ -132,7 +132,7 @@ def test_removed_folders_build(workspace, flow, why, path, reason):
 )
 def test_damaged_record_builds(workspace, flow, why, text):
     workspace.write('build/flow/colcon_launch.json', text)
-    assert 'no successful build' in why()
+    assert 'no record of a successful build' in why()
 
 
 def test_plain_colcon_build_in_between(workspace, flow, why):
