@@ -83,7 +83,7 @@ class Terminal:
         while self.process.poll() is None:
             assert time.monotonic() < deadline, self.screen
             time.sleep(0.02)
-        assert 'Traceback' not in self.screen
+        assert 'Traceback' not in self.screen, self.screen
         return self.process.wait()
 
     def close(self) -> None:
