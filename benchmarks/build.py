@@ -20,10 +20,11 @@ the seconds are measured from the start of a command until the first process of
 the launch prints the time: of `colcon build` and `source install/setup.bash`,
 for all packages and for the needed ones, and of `colcon launch`. Where there
 is a `ros2`, the first two go on with `ros2 launch`; else their process is
-started by the shell. Printed are medians, and of `colcon launch` also the
-processor time, which a busy machine changes less. The floor, in the same
-turns, is what `colcon --help` without our verb and `source install/setup.bash`
-take. `edit` compares a launch after one changed C++ file with `cmake --build`
+started by the shell. `after` is the first launch after those, which looks at
+what they wrote anew and sources it, `launch` the one after that. Printed are
+medians, and of `colcon launch` also the processor time, which a busy machine
+changes less. The floor, in the same turns, is what `colcon --help` without our
+verb and `source install/setup.bash` take. `edit` compares a launch after one changed C++ file with `cmake --build`
 and `cmake --install` alone, `import` is what our verb costs every other colcon
 command.
 
@@ -150,7 +151,8 @@ def report(folder: Path, names: 'list[str]', runs: int) -> Iterator[str]:
         yield f'(build = colcon build --symlink-install + source{third})'
         yield (
             f'{"workspace":<28}{"build all":>10}{"selected":>10}'
-            f'{"launch":>9}{"allowed":>9}{"CPU":>7}{"colcon":>8}{"source":>8}'
+            f'{"after":>9}{"launch":>9}{"allowed":>9}{"CPU":>7}'
+            f'{"colcon":>8}{"source":>8}'
         )
     for name in cases:
         yield measure(folder / name, CASES[name], runs)
@@ -169,21 +171,27 @@ def measure(root: Path, case: Case, runs: int) -> str:
         source = source.replace('date +%s.%N', f'ros2 launch {needed[0]} demo')
     build = 'colcon build --symlink-install'
     selected = f'{build} --packages-select {" ".join(needed)}'
-    commands = [['colcon', 'launch', needed[0], 'demo.yaml']]
-    if case.guide:
-        commands += [
-            ['bash', '-c', f'{command} && {source}']
-            for command in (build, selected)
-        ]
+    command = ['colcon', 'launch', needed[0], 'demo.yaml']
+    guide = [
+        ['bash', '-c', f'{built} && {source}']
+        for built in (build, selected)
+        if case.guide
+    ]
+    if guide:
         run(root, build)
-    run(root, ' '.join(commands[0]))
+    run(root, ' '.join(command))
     sourcing = ['bash', '-c', 'source install/setup.bash']
-    floor = [timed(root, 'colcon --help', BLOCKED), timed(root, sourcing)]
-    start, alone, launch, *guide = in_turns(
-        [*floor, *(stamped(root, c) for c in commands)], runs
+    start, alone, *builds, after, launch = in_turns(
+        [
+            timed(root, 'colcon --help', BLOCKED),
+            timed(root, sourcing),
+            *(stamped(root, built) for built in [*guide, command, command]),
+        ],
+        runs,
     )
-    (processor,) = in_turns([processor_time(root, commands[0])], runs)
-    columns = [f'{seconds:>10.2f}' for seconds in guide] or [f'{"-":>10}'] * 2
+    (processor,) = in_turns([processor_time(root, command)], runs)
+    columns = [f'{seconds:>10.2f}' for seconds in builds]
+    columns += [f'{after:>9.3f}'] if guide else [f'{"-":>10}'] * 2 + [' ' * 9]
     return (
         f'{case.title:<28}{"".join(columns)}{launch:>9.3f}'
         f'{case.allowed:>9.2f}{processor:>7.3f}{start:>8.3f}{alone:>8.3f}'
