@@ -24,9 +24,9 @@ started by the shell. `after` is the first launch after those, which looks at
 what they wrote anew and sources it, `launch` the one after that. Printed are
 medians, and of `colcon launch` also the processor time, which a busy machine
 changes less. The floor, in the same turns, is what `colcon --help` without our
-verb and `source install/setup.bash` take. `edit` compares a launch after one changed C++ file with `cmake --build`
-and `cmake --install` alone, `import` is what our verb costs every other colcon
-command.
+verb and `source install/setup.bash` take. `edit` compares a launch after one
+changed C++ file with `cmake --build` and `cmake --install` alone, `import` is
+what our verb costs every other colcon command.
 
 names: one, cmake, edit, import (the default), ament, python, thousand, all;
 those three take a minute or more to be built, `python` several.

@@ -5,15 +5,13 @@
 The environment that a setup script made last time.
 
 It is remembered below `build/` for as long as nothing changed that it came
-from. What is kept is what the script changed, together with a digest of the
-variables that it was sourced with: these may hold secrets, and never get to
-the disk. A record that cannot be read counts as none, and in doubt the script
-is sourced.
+from; what a build wrote anew with the same content did not change. What is
+kept is what the script changed, together with a digest of the variables that
+it was sourced with: these may hold secrets, and never get to the disk. A
+record that cannot be read counts as none, and in doubt the script is sourced.
 """
 
-from array import array
 from collections.abc import Callable
-from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -21,9 +19,9 @@ import json
 import os
 from pathlib import Path
 import time
+from typing import Any
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.workspace.digest import digest
 from colcon_yamllaunch.workspace.environment import Environment
 from colcon_yamllaunch.workspace.environment import OWN_VARIABLES
@@ -31,6 +29,9 @@ from colcon_yamllaunch.workspace.environment import programs
 from colcon_yamllaunch.workspace.environment import source
 from colcon_yamllaunch.workspace.environment import split_path
 from colcon_yamllaunch.workspace.error import WorkspaceError
+from colcon_yamllaunch.workspace.input_states import InputState
+from colcon_yamllaunch.workspace.input_states import look
+from colcon_yamllaunch.workspace.input_states import read
 from colcon_yamllaunch.workspace.underlay import gone_note
 from colcon_yamllaunch.workspace.underlay import gone_underlays
 
@@ -40,30 +41,14 @@ if TYPE_CHECKING:
 #: The folder with the records, below the build folder.
 FOLDER_NAME = '.colcon_launch_environments'
 #: To be raised when what is in a record, or what is known of scripts, changes.
-RECORD_VERSION = 1
+RECORD_VERSION = 2
 #: How many are kept: one for each terminal with variables of its own.
 MAXIMUM_RECORDS = 8
-#: How much later than the last change the scripts have to be sourced, so that
-#: another change gets another time (ns). Linux counts file times in ticks of
-#: up to 10 ms, some file systems in seconds.
-TICK = 20_000_000
-COARSE_TICK = 2_000_000_000
 
 #: A Python with the ROS wheels gives this variable another order whenever it
 #: starts. It makes no difference which: hooks add what is not in there.
 _UNORDERED = 'LD_LIBRARY_PATH'
-_SECOND = 1_000_000_000
-_MASK = (1 << 64) - 1
-_ABSENT = (0, 0, 0, 0)
 _RECORD_MODE = 0o600
-
-
-@dataclass(frozen=True, slots=True)
-class _State:
-    """The state of files, and from when on another change shows in it (ns)."""
-
-    digest: str
-    settled: int
 
 
 def remembered(
@@ -84,7 +69,7 @@ def remembered(
     :raises WorkspaceError: when the script is missing, fails or takes too long
     """
     path = build_base / FOLDER_NAME / _key(setup, environment)
-    recalled = _recall(path, environment)
+    recalled = _recall(path, environment, clock)
     if recalled is not None:
         return recalled
     with suppress(OSError):
@@ -92,10 +77,13 @@ def remembered(
     return _source(setup, environment, path, sourcing, clock)
 
 
-def _recall(path: Path, environment: Mapping[str, str]) -> Environment | None:
+def _recall(
+    path: Path, environment: Mapping[str, str], clock: Callable[[], int]
+) -> Environment | None:
     try:
         record = json.loads(path.read_bytes())
-        if _state(record['paths']).digest != record['state']:
+        news = _news(record, clock)
+        if news is None:
             return None
         variables = dict(environment)
         for name in record['unset']:
@@ -107,9 +95,30 @@ def _recall(path: Path, environment: Mapping[str, str]) -> Environment | None:
         result = Environment(variables, arrived=frozenset(record['arrived']))
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
         return None
-    with suppress(OSError):
-        os.utime(path)
+    if news:
+        _write(path, {**record, **news})
+    else:
+        with suppress(OSError):
+            os.utime(path)
     return result
+
+
+def _news(
+    record: Mapping[str, Any], clock: Callable[[], int]
+) -> dict[str, Any] | None:
+    """Get what has to be changed in a record; None if it does not hold."""
+    now = clock()
+    seen = look(record['paths'])
+    if seen.digest == record['state']:
+        return {}
+    if read(record['paths']).digest != record['contents']:
+        return None
+    return _seen(seen, now)
+
+
+def _seen(state: InputState, now: int) -> dict[str, Any]:
+    """Get the part of a record that spares reading the files."""
+    return {'state': state.digest} if state.settled < now else {}
 
 
 def _source(
@@ -121,7 +130,8 @@ def _source(
 ) -> Environment:
     started = clock()
     inputs = _inputs(setup, environment)
-    before = None if inputs is None else _state(inputs.paths)
+    paths = () if inputs is None else inputs.paths
+    seen, before = look(paths), read(paths)
     try:
         result = sourcing(setup, environment)
     except WorkspaceError as e:
@@ -129,11 +139,17 @@ def _source(
     if result.messages:
         gone = gone_underlays(setup.parent)
         return replace(result, notes=tuple(map(gone_note, gone)))
-    if inputs is None or before is None:
+    if inputs is None:
         return result
     result = replace(result, arrived=_arrived(inputs, result.variables))
-    if before.settled < started and _state(inputs.paths) == before:
-        _write(record, _encode(inputs.paths, before, environment, result))
+    if before.settled < started and read(paths) == before:
+        values = _values(environment, result)
+        inputs_were = {
+            'paths': paths,
+            'state': None,
+            'contents': before.digest,
+        }
+        _write(record, {**values, **inputs_were, **_seen(seen, started)})
     return result
 
 
@@ -198,31 +214,9 @@ def _place(environment: Mapping[str, str]) -> str:
     return ''
 
 
-def _state(paths: Iterable[str]) -> _State:
-    numbers = array('Q')
-    settled = 0
-    for path in paths:
-        try:
-            s = os.stat(path)
-        except OSError:
-            numbers.extend(_ABSENT)
-            continue
-        at = s.st_ctime_ns
-        numbers.extend(
-            (s.st_ino, s.st_size, s.st_mtime_ns & _MASK, at & _MASK)
-        )
-        settled = max(settled, at + (TICK if at % _SECOND else COARSE_TICK))
-    return _State(digest(numbers.tobytes()), settled)
-
-
-def _encode(
-    paths: tuple[str, ...],
-    state: _State,
-    before: Mapping[str, str],
-    result: Environment,
-) -> bytes:
+def _values(before: Mapping[str, str], result: Environment) -> dict[str, Any]:
     after = result.variables
-    record = {
+    return {
         'set': {
             name: _change(before.get(name), value)
             for name, value in after.items()
@@ -230,10 +224,7 @@ def _encode(
         },
         'unset': [name for name in before if name not in after],
         'arrived': sorted(result.arrived),
-        'paths': paths,
-        'state': state.digest,
     }
-    return json.dumps(record).encode()
 
 
 def _change(before: str | None, after: str) -> list[str]:
@@ -259,7 +250,7 @@ def _text(value: object) -> str:
     return value
 
 
-def _write(path: Path, content: bytes) -> None:
+def _write(path: Path, record: Mapping[str, Any]) -> None:
     # without a record the script is sourced again, which is no harm
     with suppress(OSError):
         path.parent.mkdir(mode=0o700, exist_ok=True)
@@ -267,7 +258,7 @@ def _write(path: Path, content: bytes) -> None:
         temporary.unlink(missing_ok=True)
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
         with open(os.open(temporary, flags, _RECORD_MODE), 'wb') as file:
-            file.write(content)
+            file.write(json.dumps(record).encode())
         # the record appears complete or not at all
         temporary.replace(path)
         _forget_oldest(path.parent)

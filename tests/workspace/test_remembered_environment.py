@@ -3,6 +3,7 @@
 
 """The remembered environment is always what a fresh bash would give."""
 
+import json
 import os
 from pathlib import Path
 import shutil
@@ -298,18 +299,53 @@ def test_record_with_another_type_of_value(memory):
     assert memory.sourced == 2
 
 
-def test_change_in_the_same_tick_as_the_record(memory):
+@pytest.mark.parametrize('value', ['first', 'other'])
+def test_change_in_the_same_tick_as_the_record(memory, value):
     # as if the clock of the file system stood still since the scripts came
     now = max(p.stat().st_ctime_ns for p in memory.install.path.rglob('*'))
-    for _ in range(2):
-        remembered(
+
+    def get():
+        return remembered(
             memory.install.setup,
             BASE,
             memory.build,
             memory._source,
             clock=lambda: now + 1,
-        )
-    assert memory.sourced == 2
+        ).variables['WORD']
+
+    memory.install.package('a', 'set;WORD;first')
+    assert get() == 'first'
+    memory.install.package('a', f'set;WORD;{value}')
+    assert get() == value
+    assert memory.sourced == 1 + (value != 'first')
+
+
+def test_written_anew_with_the_same_content(memory):
+    first = memory.get()
+    for path in memory.install.path.rglob('*'):
+        if path.is_file():
+            content, mode = path.read_bytes(), path.stat().st_mode
+            path.unlink()
+            path.write_bytes(content)
+            path.chmod(mode)
+    (record,) = memory.records()
+    before = json.loads(record.read_text())
+    assert memory.get(settled=False) == first
+    assert memory.get() == first
+    assert memory.sourced == 1
+    # so that the next one need not read them
+    assert json.loads(record.read_text())['state'] != before['state']
+
+
+def test_a_build_that_brought_something(memory):
+    memory.get()
+    memory.install.package('c', 'set;NEW;1')
+    assert memory.get(settled=False).variables['NEW'] == '1'
+    shutil.rmtree(memory.install.prefix('c') / 'share/c')
+    index = memory.install.prefix('c') / 'share/colcon-core/packages/c'
+    index.unlink()
+    assert 'NEW' not in memory.get(settled=False).variables
+    assert memory.sourced == 3
 
 
 def test_change_while_the_scripts_are_sourced(memory):
