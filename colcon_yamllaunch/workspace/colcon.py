@@ -72,6 +72,9 @@ _DIRECT = ('build', 'run')
 _RECURSIVE = {'build': _DIRECT, 'run': _DIRECT}
 #: What colcon's build verb must have for a build within this process.
 _HELPERS = ('_create_paths', '_get_jobs', '_create_prefix_scripts')
+#: A group of extensions that is empty: nobody reads what the parser would say
+#: of colcon's variables.
+_NO_VARIABLES = 'colcon_yamllaunch.no_environment_variable'
 #: Arguments of every package's build beside those of the build tasks.
 _COMMON_SETTINGS = (
     'build_base',
@@ -281,7 +284,7 @@ class Colcon:
         return tuple(self.root / path for path in paths)
 
     def _parse(self) -> Any:
-        parser = create_parser('colcon_core.environment_variable')
+        parser = create_parser(_NO_VARIABLES)
         verbs = {'build': self._verb}
         subparser = create_subparser(
             parser, 'colcon', verbs, attribute='verb_name'
