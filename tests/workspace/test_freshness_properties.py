@@ -327,10 +327,12 @@ def contents(install: Path) -> dict[str, dict[str, str]]:
 
 
 def content(path: Path) -> str:
+    if not path.exists():
+        return 'dangling'
     if path.name == 'top':
         done = subprocess.run([path], capture_output=True, text=True)
         return done.stdout
-    return path.read_text() if path.exists() else 'dangling'
+    return path.read_text()
 
 
 def is_of_colcon(name: str, relative: str) -> bool:
