@@ -86,11 +86,6 @@ def find_members(
     return [Member(e.pid, e.birth, e.group, numbers[e.pid]) for e in found]
 
 
-def find_descendants(pid: int) -> list[int]:
-    """Find the running children of a process, their children and so on."""
-    return [entry.pid for entry in _descendants(_running(), {pid: 0})]
-
-
 def is_alive(member: Member) -> bool:
     """Tell whether a process still runs."""
     entry = _read_entry(member.pid)

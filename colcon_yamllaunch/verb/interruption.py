@@ -12,11 +12,15 @@ colcon alone.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-import os
 import signal
+import sys
 import threading
 import time
 from types import FrameType
+
+from colcon_yamllaunch.workspace.leftovers import end_own_processes
+from colcon_yamllaunch.workspace.leftovers import own_processes
+from colcon_yamllaunch.workspace.leftovers import send
 
 #: What asks a build to end.
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -50,28 +54,26 @@ class Interruption:
         if self._number is None:
             self._number = number
             self._ender.start()
-            raise KeyboardInterrupt
+            _interrupt()
 
     def end(self) -> None:
-        """Leave the processes alone from now on."""
+        """Leave nothing behind if it was interrupted."""
         self._has_ended.set()
         if self._number is not None:
             self._ender.join()
+            end_own_processes()
 
     def _end(self) -> None:
-        # imported by those who need it
-        from colcon_yamllaunch.runtime.members import find_descendants
-
         begin = time.monotonic()
         done: set[tuple[int, int]] = set()
         while not self._has_ended.wait(INTERVAL):
             number = _due(time.monotonic() - begin)
             if number is None:
                 continue
-            for pid in find_descendants(os.getpid()):
+            for pid in own_processes():
                 if (pid, number) not in done:
                     done.add((pid, number))
-                    _send(pid, number)
+                    send(pid, number)
 
 
 @contextmanager
@@ -95,13 +97,22 @@ def interruption() -> Iterator[Interruption]:
             signal.signal(number, previous[number])
 
 
+def _interrupt() -> None:
+    """Raise KeyboardInterrupt, in a running event loop between two steps."""
+    # within a step it would leave pipes and processes behind half made
+    asyncio = sys.modules.get('asyncio')
+    try:
+        if asyncio is None:
+            raise KeyboardInterrupt
+        asyncio.get_running_loop().call_soon_threadsafe(_raise)
+    except RuntimeError:
+        # there is none, or it is closed
+        raise KeyboardInterrupt from None
+
+
+def _raise() -> None:
+    raise KeyboardInterrupt
+
+
 def _due(age: float) -> int | None:
     return next((number for start, number in STEPS if age >= start), None)
-
-
-def _send(pid: int, number: int) -> None:
-    try:
-        os.kill(pid, number)
-    except (ProcessLookupError, PermissionError):
-        # it has ended, or is not ours to end
-        return

@@ -58,6 +58,7 @@ from colcon_yamllaunch.workspace.arguments import BuildArguments
 from colcon_yamllaunch.workspace.closure import closure
 from colcon_yamllaunch.workspace.error import WorkspaceError
 from colcon_yamllaunch.workspace.identification import Identification
+from colcon_yamllaunch.workspace.leftovers import mark
 from colcon_yamllaunch.workspace.package import is_merged
 from colcon_yamllaunch.workspace.package import Package
 
@@ -268,7 +269,8 @@ class Colcon:
         descriptors = self._needed(names)
         if not all(hasattr(BuildVerb, helper) for helper in _HELPERS):
             return self._build_by_command(descriptors, names, environment)
-        with self._in_root(), _variables(environment), _own_signals():
+        variables = self._variables(environment)
+        with self._in_root(), _changed(variables), _own_signals():
             try:
                 return self._build(descriptors, frozenset(names))
             except KeyboardInterrupt:
@@ -430,7 +432,7 @@ class Colcon:
         command = [sys.executable, '-c', main, 'build', '--symlink-install']
         command += [*self.build_arguments, '--base-paths', '--paths', *paths]
         with subprocess.Popen(
-            command, cwd=self.root, env=_with_symlinks(environment)
+            command, cwd=self.root, env=self._variables(environment)
         ) as process:
             try:
                 returncode = process.wait()
@@ -439,6 +441,10 @@ class Colcon:
                 returncode = INTERRUPTED
         built = frozenset(names) if returncode == 0 else frozenset[str]()
         return BuildResult(returncode, built)
+
+    def _variables(self, environment: Mapping[str, str]) -> dict[str, str]:
+        marked = dict(environment) | mark(self.build_base)
+        return dict([_INSTALL_MODE]) | marked
 
     @contextmanager
     def _in_root(self) -> Iterator[None]:
@@ -538,15 +544,9 @@ def _failed(jobs: Iterable[Any]) -> frozenset[str]:
     )
 
 
-def _with_symlinks(environment: Mapping[str, str]) -> dict[str, str]:
-    return dict([_INSTALL_MODE]) | dict(environment)
-
-
 @contextmanager
-def _variables(environment: Mapping[str, str]) -> Iterator[None]:
+def _changed(variables: Mapping[str, str]) -> Iterator[None]:
     previous = dict(os.environ)
-    # a copy: it may be os.environ itself that is given
-    variables = _with_symlinks(environment)
     try:
         os.environ.clear()
         os.environ.update(variables)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO
 
 from colcon_yamllaunch.workspace.error import WorkspaceError
+from colcon_yamllaunch.workspace.leftovers import end_leftovers
 
 #: The name of the lock file, below the build folder.
 LOCK_NAME = '.colcon_launch.lock'
@@ -36,10 +37,14 @@ class BuildLock:
 
     def tell(self, what: str) -> None:
         """Let those who wait know what this process does."""
-        self._handle.seek(0)
-        self._handle.truncate()
+        self.clear()
         self._handle.write(f'{os.getpid()} {what[:_SHOWN]}')
         self._handle.flush()
+
+    def clear(self) -> None:
+        """Leave no trace of this process."""
+        self._handle.seek(0)
+        self._handle.truncate()
 
 
 @contextmanager
@@ -71,7 +76,13 @@ def build_lock(
             waited = True
             announce(_waiting(handle))
             fcntl.flock(handle, fcntl.LOCK_EX)
-        yield BuildLock(handle, waited)
+        handle.seek(0)
+        if handle.read(1):
+            # who held it before was killed
+            end_leftovers(build_base, announce)
+        lock = BuildLock(handle, waited)
+        yield lock
+        lock.clear()
 
 
 def _waiting(handle: IO[str]) -> str:

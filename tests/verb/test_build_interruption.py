@@ -47,6 +47,14 @@ def _pid(builder: User, started: Launch) -> int:
     return int(file.read_text())
 
 
+def _wait_for_the_end(pid: int) -> None:
+    # whoever adopted it has to take note of its end
+    deadline = time.monotonic() + 5
+    while Path(f'/proc/{pid}').exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
 @pytest.mark.parametrize('verb', ['launch', 'run'])
 @pytest.mark.parametrize(
     ('name', 'code'), [('SIGINT', 130), ('SIGTERM', 143), ('SIGHUP', 129)]
@@ -57,7 +65,7 @@ def test_signals(builder: User, verb: str, name: str, code: int) -> None:
     pid = _pid(builder, started)
     started.process.send_signal(signal.Signals[name])
     assert started.end() == code, started.output
-    assert not Path(f'/proc/{pid}').exists()
+    _wait_for_the_end(pid)
     assert 'Aborted  <<< slow' in started.output
     assert 'Traceback' not in started.output
     if verb == 'launch':
@@ -72,7 +80,7 @@ def test_stubborn_build_tool(builder: User, trap: str) -> None:
     # as a terminal sends it
     os.killpg(started.process.pid, signal.SIGINT)
     assert started.end() == 130, started.output
-    assert not Path(f'/proc/{pid}').exists()
+    _wait_for_the_end(pid)
 
 
 @pytest.mark.parametrize('delay', [0.0, 0.01, 0.03, 0.1])
@@ -92,3 +100,19 @@ def test_the_next_launch_builds(builder: User) -> None:
     output = builder.launch('slow', 'slow.yaml')
     assert re.search(r'^1 package built \(slow: ', output, re.MULTILINE)
     assert 'hello from slow' in output
+
+
+def test_killed_launch(builder: User) -> None:
+    killed = _start(builder, 'launch')
+    pid = _pid(builder, killed)
+    killed.process.kill()
+    killed.end()
+    assert Path(f'/proc/{pid}').exists()
+    builder.package('slow')
+    output = builder.launch('slow', 'slow.yaml')
+    assert 'ending what is left of a build that was killed' in output
+    _wait_for_the_end(pid)
+    assert 'was cut off' in output
+    assert 'hello from slow' in output
+    # and that only once
+    assert 'ending' not in builder.launch('slow', 'slow.yaml')
