@@ -252,6 +252,24 @@ class Colcon:
         self._discovered = set(starmap(_descriptor, packages.items()))
         self._index = {}
 
+    def mark(self) -> None:
+        """
+        Mark the build and install folders as colcon's, with their layout.
+
+        :raises WorkspaceError: when the workspace was built in another way
+        """
+        args = self._args
+        with self._in_root():
+            try:
+                check_and_mark_build_tool(args.build_base)
+                check_and_mark_install_layout(
+                    args.install_base, merge_install=args.merge_install
+                )
+            except RuntimeError as e:
+                raise WorkspaceError(str(e)) from e
+            except OSError as e:
+                raise WorkspaceError(f'cannot build: {e}') from e
+
     def build(
         self, names: Collection[str], environment: Mapping[str, str]
     ) -> BuildResult:
@@ -267,6 +285,7 @@ class Colcon:
           built in another way; nothing was made then
         """
         descriptors = self._needed(names)
+        self.mark()
         if not all(hasattr(BuildVerb, helper) for helper in _HELPERS):
             return self._build_by_command(descriptors, names, environment)
         variables = self._variables(environment)
@@ -382,10 +401,6 @@ class Colcon:
         self, descriptors: set[Any], names: frozenset[str]
     ) -> BuildResult:
         args = self._args
-        check_and_mark_build_tool(args.build_base)
-        check_and_mark_install_layout(
-            args.install_base, merge_install=args.merge_install
-        )
         self._verb._create_paths(args)
         jobs, _ = self._verb._get_jobs(
             args, self._decorators(descriptors, names), str(self.install_base)

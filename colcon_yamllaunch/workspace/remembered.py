@@ -128,6 +128,14 @@ class RememberedColcon:
             'metadata': self._metadata.get(name, _NO_METADATA),
         }
 
+    def mark(self) -> None:
+        """
+        Mark the build and install folders as colcon's, with their layout.
+
+        :raises WorkspaceError: when the workspace was built in another way
+        """
+        self._ask().mark()
+
     def build(
         self, names: Collection[str], environment: Mapping[str, str]
     ) -> 'BuildResult':

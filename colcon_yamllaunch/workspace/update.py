@@ -65,6 +65,9 @@ class Builder(Protocol):
     def settings(self, name: str) -> dict[str, str]:
         """Get the arguments that a package is built with."""
 
+    def mark(self) -> None:
+        """Refuse a workspace that was built in another way."""
+
     def build(
         self, names: Collection[str], environment: Mapping[str, str]
     ) -> Result:
@@ -249,6 +252,8 @@ class _Work:
     def build(self, stale: Sequence[tuple[Package, How]]) -> Result:
         """Build packages and remember how that went."""
         freshness = self._freshness
+        # before what was built is forgotten
+        self._colcon.mark()
         begun: dict[str, Attempt] = {}
         built: frozenset[str] = frozenset()
         try:

@@ -226,6 +226,15 @@ def test_build_arguments(user: User) -> None:
     assert (user.root / 'install/lib/one/hello.sh').is_symlink()
 
 
+def test_refused_build_arguments_forget_no_build(user: User) -> None:
+    user.package('one')
+    user.launch('one', 'one')
+    merged = ('--build-args', '--merge-install')
+    output = user.launch('one', 'one', *merged, code=1)
+    assert "was created with the layout 'isolated'" in output
+    assert user.launch('one', 'one').startswith('1 package up to date\n')
+
+
 def test_build_defaults_hold(user: User) -> None:
     pytest.importorskip('colcon_defaults')
     user.package('one')
