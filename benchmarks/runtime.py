@@ -170,7 +170,7 @@ class Running:
         return [
             p
             for p in _processes()
-            if b'runtime.guard' in _read(p, 'cmdline')
+            if b'runtime.guard' in _read(p, 'environ')
             and _parent(p) == self.pid
         ]
 

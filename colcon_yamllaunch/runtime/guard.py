@@ -71,10 +71,10 @@ def main() -> None:
     """
     Guard a launch.
 
-    The arguments are a folder to import from, the identity of the launch and
-    the session of the launcher.
+    The arguments are the identity of the launch and the session of the
+    launcher.
     """
-    _, identity, session = sys.argv[1:]
+    identity, session = sys.argv[1:]
     charge = Charge()
     # a line that the launcher could not finish says nothing
     for line in _whole_lines():

@@ -11,11 +11,14 @@ import sys
 from colcon_yamllaunch.runtime import limits
 from colcon_yamllaunch.runtime.stopping import Timeouts
 
-# -c, as a file that is run has to be compiled anew each time
+# -c, as a file that is run has to be compiled anew each time. Its words do not
+# name us: `pkill -9 -f colcon` ends the launcher and leaves the guard to stop
+# the processes.
 _PROGRAM = (
-    'import sys; sys.path.append(sys.argv[1]); '
-    'from colcon_yamllaunch.runtime.guard import main; main()'
+    'import os, sys; sys.path.append(os.environ["FOLDER"]); '
+    '__import__(os.environ["GUARD"], fromlist=["main"]).main()'
 )
+_MODULE = 'colcon_yamllaunch.runtime.guard'
 _BLOCKED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
@@ -158,11 +161,10 @@ def _spawn(reader: int, identity: str) -> int:
                 sys.executable,
                 *('-I', '-S', '-E', '-c'),
                 _PROGRAM,
-                root,
                 identity,
                 str(os.getsid(0)),
             ],
-            {},
+            {'FOLDER': root, 'GUARD': _MODULE},
             file_actions=[
                 (os.POSIX_SPAWN_DUP2, reader, 0),
                 (os.POSIX_SPAWN_DUP2, null, 1),

@@ -125,7 +125,7 @@ def control_options(
         given.append('attach')
     if len(given) > 1:
         raise WorkspaceError(
-            f'--{given[0]} and --{given[1]} exclude each other'
+            f'--{given[0]} and --{given[1]} exclude one another'
         )
     if not given:
         _refuse_alone(options)

@@ -125,11 +125,11 @@ class Launch:
         for entry in Path('/proc').iterdir():
             try:
                 stat = (entry / 'stat').read_text().rpartition(') ')[2]
-                command = (entry / 'cmdline').read_bytes()
+                environment = (entry / 'environ').read_bytes()
             except (OSError, UnicodeDecodeError):
                 continue
             child = int(stat.split()[1]) == self.popen.pid
-            if child and b'runtime.guard' in command:
+            if child and b'runtime.guard' in environment:
                 found.append(int(entry.name))
         return found
 

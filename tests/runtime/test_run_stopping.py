@@ -274,6 +274,16 @@ def test_a_killed_launcher_gives_processes_time_to_clean_up(
     wait_until(lambda: not one.processes())
 
 
+def test_pkill_of_all_that_is_called_colcon_leaves_the_guard(
+    launch, sleep, wait_until
+):
+    one = launch(sleep('a')).shows('a: started')
+    (guard,) = wait_until(one.guards)
+    words = Path(f'/proc/{guard}/cmdline').read_bytes().split(b'\0')
+    # the path of Python may be any
+    assert b'colcon' not in b' '.join(words[1:])
+
+
 def test_a_guard_that_dies_is_replaced(launch, sleep, wait_until):
     one = launch(sleep('a')).shows('a: started')
     first = wait_until(one.guards)[0]
