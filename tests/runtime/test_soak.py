@@ -95,7 +95,7 @@ def _check_logs(one):
         complete = [e for e in runs if e['exit_code'] == 0]
         assert complete
         for stream in ('stdout', 'stderr'):
-            written = one.log(f'{label}/{stream}.log')
+            written = _whole(one.log_folder / label / f'{stream}.log')
             assert written.startswith(LINES * len(complete))
             rest = written[len(LINES) * len(complete) :]
             assert LINES.startswith(rest)
@@ -103,6 +103,16 @@ def _check_logs(one):
     assert len(deaths) - one.log('killed/stdout.log').count(b'dying\n') <= 1
     started = [e for e in one.events('started') if e['label'] == 'daemons']
     assert len(started) == DAEMONS + 1
+
+
+def _whole(log):
+    """Return what was written to a log, with the parts that were rotated."""
+    parts = sorted(log.parent.glob(f'{log.name}.*'), key=_number, reverse=True)
+    return b''.join(part.read_bytes() for part in [*parts, log])
+
+
+def _number(part):
+    return int(part.suffix[1:])
 
 
 def _memory(pid):
