@@ -48,7 +48,7 @@ _PREFIX_SCRIPTS = ('setup.sh', 'local_setup.sh', '_local_setup_util_sh.py')
 #: Interfaces that code is generated from, which is installed by the folder.
 _INTERFACES = ('.msg', '.srv', '.action', '.idl')
 _UNKNOWN = 'there is no record of a successful build of it'
-_FAILED = 'no successful build: the last one failed'
+_FAILED = 'no successful build: the last one failed or was interrupted'
 _CUT_OFF = 'no successful build: the last one was cut off'
 
 
