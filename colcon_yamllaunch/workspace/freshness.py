@@ -9,6 +9,7 @@ outcome than that, because they compare times or keep earlier answers, less of
 the last build is kept. In doubt a package is built.
 """
 
+from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from dataclasses import field
@@ -84,12 +85,19 @@ class Freshness:
         self._products = Products(build_base, install_base, merge_install)
         self._records: dict[str, Record | None] = {}
 
-    def decide(self, package: Package, conditions: Conditions) -> Decision:
+    def decide(
+        self,
+        package: Package,
+        conditions: Conditions,
+        before: Iterable[Reason] = (),
+    ) -> Decision:
         """
         Decide whether a package has to be built, and why.
 
         :param package: The package
         :param conditions: Those that hold now
+        :param before: Reasons that follow from packages that are built before;
+          one that was never built needs none of them
         """
         name = package.name
         try:
@@ -98,8 +106,10 @@ class Freshness:
             return Decision(name, (Reason(_UNKNOWN, How.AFRESH),))
         if record is None:
             return Decision(name, (self._unknown(name),))
-        reasons = tuple(self._reasons(package, record, conditions))
-        return Decision(name, reasons, record.built_at or None)
+        reasons = [*self._reasons(package, record, conditions)]
+        if record.built_at:
+            reasons += _of_others(record, before)
+        return Decision(name, tuple(reasons), record.built_at or None)
 
     def prepare(self, package: Package, how: How) -> Attempt:
         """
@@ -224,11 +234,12 @@ class Freshness:
         if not record.succeeded:
             yield self._unsuccessful(package.name, record)
         if record.built_at:
-            yield from condition_changes(record.conditions, conditions)
-        found = changes(package.path, record.files, record.live)
-        yield from self._changed_source(package, record, found)
+            found = condition_changes(record.conditions, conditions)
+            yield from _of_others(record, found)
+        edits = changes(package.path, record.files, record.live)
+        yield from self._changed_source(package, record, edits)
         if record.succeeded:
-            yield from self._changed_install(package.name, record, found)
+            yield from self._changed_install(package.name, record, edits)
 
     def _unsuccessful(self, name: str, record: Record) -> Reason:
         if not record.finished:
@@ -236,6 +247,9 @@ class Freshness:
             # a compiler that was killed leaves files that look complete
             how = How.AFRESH if was_begun else How.CONFIGURE
             return Reason(_CUT_OFF, how)
+        if _generates(record) and not record.built_at:
+            # nothing tells what it was generated from
+            return Reason(_FAILED, How.AFRESH)
         return Reason(_FAILED, min(How(record.how), How.CONFIGURE))
 
     def _changed_source(
@@ -245,7 +259,7 @@ class Freshness:
             return
         build = self._products.build(package.name)
         inputs = BuildInputs(package.path, build)
-        generates = any(name.endswith(_INTERFACES) for name in record.files)
+        generates = _generates(record)
         for change in found:
             how = _how_to_build(change, package, record, inputs)
             if generates and how > How.BUILD:
@@ -337,6 +351,22 @@ def _how_to_build_python(change: Change, record: Record) -> How:
     is_code = change.path not in ('setup.py', 'setup.cfg', 'pyproject.toml')
     # setuptools keeps deleted modules, and compares times
     return How.BUILD if is_newer and is_code else How.AFRESH
+
+
+def _generates(record: Record) -> bool:
+    return any(name.endswith(_INTERFACES) for name in record.files)
+
+
+def _of_others(record: Record, found: Iterable[Reason]) -> Iterator[Reason]:
+    """Get reasons from beyond a package as they concern its last build."""
+    generates = _generates(record)
+    for reason in found:
+        if generates and reason.how > How.COMPILE:
+            # rosidl does not compute the hashes of types again when a type
+            # of another package that they contain changed
+            yield replace(reason, how=How.AFRESH)
+        else:
+            yield reason
 
 
 def _outside(record: Record) -> dict[str, FileState]:

@@ -272,21 +272,20 @@ class _Work:
     def _decide(
         self, package: Package, before: Mapping[str, Decision], force: bool
     ) -> Decision:
-        conditions = self._conditions(package.name)
-        decision = self._freshness.decide(package, conditions)
         needed, _ = build_closure(self._known, package.name)
-        reasons = [
-            _after(other)
-            for other in before.values()
-            # one that was never built needs no further reasons
-            if other.is_stale
-            and other.name in needed
-            and decision.built_at is not None
-        ]
-        if force:
-            reasons.insert(0, Reason('asked for', How.CONFIGURE))
-            return replace(decision, reasons=(*reasons, *decision.reasons))
-        return replace(decision, reasons=(*decision.reasons, *reasons))
+        decision = self._freshness.decide(
+            package,
+            self._conditions(package.name),
+            [
+                _after(other)
+                for other in before.values()
+                if other.is_stale and other.name in needed
+            ],
+        )
+        if not force:
+            return decision
+        asked = Reason('asked for', How.CONFIGURE)
+        return replace(decision, reasons=(asked, *decision.reasons))
 
     def _conditions(self, name: str) -> Conditions:
         own, others = build_closure(self._known, name)

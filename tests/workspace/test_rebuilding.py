@@ -24,6 +24,20 @@ MAIN = """\
 #include <stdio.h>
 int main(void) { return printf("%d %d\\n", LEVEL, TEXT) < 0; }
 """
+#: As rosidl does it: a hash of an interface with all that it contains, made
+#: again only when an interface of the own package changes.
+INTERFACES = """\
+cmake_minimum_required(VERSION 3.16)
+project({name} NONE)
+find_package(base QUIET)
+set(own ${{CMAKE_CURRENT_SOURCE_DIR}}/msg/{name}.msg)
+add_custom_command(OUTPUT hash DEPENDS ${{own}}
+  COMMAND cat ${{own}} {contained} > hash)
+add_custom_target(interfaces ALL DEPENDS hash)
+{further}
+install(FILES ${{own}} ${{CMAKE_CURRENT_BINARY_DIR}}/hash
+  DESTINATION share/{name})
+"""
 
 
 class Program:
@@ -168,6 +182,44 @@ def test_dependents_see_what_a_dependency_configures(workspace, update):
         assert update('user')[0][0] == 0
         installed = workspace.root / 'install/user/share/user/v'
         assert installed.read_text() == str(number)
+
+
+def write_interfaces(workspace, name, contained='', further='') -> None:
+    text = INTERFACES.format(name=name, contained=contained, further=further)
+    workspace.write(f'src/{name}/CMakeLists.txt', text)
+    workspace.write(f'src/{name}/msg/{name}.msg', f'{name}\n')
+
+
+def test_hashes_of_interfaces_follow_what_these_contain(workspace, update):
+    contained = workspace.root / 'install/base/share/base/base.msg'
+    write_interfaces(workspace, 'base')
+    write_interfaces(workspace, 'pair', contained)
+    made = workspace.root / 'install/pair/share/pair/hash'
+    assert update('pair')[0][0] == 0
+    assert made.read_text() == 'pair\nbase\n'
+    workspace.write('src/base/msg/base.msg', 'other\n')
+    assert update('pair')[0][0] == 0
+    assert made.read_text() == 'pair\nother\n'
+    # also when that was built before, by another launch
+    workspace.write('src/base/msg/base.msg', 'third\n')
+    assert update('base')[0][0] == 0
+    assert update('pair')[0][1] == {'pair': 'base was rebuilt'}
+    assert made.read_text() == 'pair\nthird\n'
+    assert update('pair')[0] == [0, {}, ['base', 'pair']]
+
+
+def test_interfaces_of_a_failed_build_are_not_kept(workspace, update):
+    contained = workspace.root / 'install/base/share/base/base.msg'
+    write_interfaces(workspace, 'base')
+    late = workspace.root / 'late'
+    further = f'add_custom_target(t ALL COMMAND cat {late} DEPENDS hash)'
+    write_interfaces(workspace, 'pair', contained, further)
+    assert update('pair')[0][0] != 0
+    late.touch()
+    workspace.write('src/base/msg/base.msg', 'other\n')
+    assert update('pair')[0][0] == 0
+    made = workspace.root / 'install/pair/share/pair/hash'
+    assert made.read_text() == 'pair\nother\n'
 
 
 def test_merged_files_are_known_after_a_second_build(workspace, update):
