@@ -26,6 +26,7 @@ from colcon_yamllaunch.workspace.decision import Decision
 from colcon_yamllaunch.workspace.decision import How
 from colcon_yamllaunch.workspace.decision import Reason
 from colcon_yamllaunch.workspace.inputs import BuildInputs
+from colcon_yamllaunch.workspace.links import link_project
 from colcon_yamllaunch.workspace.links import live_files
 from colcon_yamllaunch.workspace.links import remove_dangling
 from colcon_yamllaunch.workspace.links import SOURCE_SUFFIXES
@@ -145,6 +146,8 @@ class Freshness:
         listed = frozenset(self._products.listed(name))
         links = self._make_room(package, how, known)
         write_record(self._path(name), record)
+        if package.type.endswith('python'):
+            link_project(package.path, self._products.build(name))
         return Attempt(package, record, listed, links)
 
     def finish(self, attempt: Attempt, conditions: Conditions) -> None:

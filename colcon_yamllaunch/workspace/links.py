@@ -5,8 +5,10 @@
 
 from collections.abc import Iterable
 from collections.abc import Iterator
+from contextlib import suppress
 import os
 from pathlib import Path
+import re
 
 from colcon_yamllaunch.workspace.inputs import BuildInputs
 
@@ -18,6 +20,8 @@ SOURCE_SUFFIXES = frozenset(
 )
 _TEMPLATES = ('.cmake', '.in', '.em', '.ui', '.qrc', '.proto', '.pyx', '.pxd')
 _INTERFACES = ('.msg', '.srv', '.action', '.idl')
+#: The metadata of a package in pyproject.toml (PEP 621).
+_PROJECT_TABLE = re.compile(r'^\s*\[\s*project\s*\]', re.MULTILINE)
 COMPILED_SUFFIXES = frozenset(
     (*_HEADERS, *SOURCE_SUFFIXES, *_TEMPLATES, *_INTERFACES)
 )
@@ -64,6 +68,31 @@ def live_files(
         if not relative.endswith('.py')
         or os.path.dirname(relative) not in folders
     )
+
+
+def link_project(source: Path, build: Path) -> None:
+    """
+    Link the pyproject.toml of a Python package into its build folder.
+
+    With `--symlink-install` colcon-core runs setuptools there, and links
+    setup.py and setup.cfg only. Where setup.py is but a call of `setup()` and
+    the metadata is in pyproject.toml, setuptools would not find it.
+
+    :param source: The package's source
+    :param build: The package's folder in the build space, which exists
+    """
+    project = source / 'pyproject.toml'
+    link = build / project.name
+    if os.path.lexists(link):
+        return
+    try:
+        setup = (source / 'setup.py').read_text('utf-8', errors='replace')
+        text = project.read_text('utf-8', errors='replace')
+    except OSError:
+        return
+    if 'setup()' in setup and _PROJECT_TABLE.search(text):
+        with suppress(OSError):
+            link.symlink_to(project)
 
 
 def remove_dangling(folder: Path, source: Path) -> list[Path]:

@@ -12,6 +12,22 @@ import time
 
 import pytest
 
+PYPROJECT = """\
+[build-system]
+requires = ["setuptools>=61"]
+build-backend = "setuptools.build_meta"
+
+[project]
+name = "talker"
+version = "0.1.0"
+
+[project.scripts]
+talk = "talker.talk:main"
+
+[tool.setuptools]
+packages = ["talker"]
+"""
+
 
 @pytest.fixture
 def flow(workspace, update):
@@ -212,6 +228,24 @@ def test_python_package(workspace, update, why):
     assert (why('talker') is None) == linked
     assert installed.read_text() == 'launch: [{}]\n'
     (folder / 'talker/more.py').touch()
+    assert why('talker') == 'new file talker/more.py'
+    assert why('talker') is None
+
+
+def test_python_package_with_its_metadata_in_pyproject(workspace, update, why):
+    folder = workspace.ament_python('talker')
+    setup = 'from setuptools import setup\n\nsetup()\n'
+    workspace.write('src/talker/setup.py', setup)
+    project = workspace.write('src/talker/pyproject.toml', PYPROJECT)
+    result, output = update('talker')
+    assert result[0] == 0, output
+    programs = workspace.root / 'install/talker/lib/talker'
+    assert [path.name for path in programs.iterdir()] == ['talk']
+    assert why('talker') is None
+    project.write_text(PYPROJECT.replace('talk =', 'other ='))
+    assert why('talker') == 'pyproject.toml changed'
+    assert [path.name for path in programs.iterdir()] == ['other']
+    (folder / 'talker/more.py').write_text('')
     assert why('talker') == 'new file talker/more.py'
     assert why('talker') is None
 
