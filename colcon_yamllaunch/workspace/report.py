@@ -3,12 +3,15 @@
 
 """What users are told about what is built and why."""
 
+from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
 import time
 
 from colcon_yamllaunch.workspace.decision import Decision
 from colcon_yamllaunch.workspace.decision import How
+from colcon_yamllaunch.workspace.package import Package
 
 #: How many different reasons one line tells, and for how many packages each.
 SHOWN_REASONS = 4
@@ -66,6 +69,25 @@ def after_failure(
     if unbuilt:
         parts.append(f'not built: {_names(unbuilt)}')
     return '; '.join(parts)
+
+
+def setup_missing(failed: Iterable[Package]) -> Iterator[str]:
+    """
+    Tell which Python packages could not be built for want of a setup.py.
+
+    colcon-ros takes the build type of their manifests for granted, and fails
+    with a traceback.
+
+    :param failed: The packages that failed
+    """
+    for package in failed:
+        setup = package.path / 'setup.py'
+        if package.type == 'ros.ament_python' and not setup.exists():
+            yield (
+                f'{package.name} has no setup.py, which colcon runs: make '
+                f"{setup} with the lines 'from setuptools import setup' and "
+                "'setup()'; the metadata may be in setup.cfg or pyproject.toml"
+            )
 
 
 def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:

@@ -31,6 +31,7 @@ from colcon_yamllaunch.workspace.moved import moved_packages
 from colcon_yamllaunch.workspace.moved import remove_builds
 from colcon_yamllaunch.workspace.package import Package
 from colcon_yamllaunch.workspace.report import before_build
+from colcon_yamllaunch.workspace.report import setup_missing
 
 
 class Result(Protocol):
@@ -165,6 +166,8 @@ def bring_up_to_date(
         lock.tell(f'builds {", ".join(d.name for d in stale)}')
         by_name = {package.name: package for package in needed}
         result = work.build([(by_name[d.name], d.how) for d in stale])
+        for line in setup_missing(by_name[name] for name in result.failed):
+            announce(line)
         return Update(
             result.returncode, decisions, result.built, result.failed
         )

@@ -250,6 +250,15 @@ def test_python_package_with_its_metadata_in_pyproject(workspace, update, why):
     assert why('talker') is None
 
 
+def test_missing_setup_is_told(workspace, update):
+    folder = workspace.ament_python('talker')
+    (folder / 'setup.py').rename(folder / 'pyproject.toml')
+    result, output = update('talker')
+    assert result[0] != 0
+    told = f'talker has no setup.py, which colcon runs: make {folder}/setup.py'
+    assert told in output
+
+
 def test_merged_layout(workspace, update, why):
     folder = workspace.cmake('flow')
     arguments = ('--merge-install',)
