@@ -40,7 +40,7 @@ def missing_executable(
     own = locator.package(package)
     there = locator.executables(package)
     if path.is_file():
-        return _not_executable(path, own)
+        return _not_executable(_origin(path, own), own)
     spelling = [n for n in there if Path(n).stem == Path(name).stem]
     if spelling:
         return f"{package} has no '{name}': did you mean '{spelling[0]}'?"
@@ -140,6 +140,18 @@ def _nearest(name: str, there: Iterable[str]) -> str:
         return ': it has installed none'
     more = ', …' if len(names) > LISTED else ''
     return f': it has {", ".join(names[:LISTED])}{more}'
+
+
+def _origin(path: Path, own: Package | None) -> Path:
+    """Get the source file that an installed one is a copy of, if known."""
+    if own is None or path.is_symlink():
+        return path
+    source = _source_file(own, path.name)
+    if source is None or Path(source).name != path.name:
+        return path
+    origin = own.path / source
+    # with the mode of the source the next build would undo the cure
+    return path if is_executable(origin) else origin
 
 
 def _not_executable(path: Path, own: Package | None) -> str:

@@ -135,6 +135,15 @@ def test_script_without_executable_bit(tree):
     assert str(tree.source) in text
 
 
+def test_copy_without_executable_bit(tree):
+    tree.src('scripts/counter.py')
+    copy = tree.installed('lib/my_pkg/counter.py')
+    text = missing(tree, 'counter.py')
+    assert text.endswith(f"'chmod +x scripts/counter.py' in {tree.source}")
+    tree.src('scripts/counter.py', mode=0o755)
+    assert missing(tree, 'counter.py').endswith(f"'chmod +x {copy}'")
+
+
 @pytest.mark.parametrize('mode', [0o644, 0o755])
 def test_script_that_is_not_installed(tree, mode):
     tree.src('scripts/counter.py', mode=mode)
