@@ -254,12 +254,15 @@ def test_a_client_that_never_reads_costs_neither_time_nor_memory(
 
 def test_a_client_that_vanishes_is_forgotten(controlled, sleep, wait_until):
     c = controlled(sleep('a'))
+    c.becomes('a', 'running')
+    # by then it has also closed what that took
+    assert idles(c.one.popen.pid)
     count = descriptors_of(c.one.popen.pid)
     for _ in range(5):
         raw = c.raw()
         raw.sendall(protocol.encode(protocol.request('status')) * 50)
         raw.close()
-    wait_until(lambda: descriptors_of(c.one.popen.pid) == count)
+    wait_until(lambda: descriptors_of(c.one.popen.pid) <= count)
     assert idles(c.one.popen.pid)
 
 
