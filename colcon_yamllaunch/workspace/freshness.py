@@ -26,6 +26,7 @@ from colcon_yamllaunch.workspace.decision import Decision
 from colcon_yamllaunch.workspace.decision import How
 from colcon_yamllaunch.workspace.decision import Reason
 from colcon_yamllaunch.workspace.inputs import BuildInputs
+from colcon_yamllaunch.workspace.links import INTERFACE_SUFFIXES
 from colcon_yamllaunch.workspace.links import link_project
 from colcon_yamllaunch.workspace.links import live_files
 from colcon_yamllaunch.workspace.links import remove_dangling
@@ -47,8 +48,6 @@ from colcon_yamllaunch.workspace.source import states_of
 
 #: What colcon writes for all packages together (colcon-core).
 _PREFIX_SCRIPTS = ('setup.sh', 'local_setup.sh', '_local_setup_util_sh.py')
-#: Interfaces that code is generated from, which is installed by the folder.
-_INTERFACES = ('.msg', '.srv', '.action', '.idl')
 _UNKNOWN = 'there is no record of a successful build of it'
 _FAILED = 'no successful build: the last one failed or was interrupted'
 _CUT_OFF = 'no successful build: the last one was cut off'
@@ -162,7 +161,8 @@ class Freshness:
         products = self._products
         if record.how >= How.CONFIGURE:
             products.prune(name, attempt.listed)
-        inputs = BuildInputs(package.path, products.build(name))
+        build = products.build(name)
+        inputs = BuildInputs(package.path, build)
         own = (package.path, products.build_base, products.install_base)
         started = self._path(name).stat().st_mtime_ns
         files = {
@@ -172,7 +172,6 @@ class Freshness:
         }
         now = time.time_ns()
         installed = products.installed(name)
-        build = products.build(name)
         self._write(
             name,
             replace(
@@ -357,7 +356,7 @@ def _how_to_build_python(change: Change, record: Record) -> How:
 
 
 def _generates(record: Record) -> bool:
-    return any(name.endswith(_INTERFACES) for name in record.files)
+    return any(name.endswith(INTERFACE_SUFFIXES) for name in record.files)
 
 
 def _of_others(record: Record, found: Iterable[Reason]) -> Iterator[Reason]:

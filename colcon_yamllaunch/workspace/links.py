@@ -19,11 +19,13 @@ SOURCE_SUFFIXES = frozenset(
     ('.c', '.cc', '.cpp', '.cxx', '.cu', '.s', '.f', '.f90', '.rs')
 )
 _TEMPLATES = ('.cmake', '.in', '.em', '.ui', '.qrc', '.proto', '.pyx', '.pxd')
-_INTERFACES = ('.msg', '.srv', '.action', '.idl')
-#: The metadata of a package in pyproject.toml (PEP 621).
-_PROJECT_TABLE = re.compile(r'^\s*\[\s*project\s*\]', re.MULTILINE)
+#: Interfaces that code is generated from.
+INTERFACE_SUFFIXES = ('.msg', '.srv', '.action', '.idl')
+#: The metadata of a package in pyproject.toml (PEP 621); not compiled, as each
+#: launch imports this module and few builds need it.
+_PROJECT_TABLE = r'(?m)^\s*\[\s*project\s*\]'
 COMPILED_SUFFIXES = frozenset(
-    (*_HEADERS, *SOURCE_SUFFIXES, *_TEMPLATES, *_INTERFACES)
+    (*_HEADERS, *SOURCE_SUFFIXES, *_TEMPLATES, *INTERFACE_SUFFIXES)
 )
 COMPILED_NAMES = frozenset(
     ('CMakeLists.txt', 'CMakePresets.json', 'Makefile', 'package.xml')
@@ -90,7 +92,7 @@ def link_project(source: Path, build: Path) -> None:
         text = project.read_text('utf-8', errors='replace')
     except OSError:
         return
-    if 'setup()' in setup and _PROJECT_TABLE.search(text):
+    if 'setup()' in setup and re.search(_PROJECT_TABLE, text):
         with suppress(OSError):
             link.symlink_to(project)
 
