@@ -18,6 +18,7 @@ import threading
 import time
 from types import FrameType
 
+from colcon_yamllaunch.verb.messages import INTERRUPTED
 from colcon_yamllaunch.workspace.leftovers import end_own_processes
 from colcon_yamllaunch.workspace.leftovers import own_processes
 from colcon_yamllaunch.workspace.leftovers import send
@@ -81,7 +82,9 @@ def interruption() -> Iterator[Interruption]:
     """
     End what is built when a signal asks for it, within some seconds.
 
-    The first signal raises :class:`KeyboardInterrupt`.
+    The first signal raises :class:`KeyboardInterrupt` inside.
+
+    :raises SystemExit: with the exit code, if nothing took that
     """
     state = Interruption()
     previous = {number: signal.getsignal(number) for number in SIGNALS}
@@ -91,6 +94,8 @@ def interruption() -> Iterator[Interruption]:
         for number in taken:
             signal.signal(number, state.begin)
         yield state
+    except KeyboardInterrupt:
+        raise SystemExit(state.returncode or INTERRUPTED) from None
     finally:
         state.end()
         for number in taken:

@@ -102,6 +102,24 @@ def test_the_next_launch_builds(builder: User) -> None:
     assert 'hello from slow' in output
 
 
+@pytest.mark.parametrize(
+    ('name', 'code'), [('SIGINT', 130), ('SIGTERM', 143), ('SIGHUP', 129)]
+)
+def test_a_launch_that_waits_for_a_build(
+    builder: User, name: str, code: int
+) -> None:
+    first = _start(builder, 'launch')
+    pid = _pid(builder, first)
+    second = builder.start('colcon', 'launch', 'other', 'other')
+    second.wait_for('waiting for another build')
+    second.process.send_signal(signal.Signals[name])
+    assert second.end() == code, second.output
+    assert 'Traceback' not in second.output
+    # and the other one's build goes on
+    assert Path(f'/proc/{pid}').exists()
+    assert first.interrupt() == 130
+
+
 def test_killed_launch(builder: User) -> None:
     killed = _start(builder, 'launch')
     pid = _pid(builder, killed)
