@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from colcon_yamllaunch.frozen import dataclass
+from colcon_yamllaunch.verb.exclusion import at_most_one
+from colcon_yamllaunch.verb.exclusion import option_of
 from colcon_yamllaunch.workspace.error import WorkspaceError
 
 #: What can be asked of a running launch, with a list of names.
@@ -123,10 +125,7 @@ def control_options(
     ]
     if options.attach is not None and (given or not (words or has_plan)):
         given.append('attach')
-    if len(given) > 1:
-        raise WorkspaceError(
-            f'--{given[0]} and --{given[1]} exclude one another'
-        )
+    at_most_one([option_of(name) for name in given])
     if not given:
         _refuse_alone(options)
         return None

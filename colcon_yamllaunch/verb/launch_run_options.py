@@ -12,6 +12,8 @@ from typing import Any
 from colcon_yamllaunch.frozen import dataclass
 from colcon_yamllaunch.runtime.line_pattern import LinePattern
 from colcon_yamllaunch.runtime.reporting import Verbosity
+from colcon_yamllaunch.verb.exclusion import excluded
+from colcon_yamllaunch.verb.exclusion import option_of
 from colcon_yamllaunch.workspace.error import WorkspaceError
 
 _UNTIL = '--until'
@@ -102,7 +104,7 @@ def run_options(options: Any, look: str | None) -> LaunchRunOptions:
     if look is not None:
         _refuse_with_look(options, look)
     if options.quiet and options.verbose:
-        raise WorkspaceError('--quiet and --verbose exclude one another')
+        raise excluded('--quiet', '--verbose')
     until = tuple(_pattern(text) for text in options.until or ())
     timeout = _seconds('--timeout', options.timeout)
     duration = _seconds('--for', options.duration)
@@ -137,9 +139,9 @@ def _refuse_with_look(options: Any, look: str) -> None:
         ('--verbose', options.verbose),
     ):
         if given:
-            shown = look.replace('_', '-')
             raise WorkspaceError(
-                f'{name} is about a launch that runs, and --{shown} runs none'
+                f'{name} is about a launch that runs, and {option_of(look)} '
+                'runs none'
             )
 
 

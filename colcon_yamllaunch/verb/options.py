@@ -26,6 +26,9 @@ from colcon_yamllaunch.verb.control_options import add_prefix_options
 from colcon_yamllaunch.verb.control_options import control_options
 from colcon_yamllaunch.verb.control_options import ControlOptions
 from colcon_yamllaunch.verb.control_options import prefix_arguments
+from colcon_yamllaunch.verb.exclusion import at_most_one
+from colcon_yamllaunch.verb.exclusion import excluded
+from colcon_yamllaunch.verb.exclusion import option_of
 from colcon_yamllaunch.verb.launch_run_options import add_ending
 from colcon_yamllaunch.verb.launch_run_options import add_shown
 from colcon_yamllaunch.verb.launch_run_options import joined_patterns
@@ -342,18 +345,14 @@ def split_option(options: Any, name: str) -> tuple[str, ...]:
     try:
         return tuple(shlex.split(getattr(options, name) or ''))
     except ValueError as e:
-        option = f'--{name}'.replace('_', '-')
-        raise WorkspaceError(f'{option} has an open quote: {e}') from e
+        raise WorkspaceError(
+            f'{option_of(name)} has an open quote: {e}'
+        ) from e
 
 
 def _look(options: Any) -> tuple[str | None, str]:
     given = [name for name in LOOKS if getattr(options, name)]
-    if len(given) > 1:
-        raise WorkspaceError(
-            f'--{given[0]} and --{given[1]} exclude one another'.replace(
-                '_', '-'
-            )
-        )
+    at_most_one([option_of(name) for name in given])
     if not given:
         return None, TEXT
     name = given[0]
@@ -402,16 +401,14 @@ def check_build_options(options: Any, paths: Sequence[str] | None) -> None:
         )
         if value
     ]
-    if len(given) > 1:
-        raise WorkspaceError(f'{given[0]} and {given[1]} exclude one another')
+    at_most_one(given)
 
 
 def _check_building(options: Any, look: str | None) -> None:
     if options.force and options.no_build:
-        raise WorkspaceError('--no-build and --force exclude one another')
+        raise excluded('--no-build', '--force')
     if options.why and look not in (None, 'plan'):
-        shown = str(look).replace('_', '-')
-        raise WorkspaceError(f'--why and --{shown} exclude one another')
+        raise excluded('--why', option_of(str(look)))
 
 
 def _nothing_to_launch(paths: Sequence[str] | None) -> str:
