@@ -72,7 +72,13 @@ def condition_changes(before: Conditions, now: Conditions) -> Iterator[Reason]:
         yield Reason(f'{name} changed in the environment', How.AFRESH)
     for name in _changes(before.dependencies, now.dependencies):
         how = _how(before.dependencies.get(name), now.dependencies.get(name))
-        yield Reason(f'{name} was rebuilt', how)
+        if name not in now.dependencies:
+            text = f'{name} is no longer among what it is built on'
+        elif name not in before.dependencies:
+            text = f'{name} is new among what it is built on'
+        else:
+            text = f'{name} was rebuilt'
+        yield Reason(text, how)
 
 
 def how_after(how: How) -> How:
