@@ -2,8 +2,10 @@
 # Licensed under the Apache License, Version 2.0
 
 import os
+from pathlib import Path
 import subprocess
 import sys
+import time
 
 from colcon_yamllaunch.runtime.members import find_members
 from colcon_yamllaunch.runtime.members import is_alive
@@ -13,6 +15,8 @@ from colcon_yamllaunch.runtime.members import new_identity
 import pytest
 
 NO_SESSION = -1
+#: Seconds; a loaded machine needs some.
+DEADLINE = 60
 
 
 @pytest.fixture
@@ -29,6 +33,10 @@ def start():
             **more,
         )
         started.append(process)
+        # Popen returns just before the kernel has put the environment there
+        deadline = time.monotonic() + DEADLINE
+        while not Path(f'/proc/{process.pid}/environ').read_bytes():
+            assert time.monotonic() < deadline
         return process
 
     yield run
