@@ -50,7 +50,7 @@ lint: $(VENV)/.installed
 fuzz: $(VENV)/.installed
 	HYPOTHESIS_PROFILE=long $(BIN)/pytest -n auto tests/language -k fuzz
 	HYPOTHESIS_PROFILE=long $(BIN)/pytest -rP \
-		tests/workspace/test_freshness_properties.py
+		tests/workspace/freshness/test_freshness_properties.py
 
 soak: $(VENV)/.installed
 	SOAK_MINUTES=$(MINUTES) $(BIN)/pytest -n 2 tests/runtime/test_soak.py

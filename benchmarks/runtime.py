@@ -36,10 +36,10 @@ import sys
 import tempfile
 import time
 
-from colcon_yamllaunch.language.plan import Plan
-from colcon_yamllaunch.language.plan import Process
-from colcon_yamllaunch.language.position import Position
-from colcon_yamllaunch.runtime.launch import run
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.run_plan import run
 
 LINE = b'[INFO] [1732000000.123456789] [counter]: published number 42\n'
 #: How often a producer writes its file.
@@ -170,7 +170,7 @@ class Running:
         return [
             p
             for p in _processes()
-            if b'runtime.guard' in _read(p, 'environ')
+            if b'stopping.guard' in _read(p, 'environ')
             and _parent(p) == self.pid
         ]
 

@@ -12,19 +12,19 @@ from collections.abc import Iterable
 from collections.abc import Sequence
 import sys
 
-from colcon_yamllaunch.language.actions import Action
-from colcon_yamllaunch.language.actions import ACTIONS
-from colcon_yamllaunch.language.actions import ALIASES
-from colcon_yamllaunch.language.actions import Attribute
-from colcon_yamllaunch.language.actions import CONDITIONS
-from colcon_yamllaunch.language.actions import items_of
-from colcon_yamllaunch.language.actions import PARAMETER
-from colcon_yamllaunch.language.actions import UNSUPPORTED
-from colcon_yamllaunch.language.examples import EXAMPLES
 from colcon_yamllaunch.language.reference_text import DIFFERENCES
 from colcon_yamllaunch.language.reference_text import INTRODUCTION
 from colcon_yamllaunch.language.reference_text import PARAMETERS
-from colcon_yamllaunch.language.substitutions import KINDS
+from colcon_yamllaunch.language.vocabulary.actions import Action
+from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
+from colcon_yamllaunch.language.vocabulary.actions import ALIASES
+from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import CONDITIONS
+from colcon_yamllaunch.language.vocabulary.actions import items_of
+from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
+from colcon_yamllaunch.language.vocabulary.actions import UNSUPPORTED
+from colcon_yamllaunch.language.vocabulary.examples import EXAMPLES
+from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 
 _MARK = (
     '<!-- made by `python -m colcon_yamllaunch.language.reference`: change '

@@ -29,9 +29,11 @@ class CreateVerb(VerbExtensionPoint):  # type: ignore[misc]
         self._environment: dict[str, str] = {}
 
     def add_arguments(self, *, parser: Any) -> None:  # noqa: D102
-        from colcon_yamllaunch.verb.create_options import add_create_options
-        from colcon_yamllaunch.verb.log_base import LOG_PATH
-        from colcon_yamllaunch.verb.standard_streams import (
+        from colcon_yamllaunch.verb.cli.create_options import (
+            add_create_options,
+        )
+        from colcon_yamllaunch.verb.cli.log_base import LOG_PATH
+        from colcon_yamllaunch.verb.cli.standard_streams import (
             open_standard_streams,
         )
 
@@ -50,11 +52,11 @@ class CreateVerb(VerbExtensionPoint):  # type: ignore[misc]
         if not os.environ.get(LOG_PATH):
             os.environ[LOG_PATH] = os.devnull
         if '_ARGCOMPLETE' in os.environ:
-            from colcon_yamllaunch.verb.completing import complete
+            from colcon_yamllaunch.verb.completion.completing import complete
 
             complete('create', parser, self._environment)
 
     def main(self, *, context: Any) -> int:  # noqa: D102
-        from colcon_yamllaunch.verb.creating import main
+        from colcon_yamllaunch.verb.launching.create_flow import main
 
         return main(context.args, self._environment)

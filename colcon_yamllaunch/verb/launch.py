@@ -33,9 +33,9 @@ class LaunchVerb(VerbExtensionPoint):  # type: ignore[misc]
         self._environment: dict[str, str] = {}
 
     def add_arguments(self, *, parser: Any) -> None:  # noqa: D102
-        from colcon_yamllaunch.verb.log_base import choose_log_base
-        from colcon_yamllaunch.verb.options import add_options
-        from colcon_yamllaunch.verb.standard_streams import (
+        from colcon_yamllaunch.verb.cli.log_base import choose_log_base
+        from colcon_yamllaunch.verb.cli.options import add_options
+        from colcon_yamllaunch.verb.cli.standard_streams import (
             open_standard_streams,
         )
 
@@ -57,11 +57,11 @@ class LaunchVerb(VerbExtensionPoint):  # type: ignore[misc]
         add_options(parser)
         choose_log_base()
         if '_ARGCOMPLETE' in os.environ:
-            from colcon_yamllaunch.verb.completing import complete
+            from colcon_yamllaunch.verb.completion.completing import complete
 
             complete('launch', parser, self._environment)
 
     def main(self, *, context: Any) -> int:  # noqa: D102
-        from colcon_yamllaunch.verb.main import main
+        from colcon_yamllaunch.verb.launching.main import main
 
         return main(context.args, self._environment)

@@ -30,12 +30,12 @@ class RunVerb(VerbExtensionPoint):  # type: ignore[misc]
         self._environment: dict[str, str] = {}
 
     def add_arguments(self, *, parser: Any) -> None:  # noqa: D102
-        from colcon_yamllaunch.verb.log_base import choose_log_base
-        from colcon_yamllaunch.verb.run_options import add_run_options
-        from colcon_yamllaunch.verb.run_words import own_words
-        from colcon_yamllaunch.verb.standard_streams import (
+        from colcon_yamllaunch.verb.cli.log_base import choose_log_base
+        from colcon_yamllaunch.verb.cli.run_options import add_run_options
+        from colcon_yamllaunch.verb.cli.standard_streams import (
             open_standard_streams,
         )
+        from colcon_yamllaunch.verb.run_positionals import own_words
 
         open_standard_streams()
         # what colcon adds to the environment is not the user's
@@ -55,11 +55,11 @@ class RunVerb(VerbExtensionPoint):  # type: ignore[misc]
         add_run_options(parser)
         choose_log_base(own_words())
         if '_ARGCOMPLETE' in os.environ:
-            from colcon_yamllaunch.verb.completing import complete
+            from colcon_yamllaunch.verb.completion.completing import complete
 
             complete('run', parser, self._environment)
 
     def main(self, *, context: Any) -> int:  # noqa: D102
-        from colcon_yamllaunch.verb.running import main
+        from colcon_yamllaunch.verb.launching.run_flow import main
 
         return main(context.args, self._environment)

@@ -8,13 +8,17 @@ from collections.abc import Iterator
 from pathlib import Path
 import re
 
-from colcon_yamllaunch.runtime.control.folder import SUFFIX
-from colcon_yamllaunch.verb.environment_variables import KEPT_LOG_FOLDERS
-from colcon_yamllaunch.workspace.lock import LOCK_NAME
-from colcon_yamllaunch.workspace.record import RECORD_NAME
-from colcon_yamllaunch.workspace.remembered import MEMORY_NAME
-from colcon_yamllaunch.workspace.remembered_environment import FOLDER_NAME
-from colcon_yamllaunch.workspace.remembered_environment import MAXIMUM_RECORDS
+from colcon_yamllaunch.runtime.control.socket_folder import SUFFIX
+from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
+from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME
+from colcon_yamllaunch.workspace.environment.environment_cache import (
+    FOLDER_NAME,
+)
+from colcon_yamllaunch.workspace.environment.environment_cache import (
+    MAXIMUM_RECORDS,
+)
+from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
+from colcon_yamllaunch.workspace.index.colcon_cache import MEMORY_NAME
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / 'docs/files_and_variables.md').read_text(encoding='utf-8')

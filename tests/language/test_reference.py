@@ -8,13 +8,13 @@ import re
 import subprocess
 import sys
 
-from colcon_yamllaunch.language.actions import ACTIONS
-from colcon_yamllaunch.language.actions import ALIASES
-from colcon_yamllaunch.language.actions import Type
-from colcon_yamllaunch.language.actions import UNSUPPORTED
 from colcon_yamllaunch.language.reference import reference_page
-from colcon_yamllaunch.language.substitutions import KINDS
-from colcon_yamllaunch.language.tree import read_launch_file
+from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
+from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
+from colcon_yamllaunch.language.vocabulary.actions import ALIASES
+from colcon_yamllaunch.language.vocabulary.actions import Type
+from colcon_yamllaunch.language.vocabulary.actions import UNSUPPORTED
+from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 import pytest
 
 from tests.language.conftest import source

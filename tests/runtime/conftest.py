@@ -13,8 +13,8 @@ import time
 from typing import Any
 
 import colcon_yamllaunch
-from colcon_yamllaunch.language.plan import Process
-from colcon_yamllaunch.language.position import Position
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.syntax.position import Position
 import pytest
 
 #: Seconds after which something will not happen any more.
@@ -129,7 +129,7 @@ class Launch:
             except (OSError, UnicodeDecodeError):
                 continue
             child = int(stat.split()[1]) == self.popen.pid
-            if child and b'runtime.guard' in environment:
+            if child and b'stopping.guard' in environment:
                 found.append(int(entry.name))
         return found
 

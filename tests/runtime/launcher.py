@@ -9,17 +9,17 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from colcon_yamllaunch.language.plan import Entry
-from colcon_yamllaunch.language.plan import Message
-from colcon_yamllaunch.language.plan import ParameterFile
-from colcon_yamllaunch.language.plan import Plan
-from colcon_yamllaunch.language.plan import Process
-from colcon_yamllaunch.language.plan import Shutdown
-from colcon_yamllaunch.language.plan import Timer
-from colcon_yamllaunch.language.position import Position
-from colcon_yamllaunch.runtime.control.states import About
-from colcon_yamllaunch.runtime.front import Look
-from colcon_yamllaunch.runtime.launch import run
+from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import Message
+from colcon_yamllaunch.language.plan.plan import ParameterFile
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.control.launch_states import About
+from colcon_yamllaunch.runtime.run_plan import run
+from colcon_yamllaunch.runtime.screen.presentation import Look
 
 
 def entry_of(data: dict[str, Any]) -> Entry:

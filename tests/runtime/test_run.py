@@ -11,8 +11,8 @@ import signal
 import stat
 import subprocess
 
-from colcon_yamllaunch.language.plan import Plan
-from colcon_yamllaunch.runtime.launch import run
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.runtime.run_plan import run
 import pytest
 
 

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import time
 
-from colcon_yamllaunch.runtime import limits
+from colcon_yamllaunch.runtime.core import limits
 import pytest
 
 STUBBORN = (

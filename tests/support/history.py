@@ -5,12 +5,12 @@
 
 from itertools import count
 
-from colcon_yamllaunch.language.plan import Plan
-from colcon_yamllaunch.runtime.events import Started
-from colcon_yamllaunch.runtime.members import Member
-from colcon_yamllaunch.runtime.outcome import Outcome
-from colcon_yamllaunch.runtime.spawn import StartError
-from colcon_yamllaunch.runtime.supervisor import Supervisor
+from colcon_yamllaunch.common.process_scan import Member
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.course.supervisor import Supervisor
+from colcon_yamllaunch.runtime.process.spawn import StartError
 
 FINE = Outcome(code=0)
 

@@ -12,14 +12,14 @@ from support.user import User
 #: other sorts of launch files need.
 HEAVY = {
     'catkin_pkg',
-    'colcon_yamllaunch.language.plan_text',
-    'colcon_yamllaunch.language.xml_reader',
+    'colcon_yamllaunch.language.plan.plan_text',
+    'colcon_yamllaunch.language.syntax.xml_reader',
     'colcon_yamllaunch.runtime.control.client',
-    'colcon_yamllaunch.runtime.junit',
-    'colcon_yamllaunch.verb.annotations',
-    'colcon_yamllaunch.verb.attaching',
-    'colcon_yamllaunch.verb.looking',
-    'colcon_yamllaunch.workspace.colcon',
+    'colcon_yamllaunch.runtime.record.junit',
+    'colcon_yamllaunch.verb.launching.annotations',
+    'colcon_yamllaunch.verb.sessions.attaching',
+    'colcon_yamllaunch.verb.launching.inspect_launch',
+    'colcon_yamllaunch.workspace.building.colcon_adapter',
     'difflib',
     'hashlib',
     'pyparsing',
@@ -37,7 +37,7 @@ def test_launch_without_changes_imports_nothing_heavy(user: User) -> None:
     user.environment['PYTHONPROFILEIMPORTTIME'] = '1'
     output = user.launch('one', 'one')
     imported = set(re.findall(r'^import time: .*\| +(\S+)$', output, re.M))
-    assert 'colcon_yamllaunch.runtime.engine' in imported
+    assert 'colcon_yamllaunch.runtime.course.engine' in imported
     assert imported.isdisjoint(HEAVY), imported & HEAVY
 
 
@@ -52,7 +52,7 @@ def test_change_asks_colcon(user: User) -> None:
     user.environment['PYTHONPROFILEIMPORTTIME'] = '1'
     output = user.launch('one', 'one')
     imported = set(re.findall(r'^import time: .*\| +(\S+)$', output, re.M))
-    assert 'colcon_yamllaunch.workspace.colcon' in imported
+    assert 'colcon_yamllaunch.workspace.building.colcon_adapter' in imported
 
 
 def test_known_package_is_built_without_identifying_it(user: User) -> None:
@@ -64,5 +64,5 @@ def test_known_package_is_built_without_identifying_it(user: User) -> None:
     user.environment['PYTHONPROFILEIMPORTTIME'] = '1'
     output = user.launch('one', 'one')
     imported = set(re.findall(r'^import time: .*\| +(\S+)$', output, re.M))
-    assert 'colcon_yamllaunch.workspace.colcon' in imported
+    assert 'colcon_yamllaunch.workspace.building.colcon_adapter' in imported
     assert imported.isdisjoint(IDENTIFYING), imported & IDENTIFYING

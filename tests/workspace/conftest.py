@@ -62,9 +62,9 @@ location.set_default_log_path(
     base_path=None, env_var='COLCON_LOG_PATH', subdirectory='launch')
 location.create_log_path('launch')
 
-from colcon_yamllaunch.workspace.colcon import Colcon
-from colcon_yamllaunch.workspace.error import WorkspaceError
-from colcon_yamllaunch.workspace.update import bring_up_to_date
+from colcon_yamllaunch.workspace.building.colcon_adapter import Colcon
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.workspace.building.update import bring_up_to_date
 
 
 def show(value):

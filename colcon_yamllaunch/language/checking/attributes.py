@@ -8,20 +8,20 @@ from collections.abc import Iterable
 from dataclasses import replace
 import math
 
-from colcon_yamllaunch.language.actions import Action
-from colcon_yamllaunch.language.actions import ACTIONS
-from colcon_yamllaunch.language.actions import Attribute
-from colcon_yamllaunch.language.actions import Type
-from colcon_yamllaunch.language.checking.scope import Value
-from colcon_yamllaunch.language.checking.state import Checking
-from colcon_yamllaunch.language.checking.values import value_of
-from colcon_yamllaunch.language.checking.values import value_of_part
-from colcon_yamllaunch.language.command_line import split_command_line
-from colcon_yamllaunch.language.command_line import UnclosedQuoteError
-from colcon_yamllaunch.language.substitutions import parse_boolean
-from colcon_yamllaunch.language.suggest import did_you_mean
-from colcon_yamllaunch.language.text import Text
-from colcon_yamllaunch.language.tree import Item
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.language.checking.check_state import Checking
+from colcon_yamllaunch.language.checking.possible_scope import Value
+from colcon_yamllaunch.language.checking.possible_values import value_of
+from colcon_yamllaunch.language.checking.possible_values import value_of_part
+from colcon_yamllaunch.language.syntax.command_line import split_command_line
+from colcon_yamllaunch.language.syntax.command_line import UnclosedQuoteError
+from colcon_yamllaunch.language.tree.launch_tree import Item
+from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.vocabulary.actions import Action
+from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
+from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import Type
+from colcon_yamllaunch.language.vocabulary.substitutions import parse_boolean
 
 #: The attributes that decide whether an action is done.
 CONDITIONS = ('if', 'unless')

@@ -13,44 +13,50 @@ from collections.abc import Mapping
 from dataclasses import replace
 import os
 
-from colcon_yamllaunch.frozen import dataclass
-from colcon_yamllaunch.language.checking.arguments import ArgumentUse
-from colcon_yamllaunch.language.checking.arguments import FileUse
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.language.checking.argument_use import ArgumentUse
+from colcon_yamllaunch.language.checking.argument_use import FileUse
 from colcon_yamllaunch.language.checking.attributes import check_attributes
 from colcon_yamllaunch.language.checking.attributes import check_pairs
 from colcon_yamllaunch.language.checking.attributes import truth
 from colcon_yamllaunch.language.checking.attributes import whole_number
-from colcon_yamllaunch.language.checking.portable import portability_problems
-from colcon_yamllaunch.language.checking.processes import ProcessChecks
-from colcon_yamllaunch.language.checking.scope import Binding
-from colcon_yamllaunch.language.checking.scope import Guard
-from colcon_yamllaunch.language.checking.scope import known
-from colcon_yamllaunch.language.checking.scope import Scope
-from colcon_yamllaunch.language.checking.scope import unknown
-from colcon_yamllaunch.language.checking.scope import Value
-from colcon_yamllaunch.language.checking.settings import set_pair
-from colcon_yamllaunch.language.checking.settings import SETTINGS
-from colcon_yamllaunch.language.checking.state import Checking
-from colcon_yamllaunch.language.checking.state import OpenFile
-from colcon_yamllaunch.language.checking.values import ANY_VARIABLE
-from colcon_yamllaunch.language.checking.values import value_of
-from colcon_yamllaunch.language.diagnostics import Diagnostic
-from colcon_yamllaunch.language.diagnostics import LaunchError
-from colcon_yamllaunch.language.evaluate import MAXIMUM_ACTIONS
-from colcon_yamllaunch.language.evaluate import MAXIMUM_INCLUDE_DEPTH
-from colcon_yamllaunch.language.position import Position
-from colcon_yamllaunch.language.python_launch import PYTHON_SUFFIX
-from colcon_yamllaunch.language.request import Request
-from colcon_yamllaunch.language.source import read_source
-from colcon_yamllaunch.language.source import Source
-from colcon_yamllaunch.language.state import ExecutableUse
-from colcon_yamllaunch.language.state import State
-from colcon_yamllaunch.language.suggest import did_you_mean
-from colcon_yamllaunch.language.text import Text
-from colcon_yamllaunch.language.tree import Entity
-from colcon_yamllaunch.language.tree import Item
-from colcon_yamllaunch.language.tree import LaunchFile
-from colcon_yamllaunch.language.tree import read_launch_file
+from colcon_yamllaunch.language.checking.check_state import Checking
+from colcon_yamllaunch.language.checking.check_state import OpenFile
+from colcon_yamllaunch.language.checking.portability import (
+    portability_problems,
+)
+from colcon_yamllaunch.language.checking.possible_scope import Binding
+from colcon_yamllaunch.language.checking.possible_scope import Guard
+from colcon_yamllaunch.language.checking.possible_scope import known
+from colcon_yamllaunch.language.checking.possible_scope import Scope
+from colcon_yamllaunch.language.checking.possible_scope import unknown
+from colcon_yamllaunch.language.checking.possible_scope import Value
+from colcon_yamllaunch.language.checking.possible_values import ANY_VARIABLE
+from colcon_yamllaunch.language.checking.possible_values import value_of
+from colcon_yamllaunch.language.checking.process_checks import ProcessChecks
+from colcon_yamllaunch.language.checking.scope_checks import set_pair
+from colcon_yamllaunch.language.checking.scope_checks import SETTINGS
+from colcon_yamllaunch.language.evaluation.evaluate import MAXIMUM_ACTIONS
+from colcon_yamllaunch.language.evaluation.evaluate import (
+    MAXIMUM_INCLUDE_DEPTH,
+)
+from colcon_yamllaunch.language.evaluation.evaluation_state import (
+    ExecutableUse,
+)
+from colcon_yamllaunch.language.evaluation.evaluation_state import State
+from colcon_yamllaunch.language.evaluation.python_launch import PYTHON_SUFFIX
+from colcon_yamllaunch.language.evaluation.request import Request
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.source_text import read_source
+from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.tree.launch_tree import Entity
+from colcon_yamllaunch.language.tree.launch_tree import Item
+from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
+from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
+from colcon_yamllaunch.language.tree.text import Text
 import yaml
 
 #: How often one launch file is looked at, with other arguments each time.

@@ -10,11 +10,11 @@ import socket
 from typing import Any
 
 from colcon_yamllaunch.runtime.control import protocol
-from colcon_yamllaunch.runtime.control.address import connections
-from colcon_yamllaunch.runtime.control.address import peer_pid
+from colcon_yamllaunch.runtime.control.launch_states import from_json
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
-from colcon_yamllaunch.runtime.control.states import from_json
-from colcon_yamllaunch.runtime.control.states import LaunchState
+from colcon_yamllaunch.runtime.control.socket_address import connections
+from colcon_yamllaunch.runtime.control.socket_address import peer_pid
 
 #: Seconds that a launch may take to answer; one that is held, as by Ctrl-Z,
 #: does not answer.

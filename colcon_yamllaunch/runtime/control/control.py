@@ -7,15 +7,15 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from pathlib import Path
 
-from colcon_yamllaunch.runtime.control.address import Address
-from colcon_yamllaunch.runtime.control.folder import FolderError
+from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.local_attachment import LocalAttachment
 from colcon_yamllaunch.runtime.control.server import Server
 from colcon_yamllaunch.runtime.control.service import Service
-from colcon_yamllaunch.runtime.control.states import About
-from colcon_yamllaunch.runtime.engine import Engine
-from colcon_yamllaunch.runtime.events import Warned
-from colcon_yamllaunch.runtime.guard_link import GuardLink
+from colcon_yamllaunch.runtime.control.socket_address import Address
+from colcon_yamllaunch.runtime.control.socket_folder import FolderError
+from colcon_yamllaunch.runtime.core.events import Warned
+from colcon_yamllaunch.runtime.course.engine import Engine
+from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
 
 
 class Control:

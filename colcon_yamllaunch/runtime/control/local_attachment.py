@@ -7,16 +7,16 @@ import select
 
 from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
-from colcon_yamllaunch.runtime.engine import Engine
-from colcon_yamllaunch.runtime.events import Attached
-from colcon_yamllaunch.runtime.events import Detached
-from colcon_yamllaunch.runtime.events import Event
-from colcon_yamllaunch.runtime.events import Exited
-from colcon_yamllaunch.runtime.events import Listener
-from colcon_yamllaunch.runtime.events import Output
-from colcon_yamllaunch.runtime.events import Started
-from colcon_yamllaunch.runtime.events import Stream
-from colcon_yamllaunch.runtime.screen import Screen
+from colcon_yamllaunch.runtime.core.events import Attached
+from colcon_yamllaunch.runtime.core.events import Detached
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import Listener
+from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import Stream
+from colcon_yamllaunch.runtime.course.engine import Engine
+from colcon_yamllaunch.runtime.screen.screen import Screen
 
 _HINT = (
     f'attached: {ESCAPE_NAME} detaches, Ctrl-C stops the launch, Ctrl-Z '

@@ -7,11 +7,11 @@ import errno
 import os
 
 from colcon_yamllaunch.runtime.control import protocol
-from colcon_yamllaunch.runtime.control.address import Address
-from colcon_yamllaunch.runtime.control.address import is_own
+from colcon_yamllaunch.runtime.control.client_connection import Visitor
 from colcon_yamllaunch.runtime.control.service import Service
-from colcon_yamllaunch.runtime.control.visitor import Visitor
-from colcon_yamllaunch.runtime.watches import Watches
+from colcon_yamllaunch.runtime.control.socket_address import Address
+from colcon_yamllaunch.runtime.control.socket_address import is_own
+from colcon_yamllaunch.runtime.streams.watches import Watches
 
 
 class Server:

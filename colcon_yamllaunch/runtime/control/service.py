@@ -12,23 +12,23 @@ from typing import Any
 from typing import Protocol
 
 from colcon_yamllaunch.runtime.control import protocol
+from colcon_yamllaunch.runtime.control.launch_states import About
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.launch_states import to_json
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
-from colcon_yamllaunch.runtime.control.states import About
-from colcon_yamllaunch.runtime.control.states import LaunchState
-from colcon_yamllaunch.runtime.control.states import ProcessState
-from colcon_yamllaunch.runtime.control.states import to_json
-from colcon_yamllaunch.runtime.events import Attached
-from colcon_yamllaunch.runtime.events import Detached
-from colcon_yamllaunch.runtime.events import Event
-from colcon_yamllaunch.runtime.events import Exited
-from colcon_yamllaunch.runtime.events import Listener
-from colcon_yamllaunch.runtime.events import Started
-from colcon_yamllaunch.runtime.events import Stream
-from colcon_yamllaunch.runtime.outcome import ending_of
-from colcon_yamllaunch.runtime.supervisor import Supervisor
-from colcon_yamllaunch.runtime.tasks import RefusedError
-from colcon_yamllaunch.runtime.tasks import TaskState
-from colcon_yamllaunch.runtime.terminals import Terminals
+from colcon_yamllaunch.runtime.core.events import Attached
+from colcon_yamllaunch.runtime.core.events import Detached
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import Listener
+from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import Stream
+from colcon_yamllaunch.runtime.core.outcome import ending_of
+from colcon_yamllaunch.runtime.core.tasks import RefusedError
+from colcon_yamllaunch.runtime.core.tasks import TaskState
+from colcon_yamllaunch.runtime.course.supervisor import Supervisor
+from colcon_yamllaunch.runtime.streams.terminals import Terminals
 
 
 class Viewer(Protocol):

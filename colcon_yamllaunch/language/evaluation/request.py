@@ -1,0 +1,32 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What is to be launched, and all that the result depends on."""
+
+from collections.abc import Mapping
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.vocabulary.package_lookup import Packages
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """
+    A launch file, and what it is to be evaluated with.
+
+    :param name: The path that the launch file goes by
+    :param path: The file to read
+    :param packages: The packages that there are
+    :param environment: The environment that the launch runs in
+    :param arguments: The launch arguments that are given
+    :param cwd: The folder that relative paths start from, absolute
+    :param log_folder: The folder that `$(log_dir)` names
+    """
+
+    name: str
+    path: str
+    packages: Packages
+    environment: Mapping[str, str]
+    arguments: Mapping[str, str]
+    cwd: str
+    log_folder: str = ''

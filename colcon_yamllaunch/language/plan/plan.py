@@ -1,0 +1,195 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What a launch file comes to: plain data, ready to be run."""
+
+from collections.abc import Iterator
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.syntax.position import Position
+
+#: Seconds from SIGINT to SIGTERM where a process says nothing else (ROS 2).
+DEFAULT_SIGTERM_TIMEOUT = 5.0
+#: Seconds from SIGTERM to SIGKILL where a process says nothing else (ROS 2).
+DEFAULT_SIGKILL_TIMEOUT = 5.0
+#: Retries without end, as ROS 2 counts them.
+UNLIMITED_RETRIES = -1
+#: The values of the `output` attribute, as in ROS 2.
+OUTPUT_MODES = ('both', 'screen', 'log', 'own_log', 'full')
+
+
+@dataclass(frozen=True, slots=True)
+class SetParameter:
+    """
+    A parameter of a node, and where it comes from.
+
+    :param name: Its full name, parts separated by dots
+    :param value: Its value as YAML
+    :param position: Where the launch file sets it
+    :param origins: Where the launch configuration that its value was made of
+      was set, and those that this one was made of, nearest first
+    """
+
+    name: str
+    value: str
+    position: Position
+    origins: tuple[Position, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterFile:
+    """
+    An argument that is the path of a file with parameters.
+
+    The file exists only while the launch runs; whoever starts the process
+    writes `content` and passes the path.
+
+    :param content: What the file says
+    :param parameters: The parameters in it; none when it is another file
+      with its substitutions made
+    """
+
+    content: str
+    parameters: tuple[SetParameter, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """
+    A launch file or group that others stand in.
+
+    :param kind: `file`, `group` or `timer`
+    :param title: What to call it: a path, a namespace, a time
+    :param position: Where it is written; a file, where it is included
+    :param parent: The index of the block around it, None for the outermost
+    """
+
+    kind: str
+    title: str
+    position: Position
+    parent: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """
+    A condition that was evaluated.
+
+    :param text: The condition as it is written
+    :param taken: Whether the action was done
+    :param position: Where it is written
+    """
+
+    text: str
+    taken: bool
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class Process:
+    """
+    A process to be started.
+
+    :param label: The name in output and logs, unique in the plan
+    :param argv: The command line
+    :param cwd: The working directory, an absolute path
+    :param environment: The variables that differ from the environment that
+      the launch runs in, sorted by name; None where one is unset
+    :param output: One of :data:`OUTPUT_MODES`
+    :param emulate_tty: Whether stdout and stderr are terminals
+    :param respawn: Whether to start it again when it ends, however it ended
+    :param respawn_delay: Seconds to wait before that
+    :param respawn_max_retries: How often at most, or
+      :data:`UNLIMITED_RETRIES`
+    :param sigterm_timeout: Seconds from SIGINT to SIGTERM when stopping
+    :param sigkill_timeout: Seconds from SIGTERM to SIGKILL when stopping
+    :param on_exit_shutdown: Whether the launch ends when the process does
+    :param position: Where the launch file says so
+    :param package: The package that the program belongs to, if any
+    :param node_name: The full name of the ROS node as far as it is known
+    :param parameters: The parameters that the launch files give it, in order;
+      the last of several with one name counts
+    :param block: The index of the block that it stands in
+    """
+
+    label: str
+    argv: tuple[str | ParameterFile, ...]
+    cwd: str
+    position: Position
+    environment: tuple[tuple[str, str | None], ...] = ()
+    output: str = 'both'
+    emulate_tty: bool = False
+    respawn: bool = False
+    respawn_delay: float = 0.0
+    respawn_max_retries: int = UNLIMITED_RETRIES
+    sigterm_timeout: float = DEFAULT_SIGTERM_TIMEOUT
+    sigkill_timeout: float = DEFAULT_SIGKILL_TIMEOUT
+    on_exit_shutdown: bool = False
+    package: str | None = None
+    node_name: str | None = None
+    parameters: tuple[SetParameter, ...] = ()
+    block: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """
+    A line for the user.
+
+    :param level: One of DEBUG, INFO, WARNING, ERROR, CRITICAL
+    :param text: The line
+    """
+
+    level: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Shutdown:
+    """The end of the launch, with a reason that may be empty."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Timer:
+    """
+    Entries that are due later.
+
+    :param period: Seconds from the moment that the timer's turn comes
+    :param entries: What is due then, in order
+    :param cancel_on_shutdown: Whether a shutdown drops the timer; if not, the
+      launch does not end before it fired
+    """
+
+    period: float
+    entries: 'tuple[Entry, ...]'
+    cancel_on_shutdown: bool = True
+
+
+Entry = Process | Message | Shutdown | Timer
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """
+    Everything that a launch does, in order.
+
+    :param entries: What to do, in the order of the launch files
+    :param blocks: The launch files, groups and timers, outer ones first
+    :param conditions: The conditions that were evaluated, in order
+    """
+
+    entries: tuple[Entry, ...] = ()
+    blocks: tuple[Block, ...] = ()
+    conditions: tuple[Condition, ...] = ()
+
+    def processes(self) -> Iterator[Process]:
+        """Iterate over all processes, those behind timers too."""
+        pending = list(reversed(self.entries))
+        while pending:
+            entry = pending.pop()
+            if isinstance(entry, Process):
+                yield entry
+            elif isinstance(entry, Timer):
+                pending.extend(reversed(entry.entries))

@@ -1,0 +1,116 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Drawings of a plan: its launch files, groups and processes."""
+
+from collections.abc import Iterator
+
+from colcon_yamllaunch.language.plan.plan import Block
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.syntax.diagnostics import shown_path
+
+
+def plan_as_mermaid(plan: Plan, cwd: str) -> str:
+    """
+    Draw a plan as a Mermaid flowchart.
+
+    :param cwd: The folder that paths are shown relative to
+    """
+    lines = ['flowchart TB']
+    lines += _Drawing(plan, cwd).lines(_Mermaid())
+    return '\n'.join(lines)
+
+
+def plan_as_dot(plan: Plan, cwd: str) -> str:
+    """
+    Draw a plan in the language of Graphviz.
+
+    :param cwd: The folder that paths are shown relative to
+    """
+    lines = ['digraph launch {', '  node [shape=box];']
+    lines += _Drawing(plan, cwd).lines(_Dot())
+    return '\n'.join([*lines, '}'])
+
+
+class _Language:
+    """How a language of drawings writes what all have."""
+
+    def opening(self, number: int, title: str) -> str:
+        raise NotImplementedError
+
+    def closing(self) -> str:
+        raise NotImplementedError
+
+    def process(self, number: int, texts: list[str]) -> str:
+        raise NotImplementedError
+
+
+class _Mermaid(_Language):
+    def opening(self, number: int, title: str) -> str:
+        return f'subgraph block{number} ["{_escaped(title)}"]'
+
+    def closing(self) -> str:
+        return 'end'
+
+    def process(self, number: int, texts: list[str]) -> str:
+        text = '<br/>'.join(map(_escaped, texts))
+        return f'process{number}["{text}"]'
+
+
+class _Dot(_Language):
+    def opening(self, number: int, title: str) -> str:
+        return f'subgraph cluster{number} {{ label="{_quoted(title)}";'
+
+    def closing(self) -> str:
+        return '}'
+
+    def process(self, number: int, texts: list[str]) -> str:
+        text = '\\n'.join(map(_quoted, texts))
+        return f'process{number} [label="{text}"];'
+
+
+class _Drawing:
+    """The blocks and processes of a plan as a tree."""
+
+    def __init__(self, plan: Plan, cwd: str) -> None:
+        self._cwd = cwd
+        self._blocks = plan.blocks
+        self._children: dict[int | None, list[int]] = {}
+        self._processes: dict[int | None, list[tuple[int, Process]]] = {}
+        for index, block in enumerate(plan.blocks):
+            self._children.setdefault(block.parent, []).append(index)
+        for number, process in enumerate(plan.processes()):
+            here = self._processes.setdefault(process.block, [])
+            here.append((number, process))
+
+    def lines(self, language: _Language) -> Iterator[str]:
+        return self._block(None, language, '  ')
+
+    def _block(
+        self, index: int | None, language: _Language, indent: str
+    ) -> Iterator[str]:
+        for number, process in self._processes.get(index, ()):
+            texts = [process.label]
+            if process.node_name is not None:
+                texts.append(process.node_name)
+            yield indent + language.process(number, texts)
+        for child in self._children.get(index, ()):
+            title = self._title(self._blocks[child])
+            yield indent + language.opening(child, title)
+            yield from self._block(child, language, indent + '  ')
+            yield indent + language.closing()
+
+    def _title(self, block: Block) -> str:
+        if block.kind == 'file':
+            return shown_path(block.title, self._cwd)
+        return f'{block.kind} {block.title}'.rstrip()
+
+
+def _escaped(text: str) -> str:
+    # Mermaid's own way to write characters that mean something to it
+    return ''.join(c if c not in '"<>&#' else f'#{ord(c)};' for c in text)
+
+
+def _quoted(text: str) -> str:
+    return text.replace('\\', '\\\\').replace('"', '\\"')

@@ -1,0 +1,201 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A plan for people to read."""
+
+from collections.abc import Iterator
+from collections.abc import Mapping as AbstractMapping
+import shlex
+
+from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import Message
+from colcon_yamllaunch.language.plan.plan import ParameterFile
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import SetParameter
+from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import UNLIMITED_RETRIES
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.diagnostics import shown_position
+from colcon_yamllaunch.language.syntax.source_text import read_source
+from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
+from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
+from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
+from colcon_yamllaunch.language.syntax.yaml_reader import Value
+
+_INDENT = '    '
+
+
+def plan_as_text(plan: Plan, cwd: str) -> str:
+    """
+    Describe what a plan would do, in order.
+
+    :param plan: The plan
+    :param cwd: The folder that paths are shown relative to
+    :returns: Lines; each command can be pasted into bash
+    """
+    lines = list(_entries(plan.entries, cwd, ''))
+    if not lines:
+        lines = ['nothing would run']
+    if plan.conditions:
+        lines += ['', 'conditions:']
+    for condition in plan.conditions:
+        taken = 'taken' if condition.taken else 'not taken'
+        place = shown_position(condition.position, cwd)
+        lines.append(f'{_INDENT}{condition.text}  {taken}  ({place})')
+    return '\n'.join(lines)
+
+
+def command(process: Process) -> str:
+    """
+    Return a process's command line, ready to be pasted into bash.
+
+    A file with parameters that exists only while a launch runs becomes `-p`
+    arguments, which mean the same to a node.
+    """
+    words: list[str] = []
+    for argument in process.argv:
+        if isinstance(argument, str):
+            words.append(shlex.quote(argument))
+        elif argument.parameters and words[-1] == '--params-file':
+            words.pop()
+            for p in argument.parameters:
+                words += ['-p', shlex.quote(f'{p.name}:={p.value}')]
+        else:
+            content = shlex.quote(argument.content)
+            words.append(f'<(printf %s {content})')
+    variables = _variables(process.environment)
+    folder = shlex.quote(process.cwd)
+    return f'(cd {folder} && {" ".join([*variables, *words])})'
+
+
+def _variables(
+    environment: tuple[tuple[str, str | None], ...],
+) -> Iterator[str]:
+    unset = [name for name, value in environment if value is None]
+    if unset:
+        yield 'env'
+    for name in unset:
+        yield f'-u {shlex.quote(name)}'
+    for name, value in environment:
+        if value is not None:
+            yield f'{name}={shlex.quote(value)}'
+
+
+def _entries(
+    entries: tuple[Entry, ...], cwd: str, indent: str
+) -> Iterator[str]:
+    for entry in entries:
+        if isinstance(entry, Process):
+            for line in process_as_text(entry, cwd):
+                yield indent + line
+        elif isinstance(entry, Message):
+            yield f'{indent}{entry.level}: {entry.text}'
+        elif isinstance(entry, Shutdown):
+            reason = f': {entry.reason}' if entry.reason else ''
+            yield f'{indent}the launch ends{reason}'
+        else:
+            yield f'{indent}after {entry.period:g} s:'
+            yield from _entries(entry.entries, cwd, indent + _INDENT)
+
+
+def process_as_text(process: Process, cwd: str) -> Iterator[str]:
+    """
+    Describe a process, line by line.
+
+    :param cwd: The folder that paths are shown relative to
+    """
+    facts = [process.label]
+    if process.node_name is not None:
+        facts.append(f'node {process.node_name}')
+    if process.package is not None:
+        facts.append(f'package {process.package}')
+    yield f'{", ".join(facts)}  ({shown_position(process.position, cwd)})'
+    yield f'{_INDENT}{command(process)}'
+    for text in _behaviour(process):
+        yield f'{_INDENT}{text}'
+    parameters = list(_parameters(process))
+    if parameters:
+        yield f'{_INDENT}parameters:'
+    for parameter in parameters:
+        place = shown_position(parameter.position, cwd)
+        origins = ''.join(
+            f', passed by {shown_position(origin, cwd)}'
+            for origin in parameter.origins
+        )
+        name = f'{parameter.name}: {parameter.value}'
+        yield f'{_INDENT * 2}{name}  ({place}{origins})'
+
+
+def _behaviour(process: Process) -> Iterator[str]:
+    if process.output != 'both':
+        yield f'output: {process.output}'
+    if process.emulate_tty:
+        yield 'its output is a terminal'
+    if process.respawn:
+        often = (
+            'without end'
+            if process.respawn_max_retries == UNLIMITED_RETRIES
+            else f'{process.respawn_max_retries} times'
+        )
+        yield f'respawn: {often}, after {process.respawn_delay:g} s'
+    if process.on_exit_shutdown:
+        yield 'the launch ends with it'
+
+
+def _parameters(process: Process) -> Iterator[SetParameter]:
+    """Iterate over all parameters in the order of the command line."""
+    given = {f'{p.name}:={p.value}': p for p in process.parameters}
+    arguments = zip(process.argv, process.argv[1:], strict=False)
+    for option, value in arguments:
+        if option == '-p' and isinstance(value, str) and value in given:
+            yield given[value]
+        elif option == '--params-file' and isinstance(value, str):
+            yield from parameters_in_file(value, process.cwd)
+        elif isinstance(value, ParameterFile):
+            yield from value.parameters
+
+
+def parameters_in_file(path: str, cwd: str) -> tuple[SetParameter, ...]:
+    """
+    Return the parameters in a file for nodes, with where they are set.
+
+    :param path: The file
+    :param cwd: The folder that a relative path starts from
+    :returns: None when it is no such file
+    """
+    absolute = path if path.startswith('/') else f'{cwd}/{path}'
+    try:
+        document = read_yaml(read_source(absolute, absolute))
+        return tuple(_file_parameters(document))
+    except LaunchError:
+        return ()
+
+
+def _file_parameters(document: Value | None) -> Iterator[SetParameter]:
+    for _, body in _pairs(document).values():
+        for name, (_, values) in _pairs(body).items():
+            if name == 'ros__parameters':
+                yield from _flattened('', values)
+
+
+def _pairs(
+    value: Value | None,
+) -> AbstractMapping[str, tuple[Scalar, Value]]:
+    return value.pairs if isinstance(value, Mapping) else {}
+
+
+def _flattened(prefix: str, value: Value) -> Iterator[SetParameter]:
+    for name, (key, inner) in _pairs(value).items():
+        if isinstance(inner, Mapping):
+            yield from _flattened(f'{prefix}{name}.', inner)
+        else:
+            shown = _shown(inner)
+            yield SetParameter(prefix + name, shown, key.position)
+
+
+def _shown(value: Value) -> str:
+    if isinstance(value, Sequence):
+        return f'[{", ".join(_shown(item) for item in value.items)}]'
+    return value.text if isinstance(value, Scalar) else '{…}'

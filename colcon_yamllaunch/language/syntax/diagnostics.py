@@ -1,0 +1,200 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Problems in launch files, and how they are shown."""
+
+import codecs
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Sequence
+from dataclasses import replace
+import os
+from pathlib import Path
+from typing import Literal
+import unicodedata
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.syntax.position import Position
+
+Severity = Literal['error', 'warning']
+
+#: The longest piece of a source line that is shown, in characters.
+MAXIMUM_LINE_WIDTH = 160
+#: How many includes of a chain are shown.
+MAXIMUM_INCLUDES = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """
+    One problem.
+
+    :param severity: Whether the launch can go on
+    :param message: What is wrong, in one line
+    :param position: Where it is written, or None for the command line
+    :param hint: The way out, if there is one to name
+    :param length: How many characters the caret underlines
+    :param includes: The positions of the includes that led there, innermost
+      first
+    :param origins: Where the value that is wrong was set, and what it was
+      made of, nearest first
+    :param may_pass_after_build: Whether building the workspace may mend it,
+      as with a program that a package in the workspace brings
+    """
+
+    severity: Severity
+    message: str
+    position: Position | None = None
+    hint: str | None = None
+    length: int = 1
+    includes: tuple[Position, ...] = ()
+    may_pass_after_build: bool = False
+    origins: tuple[Position, ...] = ()
+
+
+class LaunchError(Exception):
+    """
+    A launch file, or an argument to it, cannot be used.
+
+    :param diagnostics: What is wrong, at least one
+    """
+
+    def __init__(self, *diagnostics: Diagnostic) -> None:
+        super().__init__(diagnostics[0].message)
+        self.diagnostics = diagnostics
+
+    def included_from(self, position: Position) -> 'LaunchError':
+        """Return the same error with one more include in its chain."""
+        return LaunchError(
+            *(
+                replace(d, includes=(*d.includes, position))
+                for d in self.diagnostics
+            )
+        )
+
+
+def error(
+    message: str,
+    position: Position | None = None,
+    *,
+    hint: str | None = None,
+    length: int = 1,
+    may_pass_after_build: bool = False,
+    origins: tuple[Position, ...] = (),
+) -> LaunchError:
+    """Make an error of one diagnostic; see :class:`Diagnostic`."""
+    return LaunchError(
+        Diagnostic(
+            'error',
+            message,
+            position,
+            hint,
+            length,
+            may_pass_after_build=may_pass_after_build,
+            origins=origins,
+        )
+    )
+
+
+def shown_path(path: str, cwd: str) -> str:
+    """Return the path as a user in `cwd` would write it."""
+    relative = os.path.relpath(path, cwd)
+    return path if relative.startswith('..') else relative
+
+
+def render(diagnostics: Iterable[Diagnostic], cwd: str) -> str:
+    """
+    Lay the problems out as a compiler does.
+
+    :param diagnostics: The problems, in the order to show
+    :param cwd: The folder that paths are shown relative to
+    :returns: Lines, without a line end after the last
+    """
+    return '\n'.join(
+        line
+        for diagnostic in diagnostics
+        for line in _render_one(diagnostic, cwd)
+    )
+
+
+def _render_one(diagnostic: Diagnostic, cwd: str) -> Sequence[str]:
+    position = diagnostic.position
+    text = f'{diagnostic.severity}: {diagnostic.message}'
+    lines = []
+    if position is None:
+        lines.append(f'colcon launch: {text}')
+    else:
+        lines.append(f'{shown_position(position, cwd)}: {text}')
+        lines.extend(_excerpt(position, diagnostic.length))
+    if diagnostic.hint is not None:
+        lines.append(f'  help: {diagnostic.hint}')
+    for number, origin in enumerate(diagnostic.origins):
+        verb = 'passed by' if number else 'its value was set at'
+        lines.append(f'  {verb} {shown_position(origin, cwd)}')
+    lines.extend(_include_chain(diagnostic.includes, cwd))
+    return lines
+
+
+def _include_chain(includes: Sequence[Position], cwd: str) -> Iterator[str]:
+    hidden = len(includes) - MAXIMUM_INCLUDES
+    for number, include in enumerate(includes):
+        if 0 <= number - MAXIMUM_INCLUDES // 2 < hidden:
+            if number == MAXIMUM_INCLUDES // 2:
+                yield f'  … {hidden} more'
+            continue
+        yield f'  included from {shown_position(include, cwd)}'
+
+
+def shown_position(position: Position, cwd: str) -> str:
+    """Return a position with its path as a user in `cwd` would write it."""
+    path = shown_path(position.path, cwd)
+    return f'{path}:{position.line}:{position.column}'
+
+
+def _excerpt(position: Position, length: int) -> Sequence[str]:
+    line = _line_of(position)
+    if line is None:
+        return ()
+    start = position.column - 1
+    first = max(0, start - MAXIMUM_LINE_WIDTH // 2)
+    text = _printable(line[first : first + MAXIMUM_LINE_WIDTH])
+    before = _printable(line[first:start])
+    length = max(1, min(length, MAXIMUM_LINE_WIDTH // 2))
+    marked = _printable(line[start : start + length])
+    number = str(position.line)
+    return (
+        f'  {number} | {text}',
+        f'  {" " * len(number)} | {" " * _width(before)}'
+        + '^' * max(1, _width(marked)),
+    )
+
+
+def _line_of(position: Position) -> str | None:
+    try:
+        data = Path(position.path).read_bytes()
+    except (OSError, ValueError):
+        return None
+    is_utf_16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    encoding = 'utf-16' if is_utf_16 else 'utf-8-sig'
+    text = data.decode(encoding, errors='replace')
+    lines = text.split('\n')
+    if position.line > len(lines):
+        return None
+    return lines[position.line - 1].rstrip('\r')
+
+
+def _printable(text: str) -> str:
+    return ''.join(
+        c
+        if c.isprintable()
+        else ' '
+        if c == '\t'
+        else '\N{REPLACEMENT CHARACTER}'
+        for c in text
+    )
+
+
+def _width(text: str) -> int:
+    wide = sum(unicodedata.east_asian_width(c) in 'WF' for c in text)
+    combining = sum(unicodedata.combining(c) != 0 for c in text)
+    return len(text) + wide - combining

@@ -1,0 +1,129 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The text of a file, and where in it something stands."""
+
+from bisect import bisect_right
+import codecs
+from functools import lru_cache
+from pathlib import Path
+import re
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.position import Position
+
+#: The largest file that is read, in bytes.
+MAXIMUM_FILE_SIZE = 8 * 1024 * 1024
+
+# what YAML 1.1 does not allow in a stream (production c-printable)
+_NOT_PRINTABLE = re.compile(
+    '[^\x09\x0a\x0d\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
+)
+# the first line of an XML file may say how to read it (XML 1.0, 4.3.3)
+_XML_ENCODING = re.compile(
+    rb'<\?xml[^>]*?\sencoding\s*=\s*["\'](?P<name>[A-Za-z0-9._-]+)["\']'
+)
+_KNOWN_ENCODING = re.compile(
+    r'utf-8|us-ascii|iso-8859-([1-9]|1[013-6])|windows-125[0-8]'
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """
+    A file that was read.
+
+    :param path: The file that was read
+    :param name: The path that the file goes by: where it is installed
+    :param text: What it says
+    """
+
+    path: str
+    name: str
+    text: str
+
+    def position(self, line: int, column: int) -> Position:
+        """Return the position for a line and column counted from 0."""
+        return Position(self.path, line + 1, column + 1)
+
+    def position_at(self, index: int) -> Position:
+        """Return the position of the character with this index."""
+        starts = _line_starts(self.text)
+        line = bisect_right(starts, index) - 1
+        return self.position(line, index - starts[line])
+
+    def index_of(self, line: int, column: int) -> int:
+        """Return the index for a line and column counted from 0."""
+        starts = _line_starts(self.text)
+        return starts[min(line, len(starts) - 1)] + column
+
+
+@lru_cache(maxsize=8)
+def _line_starts(text: str) -> tuple[int, ...]:
+    """Return the index of the first character of each line."""
+    return (0, *(found.end() for found in re.finditer('\n', text)))
+
+
+def read_source(path: str, name: str) -> Source:
+    """
+    Read a launch file.
+
+    :param path: The file to read
+    :param name: The path that the file goes by
+    :raises LaunchError: if it can't be read or is not text
+    """
+    file = Path(path)
+    try:
+        size = file.stat().st_size
+        if size > MAXIMUM_FILE_SIZE:
+            raise error(
+                f"launch file '{path}' has {size} bytes; the limit is "
+                f'{MAXIMUM_FILE_SIZE}'
+            )
+        data = file.read_bytes()
+    except (OSError, ValueError) as e:
+        reason = getattr(e, 'strerror', None) or e
+        raise error(f"cannot read launch file '{path}': {reason}") from e
+    source = Source(path, name, _decode(path, data))
+    found = _NOT_PRINTABLE.search(source.text)
+    if found:
+        raise error(
+            f'the character U+{ord(found.group()):04X} is not allowed in a '
+            'launch file',
+            source.position_at(found.start()),
+        )
+    return source
+
+
+def _decode(path: str, data: bytes) -> str:
+    encoding, shown = 'utf-8-sig', 'UTF-8'
+    declared = _XML_ENCODING.match(data)
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        encoding = shown = 'utf-16'
+    elif declared is not None:
+        encoding = shown = _xml_encoding(path, declared)
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError as e:
+        before = data[: e.start]
+        line = before.count(b'\n')
+        column = len(before) - (before.rfind(b'\n') + 1)
+        raise error(
+            f'the byte 0x{data[e.start]:02x} is not {shown} text',
+            Position(path, line + 1, column + 1),
+            hint='save the file as UTF-8',
+        ) from e
+    return text
+
+
+def _xml_encoding(path: str, declared: re.Match[bytes]) -> str:
+    name = declared['name'].decode('ascii').lower()
+    if _KNOWN_ENCODING.fullmatch(name) is None:
+        raise error(
+            f"the encoding '{name}' is not known",
+            Position(path, 1, declared.start('name') + 1),
+            hint='save the file as UTF-8, and declare that or nothing',
+            length=len(name),
+        )
+    return 'utf-8-sig' if name == 'utf-8' else name

@@ -1,0 +1,173 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""XML with the position of every element and attribute."""
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass
+from dataclasses import field
+import re
+from xml.parsers import expat
+
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.syntax.xml_errors import ExpatProblem
+from colcon_yamllaunch.language.syntax.xml_errors import explain
+from colcon_yamllaunch.language.syntax.xml_errors import Tag
+from colcon_yamllaunch.language.syntax.xml_scalar import line_starts
+from colcon_yamllaunch.language.syntax.xml_scalar import Written
+from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
+from colcon_yamllaunch.language.syntax.yaml_reader import MAXIMUM_DEPTH
+from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+
+#: How deep elements may be nested: as deep as the same actions in YAML, where
+#: each takes a list and a mapping.
+MAXIMUM_ELEMENT_DEPTH = MAXIMUM_DEPTH // 2
+
+_ATTRIBUTE = re.compile(
+    r'[ \t\r\n]+[^ \t\r\n=]+[ \t\r\n]*=[ \t\r\n]*(?:"[^"]*"|\'[^\']*\')'
+)
+
+
+@dataclass(slots=True)
+class Element:
+    """
+    An element.
+
+    :param name: Its name, and where that is written
+    :param attributes: Its attributes by name
+    :param children: The elements inside of it
+    :param text: What to say of text inside of it, where none belongs
+    """
+
+    name: Scalar
+    attributes: dict[str, tuple[Scalar, XmlScalar]]
+    children: 'list[Element]' = field(default_factory=list)
+    text: Diagnostic | None = None
+
+
+def read_xml(source: Source) -> Element:
+    """
+    Read the elements of a file.
+
+    :returns: The root element
+    :raises LaunchError: if it is not XML, has a document type or exceeds a
+      limit
+    """
+    return _Reader(source).read()
+
+
+class _Reader:
+    """Builds the elements of one file from the parser's events."""
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self._data = source.text.encode()
+        self._is_ascii = len(self._data) == len(source.text)
+        self._bytes = self._characters = 0
+        self._lines = [0, *line_starts(source.text)]
+        self._root: Element | None = None
+        self._open: list[Element] = []
+        # the text is decoded already, whatever encoding the file declares
+        self._parser = expat.ParserCreate('utf-8')
+        self._parser.ordered_attributes = True
+        self._parser.StartElementHandler = self._start
+        self._parser.EndElementHandler = self._end
+        self._parser.CharacterDataHandler = self._text
+        self._parser.StartDoctypeDeclHandler = self._doctype
+
+    def read(self) -> Element:
+        try:
+            self._parser.Parse(self._data, True)
+        except expat.ExpatError as e:
+            index = self._index(self._parser.ErrorByteIndex)
+            tags = [
+                Tag(element.name.text, element.name.position)
+                for element in self._open
+            ]
+            problem = ExpatProblem(e.code, index, tags, self._root is None)
+            raise explain(problem, self._source) from e
+        assert self._root is not None
+        return self._root
+
+    def _index(self, count: int) -> int:
+        """Return the index in the text for one in its bytes."""
+        if self._is_ascii:
+            return count
+        if count < self._bytes:
+            self._bytes = self._characters = 0
+        between = self._data[self._bytes : count]
+        self._characters += len(between.decode(errors='replace'))
+        self._bytes = count
+        return self._characters
+
+    def _place(self, index: int) -> tuple[int, int]:
+        line = bisect_right(self._lines, index) - 1
+        return line, index - self._lines[line]
+
+    def _start(self, name: str, attributes: list[str]) -> None:
+        index = self._index(self._parser.CurrentByteIndex) + 1
+        key = Scalar(self._source, *self._place(index), name)
+        if len(self._open) >= MAXIMUM_ELEMENT_DEPTH:
+            raise error(
+                f'nested more than {MAXIMUM_ELEMENT_DEPTH} levels deep',
+                key.position,
+                length=len(name),
+            )
+        found = self._attributes(index + len(name), attributes)
+        element = Element(key, {pair[0].text: pair for pair in found})
+        if self._open:
+            self._open[-1].children.append(element)
+        else:
+            self._root = element
+        self._open.append(element)
+
+    def _attributes(
+        self, at: int, attributes: list[str]
+    ) -> Iterator[tuple[Scalar, XmlScalar]]:
+        text = self._source.text
+        pairs = iter(attributes)
+        for name, value in zip(pairs, pairs, strict=True):
+            written = _ATTRIBUTE.match(text, at)
+            assert written is not None, 'expat has read it before'
+            start = text.index(name, at)
+            at = written.end()
+            key = Scalar(self._source, *self._place(start), name)
+            quote = text[at - 1]
+            start = text.index(quote, start + len(name)) + 1
+            place = self._place(start)
+            value_as_written = Written(self._source, start, at - 1, place)
+            yield key, XmlScalar(value_as_written, value)
+
+    def _end(self, _name: str) -> None:
+        self._open.pop()
+
+    def _text(self, text: str) -> None:
+        element = self._open[-1]
+        if element.text is not None or text.isspace():
+            return
+        index = self._index(self._parser.CurrentByteIndex)
+        index += len(text) - len(text.lstrip())
+        element.text = Diagnostic(
+            'error',
+            f"text stands inside of '{element.name.text}', where none belongs",
+            self._source.position(*self._place(index)),
+            'write a value as an attribute, name="value", and a comment as '
+            '<!-- … -->',
+            len(text.strip()),
+        )
+
+    def _doctype(self, *_arguments: object) -> None:
+        # what it may declare makes a few bytes fill the memory
+        opening = '<!DOCTYPE'
+        end = self._index(self._parser.CurrentByteIndex) + len(opening)
+        index = self._source.text.rfind(opening, 0, end)
+        raise error(
+            'a launch file has no document type',
+            self._source.position(*self._place(index)),
+            hint="remove '<!DOCTYPE …>'; use <arg> or <let> for values that "
+            'are used often',
+            length=len(opening),
+        )

@@ -1,0 +1,350 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""YAML 1.1 with the position of every value."""
+
+from collections.abc import Iterator
+from typing import Any
+from typing import Literal
+
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.syntax.yaml_errors import explain
+import yaml
+
+#: How deep lists and mappings may be nested.
+MAXIMUM_DEPTH = 200
+#: How many values a file may have once its aliases are expanded.
+MAXIMUM_VALUES = 1_000_000
+
+_PREFIX = 'tag:yaml.org,2002:'
+_Loader: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+
+Kind = Literal['str', 'int', 'float', 'bool', 'null', 'timestamp', 'merge']
+
+
+class Value:
+    """A value in a YAML file."""
+
+    __slots__ = ('column', 'line', 'size', 'source')
+
+    def __init__(self, source: Source, line: int, column: int) -> None:
+        self.source = source
+        self.line = line
+        self.column = column
+        self.size = 1
+
+    @property
+    def position(self) -> Position:
+        """The position of its first character."""
+        return self.source.position(self.line, self.column)
+
+
+class Scalar(Value):
+    """
+    A text, number, boolean or nothing.
+
+    :param text: The scalar as YAML reads it, before any type is seen in it
+    :param style: None when plain, else the character that starts it
+    :param tag: The tag that is written with it, if any
+    :param end: The line and column behind it, counted from 0
+    """
+
+    __slots__ = ('_kind', 'end', 'style', 'tag', 'text')
+
+    def __init__(
+        self,
+        source: Source,
+        line: int,
+        column: int,
+        text: str,
+        style: str | None = None,
+        tag: str | None = None,
+        end: tuple[int, int] | None = None,
+    ) -> None:
+        super().__init__(source, line, column)
+        self.text = text
+        self.style = style
+        self.tag = tag
+        self.end = end or (line, column + len(text))
+        self._kind: Kind | None = None
+
+    @property
+    def kind(self) -> Kind:
+        """What YAML 1.1 takes the scalar for."""
+        if self._kind is None:
+            self._kind = _resolve(self)
+        return self._kind
+
+    @property
+    def value(self) -> str | int | float | bool | None:
+        """The scalar as a Python object; a timestamp stays a text."""
+        return construct(self.kind, self.text)
+
+
+class Sequence(Value):
+    """A list."""
+
+    __slots__ = ('items',)
+
+    def __init__(self, source: Source, line: int, column: int) -> None:
+        super().__init__(source, line, column)
+        self.items: list[Value] = []
+
+
+class Mapping(Value):
+    """A mapping; its keys are scalars and unique."""
+
+    __slots__ = ('merged', 'pairs')
+
+    def __init__(self, source: Source, line: int, column: int) -> None:
+        super().__init__(source, line, column)
+        self.pairs: dict[str, tuple[Scalar, Value]] = {}
+        self.merged: list[Mapping] = []
+
+
+def construct(kind: Kind, text: str) -> str | int | float | bool | None:
+    """
+    Return the Python object for a scalar.
+
+    :raises ValueError: if the text is no value of that kind
+    """
+    if kind in ('str', 'timestamp', 'merge'):
+        return text
+    make = _CONSTRUCTORS[_PREFIX + kind]
+    node = yaml.ScalarNode(_PREFIX + kind, text)
+    result: str | int | float | bool | None = make(_CONSTRUCTOR, node)
+    return result
+
+
+def read_yaml(source: Source) -> Value | None:
+    """
+    Read the one document of a file.
+
+    :returns: The document, or None when the file has none
+    :raises LaunchError: if it is not YAML, has duplicate keys or exceeds a
+      limit
+    """
+    return _Reader(source).read()
+
+
+_CONSTRUCTOR = yaml.constructor.SafeConstructor()
+_CONSTRUCTORS = yaml.constructor.SafeConstructor.yaml_constructors
+_RESOLVERS = yaml.SafeLoader.yaml_implicit_resolvers
+
+
+def plain_kind(text: str) -> Kind:
+    """Return what YAML 1.1 takes a plain scalar with this text for."""
+    for tag, pattern in _RESOLVERS.get(text[:1], ()):
+        if pattern.match(text):
+            kind: Kind = tag[len(_PREFIX) :]
+            return 'str' if kind not in _KINDS else kind
+    return 'str'
+
+
+_KINDS = ('int', 'float', 'bool', 'null', 'timestamp', 'merge')
+
+
+def _resolve(scalar: Scalar) -> Kind:
+    if scalar.tag is None or scalar.tag == '!':
+        if scalar.style is None and scalar.tag is None:
+            return plain_kind(scalar.text)
+        return 'str'
+    kind = scalar.tag.removeprefix(_PREFIX)
+    for known in (*_KINDS, 'str'):
+        if kind == known and scalar.tag.startswith(_PREFIX):
+            try:
+                construct(known, scalar.text)  # type: ignore[arg-type]
+            except (ValueError, KeyError, IndexError) as e:
+                raise error(
+                    f"'{scalar.text}' is no value for the tag !!{kind}",
+                    scalar.position,
+                ) from e
+            return known  # type: ignore[return-value]
+    raise error(f"the YAML tag '{scalar.tag}' is not known", scalar.position)
+
+
+class _Reader:
+    """Builds the values of one file from the parser's events."""
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self._anchors: dict[str, Value] = {}
+        self._open: list[tuple[Value, Scalar | None]] = []
+        self._open_anchors: list[str | None] = []
+        self._root: Value | None = None
+        self._documents = 0
+
+    def read(self) -> Value | None:
+        for event in self._events():
+            if isinstance(event, yaml.ScalarEvent):
+                self._scalar(event)
+            elif isinstance(event, yaml.CollectionStartEvent):
+                self._start(event)
+            elif isinstance(event, yaml.CollectionEndEvent):
+                self._end()
+            elif isinstance(event, yaml.AliasEvent):
+                self._alias(event)
+            elif isinstance(event, yaml.DocumentStartEvent):
+                self._document(event)
+        return self._root
+
+    def _events(self) -> Iterator[yaml.Event]:
+        loader = None
+        try:
+            loader = _Loader(self._source.text)
+            while True:
+                event = loader.get_event()
+                if isinstance(event, yaml.StreamEndEvent):
+                    return
+                yield event
+        except yaml.YAMLError as e:
+            raise explain(e, self._source) from e
+        finally:
+            if loader is not None:
+                loader.dispose()
+
+    def _document(self, event: Any) -> None:
+        self._documents += 1
+        if self._documents > 1:
+            mark = event.start_mark
+            raise error(
+                'a launch file has one YAML document; a second one starts '
+                'here',
+                self._source.position(mark.line, mark.column),
+                hint="remove the line '---', or put the second document into "
+                'a file of its own and include it',
+                length=3,
+            )
+
+    def _scalar(self, event: Any) -> None:
+        start, end = event.start_mark, event.end_mark
+        scalar = Scalar(
+            self._source,
+            start.line,
+            start.column,
+            event.value,
+            event.style or None,
+            event.tag,
+            (end.line, end.column),
+        )
+        if event.anchor is not None:
+            self._anchors[event.anchor] = scalar
+        self._put(scalar)
+
+    def _start(self, event: Any) -> None:
+        mark = event.start_mark
+        value: Value
+        if isinstance(event, yaml.MappingStartEvent):
+            value = Mapping(self._source, mark.line, mark.column)
+            allowed = 'map'
+        else:
+            value = Sequence(self._source, mark.line, mark.column)
+            allowed = 'seq'
+        if event.tag not in (None, '!', _PREFIX + allowed):
+            raise error(
+                f"the YAML tag '{event.tag}' is not known", value.position
+            )
+        if len(self._open) >= MAXIMUM_DEPTH:
+            raise error(
+                f'nested more than {MAXIMUM_DEPTH} levels deep',
+                value.position,
+            )
+        self._open.append((value, None))
+        self._open_anchors.append(event.anchor)
+
+    def _end(self) -> None:
+        value, _ = self._open.pop()
+        anchor = self._open_anchors.pop()
+        if isinstance(value, Mapping):
+            _merge(value)
+        if anchor is not None:
+            self._anchors[anchor] = value
+        self._put(value)
+
+    def _alias(self, event: Any) -> None:
+        mark = event.start_mark
+        position = self._source.position(mark.line, mark.column)
+        length = len(event.anchor) + 1
+        if event.anchor in self._open_anchors:
+            raise error(
+                f"the alias '*{event.anchor}' stands inside of what it names",
+                position,
+                length=length,
+            )
+        try:
+            value = self._anchors[event.anchor]
+        except KeyError:
+            raise error(
+                f"the alias '*{event.anchor}' names no anchor",
+                position,
+                hint=f"quote the text if '*{event.anchor}' is no alias",
+                length=length,
+            ) from None
+        self._put(value)
+
+    def _put(self, value: Value) -> None:
+        if not self._open:
+            self._root = value
+            return
+        parent, key = self._open[-1]
+        parent.size += value.size
+        if parent.size > MAXIMUM_VALUES:
+            raise error(
+                f'the file has more than {MAXIMUM_VALUES} values once its '
+                'aliases are expanded',
+                parent.position,
+            )
+        if isinstance(parent, Sequence):
+            parent.items.append(value)
+        elif key is None:
+            self._open[-1] = (parent, _key(value))
+        else:
+            assert isinstance(parent, Mapping)
+            _add_pair(parent, key, value)
+            self._open[-1] = (parent, None)
+
+
+def _key(value: Value) -> Scalar:
+    if isinstance(value, Scalar):
+        return value
+    raise error(
+        'a list or mapping stands where a name is meant',
+        value.position,
+        hint='quote a text that starts with { or [',
+    )
+
+
+def _add_pair(mapping: Mapping, key: Scalar, value: Value) -> None:
+    if key.style is None and key.tag is None and key.text == '<<':
+        mapping.merged.extend(_merged(value))
+        return
+    if key.text in mapping.pairs:
+        first = mapping.pairs[key.text][0]
+        raise error(
+            f"the key '{key.text}' stands twice in this mapping, first in "
+            f'line {first.line + 1}',
+            key.position,
+            hint='remove one, or start a new list item with "-"',
+            length=len(key.text),
+        )
+    mapping.pairs[key.text] = (key, value)
+
+
+def _merged(value: Value) -> list[Mapping]:
+    values = value.items if isinstance(value, Sequence) else [value]
+    for item in values:
+        if not isinstance(item, Mapping):
+            raise error(
+                "'<<' takes a mapping or a list of them", item.position
+            )
+    return [item for item in values if isinstance(item, Mapping)]
+
+
+def _merge(mapping: Mapping) -> None:
+    # what is written here wins over what is merged, an earlier merge over a
+    # later one (https://yaml.org/type/merge.html)
+    for other in mapping.merged:
+        for name, pair in other.pairs.items():
+            mapping.pairs.setdefault(name, pair)

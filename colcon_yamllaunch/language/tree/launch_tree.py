@@ -1,0 +1,528 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""From a launch file to the tree of its actions."""
+
+from collections.abc import Iterator
+from collections.abc import Mapping as AbstractMapping
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
+from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
+from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
+from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
+from colcon_yamllaunch.language.syntax.yaml_reader import Value
+from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.vocabulary.actions import Action
+from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
+from colcon_yamllaunch.language.vocabulary.actions import ALIASES
+from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import items_of
+from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
+from colcon_yamllaunch.language.vocabulary.actions import Type
+from colcon_yamllaunch.language.vocabulary.actions import UNSUPPORTED
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """
+    The attributes of an action, or of an item in one of its lists.
+
+    :param position: Where it starts
+    :param texts: The attributes that are one text
+    :param lists: The attributes that are a list of texts (a command line)
+    :param values: The attributes that are a parameter's value
+    :param items: The attributes that are a list of items
+    """
+
+    position: Position
+    texts: dict[str, Text]
+    lists: dict[str, tuple[Text, ...]]
+    values: 'dict[str, ParameterValue]'
+    items: 'dict[str, tuple[Item, ...]]'
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterValue:
+    """
+    A parameter's value as it is written.
+
+    :param texts: Its scalars
+    :param is_list: Whether it is a list
+    """
+
+    position: Position
+    texts: tuple[Text, ...]
+    is_list: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Entity:
+    """
+    An action in a launch file.
+
+    :param action: Which action it is
+    :param item: Its attributes
+    :param children: The actions inside of it
+    """
+
+    action: Action
+    item: Item
+    children: 'tuple[Entity, ...]' = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchFile:
+    """
+    A launch file as it is written.
+
+    :param source: The file
+    :param entities: Its actions
+    :param deprecated: Why it should not be used any more, if so
+    """
+
+    source: Source
+    entities: tuple[Entity, ...]
+    deprecated: str | None = None
+
+    def walk(self) -> Iterator[Entity]:
+        """Iterate over all actions of the file, outer ones first."""
+        pending = list(reversed(self.entities))
+        while pending:
+            entity = pending.pop()
+            yield entity
+            pending.extend(reversed(entity.children))
+
+
+def read_launch_file(source: Source) -> LaunchFile:
+    """
+    Read a launch file.
+
+    :raises LaunchError: with all mistakes that it has by itself
+    """
+    return _TreeReader(source).read()
+
+
+class _TreeReader:
+    """Reads one file, and collects its mistakes."""
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self._problems: list[Diagnostic] = []
+
+    def read(self) -> LaunchFile:
+        if is_xml(self._source):
+            # most launch files are in YAML
+            from colcon_yamllaunch.language.tree.xml_values import (
+                read_xml_document,
+            )
+
+            document: Value | None = read_xml_document(
+                self._source, self._problems
+            )
+        else:
+            document = read_yaml(self._source)
+        value, position = self._root(document)
+        deprecated = None
+        if isinstance(value, Mapping):
+            deprecated, value = self._root_mapping(value)
+        entities = self._entities(value, "'launch:'", position)
+        if self._problems:
+            raise LaunchError(*sorted(self._problems, key=_place))
+        return LaunchFile(self._source, entities, deprecated)
+
+    def _root(self, document: Value | None) -> tuple[Value, Position]:
+        start = self._source.position(0, 0)
+        hint = "a launch file starts with 'launch:' and a list of actions"
+        if document is None:
+            raise error('the launch file is empty', start, hint=hint)
+        if not isinstance(document, Mapping):
+            raise error(
+                "there is no 'launch:' around the actions",
+                document.position,
+                hint=hint,
+            )
+        for name, (key, _) in document.pairs.items():
+            if name != 'launch':
+                raise error(
+                    f"'{name}' stands where only 'launch' is known",
+                    key.position,
+                    hint=did_you_mean(name, ['launch']) or hint,
+                    length=len(name),
+                )
+        if 'launch' not in document.pairs:
+            raise error('the launch file is empty', start, hint=hint)
+        key, value = document.pairs['launch']
+        return value, key.position
+
+    def _root_mapping(self, root: Mapping) -> tuple[str | None, Value]:
+        deprecated = None
+        children: Value | None = None
+        for name, (key, value) in root.pairs.items():
+            if name == 'children':
+                children = value
+            elif name == 'deprecated' and isinstance(value, Scalar):
+                deprecated = value.text
+            else:
+                hint = did_you_mean(name, ['children', 'deprecated'])
+                if name in ACTIONS:
+                    hint = 'put "- " before it: the actions are a list'
+                raise error(
+                    f"'launch' has no attribute '{name}'",
+                    key.position,
+                    hint=hint,
+                    length=len(name),
+                )
+        if children is None:
+            raise error(
+                "'launch' has no list of actions",
+                root.position,
+                hint="write the actions as a list: 'launch:', then '- node:'",
+            )
+        return deprecated, children
+
+    def _entities(
+        self, value: Value, what: str, position: Position
+    ) -> tuple[Entity, ...]:
+        if not isinstance(value, Sequence):
+            is_empty = isinstance(value, Scalar) and value.kind == 'null'
+            hint = 'put "- " before each action'
+            self._report(
+                f'{what} wants a list of actions',
+                position if is_empty else value.position,
+                hint="write '[]' if there are none" if is_empty else hint,
+            )
+            return ()
+        found = (self._entity(item) for item in value.items)
+        return tuple(entity for entity in found if entity is not None)
+
+    def _entity(self, value: Value) -> Entity | None:
+        if not isinstance(value, Mapping) or not value.pairs:
+            self._report(
+                'an action is a name with attributes',
+                value.position,
+                hint='for example: node: {pkg: my_pkg, exec: my_node}',
+            )
+            return None
+        pairs = iter(value.pairs.items())
+        name, (key, attributes) = next(pairs)
+        for other, (other_key, _) in pairs:
+            self._report_second_key(name, other, other_key, attributes)
+            return None
+        action = self._action(name, key)
+        if action is None:
+            return None
+        return self._read_action(action, key, attributes)
+
+    def _report_second_key(
+        self, name: str, other: str, key: Scalar, attributes: Value
+    ) -> None:
+        empty = isinstance(attributes, Scalar) and attributes.kind == 'null'
+        hint = 'put "- " before it'
+        if empty and name in ACTIONS:
+            hint = f"indent it deeper than '{name}' if it is its attribute"
+        self._report(
+            f"'{other}' stands beside '{name}' in one list item",
+            key.position,
+            hint=hint,
+            length=len(other),
+        )
+
+    def _action(self, name: str, key: Scalar) -> Action | None:
+        action = ACTIONS.get(ALIASES.get(name, name))
+        if action is not None:
+            return action
+        if name in UNSUPPORTED:
+            message = f"the action '{name}' needs a running ROS graph"
+            hint = UNSUPPORTED[name]
+        else:
+            message = f"unknown action '{name}'"
+            hint = did_you_mean(name, ACTIONS) or (
+                f'the actions are {listing(ACTIONS)}'
+            )
+        self._report(message, key.position, hint=hint, length=len(name))
+        return None
+
+    def _read_action(
+        self, action: Action, key: Scalar, value: Value
+    ) -> Entity | None:
+        children: tuple[Entity, ...] = ()
+        if isinstance(value, Sequence) and action.has_children:
+            children = self._entities(value, f"'{action.name}'", key.position)
+            value = Mapping(self._source, value.line, value.column)
+            has_children = True
+        else:
+            has_children = False
+        if not isinstance(value, Mapping):
+            self._report(
+                f"'{action.name}' wants its attributes",
+                key.position,
+                hint='indent them deeper than the action',
+                length=len(key.text),
+            )
+            return None
+        if 'children' in value.pairs and action.has_children:
+            child_key, child_value = value.pairs['children']
+            children = self._entities(
+                child_value, "'children'", child_key.position
+            )
+            value = _without_children(value)
+            has_children = True
+        known = tuple(
+            a
+            for a in action.attributes
+            if not (a.name == 'children' and has_children)
+        )
+        item = self._item(f"'{action.name}'", known, key.position, value)
+        self._check_conditions(item)
+        return Entity(action, item, children)
+
+    def _check_conditions(self, item: Item) -> None:
+        if 'if' in item.texts and 'unless' in item.texts:
+            self._report(
+                "'if' and 'unless' exclude one another",
+                item.texts['unless'].position,
+                hint='join them with $(and … $(not …))',
+            )
+
+    def _item(
+        self,
+        what: str,
+        known: tuple[Attribute, ...],
+        position: Position,
+        value: Mapping,
+    ) -> Item:
+        by_name = {attribute.name: attribute for attribute in known}
+        item = Item(position, {}, {}, {}, {})
+        for name, (key, attribute_value) in value.pairs.items():
+            attribute = by_name.get(name)
+            if attribute is not None:
+                self._attribute(item, attribute, attribute_value)
+            else:
+                self._report_unknown(what, name, key, attribute_value, by_name)
+        for attribute in known:
+            if attribute.required and attribute.name not in value.pairs:
+                self._report(
+                    f"{what} needs the attribute '{attribute.name}'",
+                    position,
+                    length=len(what) - 2,
+                )
+        return item
+
+    def _report_unknown(
+        self,
+        what: str,
+        name: str,
+        key: Scalar,
+        value: Value,
+        known: AbstractMapping[str, Attribute],
+    ) -> None:
+        hint = did_you_mean(name, known)
+        if name == 'composable_node':
+            self._report(
+                "'composable_node' needs a running ROS graph",
+                key.position,
+                hint=UNSUPPORTED[name],
+                length=len(name),
+            )
+            return
+        if isinstance(value, Scalar) and value.kind == 'null' and not hint:
+            hint = "quote a value that has a ',' in it"
+        if hint is None and known:
+            hint = f'the attributes are {listing(known)}'
+        self._report(
+            f"{what} has no attribute '{name}'",
+            key.position,
+            hint=hint,
+            length=len(name),
+        )
+
+    def _attribute(
+        self, item: Item, attribute: Attribute, value: Value
+    ) -> None:
+        try:
+            if attribute.type is Type.ITEMS:
+                self._read_items(item, attribute, value)
+            elif attribute.type is Type.VALUE:
+                item.values[attribute.name] = _read_value(value)
+            elif attribute.type is Type.COMMAND and isinstance(
+                value, Sequence
+            ):
+                item.lists[attribute.name] = tuple(
+                    _read_text(attribute, v) for v in value.items
+                )
+            else:
+                item.texts[attribute.name] = _read_text(attribute, value)
+        except LaunchError as e:
+            self._problems.extend(e.diagnostics)
+
+    def _read_items(
+        self, item: Item, attribute: Attribute, value: Value
+    ) -> None:
+        if not isinstance(value, Sequence) or not value.items:
+            raise error(
+                f"'{attribute.name}' is a list, one item for each",
+                value.position,
+                hint='put "- " before each item',
+            )
+        known = items_of(attribute)
+        names = listing(a.name for a in known)
+        found = []
+        for element in value.items:
+            if not isinstance(element, Mapping):
+                raise error(
+                    f"an item of '{attribute.name}' is a mapping",
+                    element.position,
+                    hint=f'its attributes are {names}',
+                )
+            found.append(
+                self._item(
+                    f"'{attribute.name}'", known, element.position, element
+                )
+            )
+            if known is PARAMETER:
+                self._check_parameter(element)
+        item.items[attribute.name] = tuple(found)
+
+    def _check_parameter(self, parameter: Mapping) -> None:
+        # also the names whose values have mistakes of their own
+        names = set(parameter.pairs) & {a.name for a in PARAMETER}
+        problem = parameter_problem(names)
+        if problem is not None:
+            self._report(problem[0], parameter.position, hint=problem[1])
+
+    def _report(
+        self,
+        message: str,
+        position: Position,
+        *,
+        hint: str | None = None,
+        length: int = 1,
+    ) -> None:
+        self._problems.append(
+            Diagnostic('error', message, position, hint, length)
+        )
+
+
+def _without_children(value: Mapping) -> Mapping:
+    # a copy, since an alias may name the same mapping
+    rest = Mapping(value.source, value.line, value.column)
+    rest.pairs = {n: p for n, p in value.pairs.items() if n != 'children'}
+    return rest
+
+
+def _place(problem: Diagnostic) -> tuple[int, int]:
+    position = problem.position
+    return (0, 0) if position is None else (position.line, position.column)
+
+
+def parameter_problem(names: set[str]) -> tuple[str, str] | None:
+    """
+    Say what is wrong with a parameter that has these attributes.
+
+    :returns: The problem and the way out, or None
+    """
+    if 'from' in names:
+        others = names - {'from', 'allow_substs'}
+        if others:
+            return (
+                f"a parameter with 'from' takes no '{min(others)}'",
+                'make it an item of its own',
+            )
+        return None
+    if 'name' not in names:
+        return ("a parameter needs 'name', or 'from' with a file", 'name it')
+    if 'allow_substs' in names:
+        return ("'allow_substs' goes with 'from'", 'remove it')
+    if 'param' in names and names & {'value', 'type'}:
+        return (
+            "a parameter has either 'value' or 'param'",
+            "put the value among those of 'param', with a name",
+        )
+    if not names & {'param', 'value'}:
+        return ("a parameter needs a 'value'", "write '' for an empty text")
+    return None
+
+
+def _read_text(attribute: Attribute, value: Value) -> Text:
+    if not isinstance(value, Scalar):
+        raise error(
+            f"'{attribute.name}' is a text, not a list or mapping",
+            value.position,
+            hint='quote a text that starts with { or [',
+        )
+    if value.kind == 'null' and value.text in ('', '~', 'null'):
+        raise error(
+            f"'{attribute.name}' has no value",
+            value.position,
+            hint="write '' for an empty text",
+        )
+    if attribute.type is Type.NAME and value.kind == 'bool':
+        raise error(
+            f"YAML reads {value.text} as a boolean, but '{attribute.name}' "
+            'is a name',
+            value.position,
+            hint=f"quote it: '{value.text}'",
+            length=len(value.text),
+        )
+    text = Text(value, plain=attribute.type is Type.PLAIN)
+    if attribute.type is Type.PLAIN:
+        _check_values(attribute, text)
+    return text
+
+
+def _check_values(attribute: Attribute, text: Text) -> None:
+    if attribute.values and text.plain not in attribute.values:
+        raise error(
+            f"'{attribute.name}' cannot be '{text.plain}'",
+            text.position,
+            hint=did_you_mean(text.plain, attribute.values)
+            or f'it is one of {", ".join(attribute.values)}',
+            length=len(text.plain),
+        )
+
+
+def _read_value(value: Value) -> ParameterValue:
+    if isinstance(value, Scalar):
+        return ParameterValue(value.position, (_scalar_text(value),), False)
+    if isinstance(value, Sequence):
+        texts = []
+        for element in value.items:
+            if not isinstance(element, Scalar):
+                raise error(
+                    "a parameter's list has scalars in it, no lists or "
+                    'mappings',
+                    element.position,
+                )
+            texts.append(_scalar_text(element))
+        return ParameterValue(value.position, tuple(texts), True)
+    raise error(
+        "a parameter's value is a scalar or a list",
+        value.position,
+        hint="nest parameters with 'param:' instead of 'value:', or quote "
+        "a text that starts with '{'",
+    )
+
+
+def _scalar_text(value: Scalar) -> Text:
+    if value.kind == 'null':
+        raise error(
+            'a parameter cannot be null',
+            value.position,
+            hint="write '' for an empty text",
+        )
+    if value.kind == 'timestamp':
+        raise error(
+            f'YAML reads {value.text} as a date, and no parameter is a date',
+            value.position,
+            hint='quote it',
+        )
+    return Text(value, plain=value.kind != 'str')

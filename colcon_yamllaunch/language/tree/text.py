@@ -1,0 +1,209 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A text of a launch file, ready to have its substitutions put in."""
+
+import re
+
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.template import parse_template
+from colcon_yamllaunch.language.syntax.template import Substitution
+from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.syntax.template import TemplateSyntaxError
+from colcon_yamllaunch.language.syntax.template import unescape
+from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
+from colcon_yamllaunch.language.syntax.yaml_reader import Kind
+from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+from colcon_yamllaunch.language.vocabulary.substitutions import Context
+from colcon_yamllaunch.language.vocabulary.substitutions import (
+    evaluate_template,
+)
+from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
+
+_PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
+_BLOCK_HEADER = re.compile(r'[|>][^\n]*\n')
+# what one or more characters of a text in double quotes are written as
+_DOUBLE_QUOTED = re.compile(
+    r"""
+    (?P<continuation>\\\r?\n(?:[ \t]*\r?\n)*[ \t]*)
+    |\\(?:x[0-9A-Fa-f]{2}|u[0-9A-Fa-f]{4}|U[0-9A-Fa-f]{8}|.)
+    |(?P<folding>[ \t]*\r?\n(?:[ \t]*\r?\n)*[ \t]*)
+    |.
+    """,
+    re.DOTALL | re.VERBOSE,
+)
+
+
+class Text:
+    """
+    A text with substitutions, and where it is written.
+
+    :param scalar: The YAML scalar
+    :param plain: Whether it has no substitutions by definition
+    :raises LaunchError: if a substitution in it is malformed or unknown
+    """
+
+    __slots__ = ('_scalar', 'template')
+
+    def __init__(self, scalar: Scalar, *, plain: bool = False) -> None:
+        self._scalar = scalar
+        if plain:
+            self.template = Template((unescape(scalar.text),))
+            return
+        try:
+            self.template = parse_template(scalar.text)
+        except TemplateSyntaxError as e:
+            raise error(
+                e.message,
+                self.position_at(e.index),
+                hint=e.hint,
+                length=e.length,
+            ) from e
+        for part in self.template.parts:
+            if isinstance(part, Substitution):
+                self._check(part)
+
+    @property
+    def plain(self) -> str:
+        """The text as it is written, its backslashes resolved."""
+        return unescape(self._scalar.text)
+
+    @property
+    def literal(self) -> str | None:
+        """The text when it has no substitutions, else None."""
+        return self.template.literal
+
+    @property
+    def kind(self) -> Kind:
+        """What YAML takes the text for."""
+        return self._scalar.kind
+
+    @property
+    def is_coerced(self) -> bool:
+        """Whether a type that is wanted decides what the text is."""
+        return isinstance(self._scalar, XmlScalar)
+
+    @property
+    def value(self) -> str | int | float | bool | None:
+        """The text as YAML takes it."""
+        return self._scalar.value
+
+    @property
+    def position(self) -> Position:
+        """The position of its first character, or of its quote."""
+        return self._scalar.position
+
+    @property
+    def length(self) -> int:
+        """How many characters of its first line it takes."""
+        scalar = self._scalar
+        if scalar.end[0] != scalar.line:
+            return 1
+        return max(1, scalar.end[1] - scalar.column)
+
+    def position_at(self, index: int) -> Position:
+        """Return the position of the character with this index."""
+        return self._scalar.source.position_at(_locate(self._scalar, index))
+
+    def evaluate(self, context: Context) -> str:
+        """
+        Put the substitutions in.
+
+        :raises LaunchError: if one cannot be made
+        """
+        context.origins = ()
+        literal = self.template.literal
+        if literal is not None:
+            return literal
+        return evaluate_template(self.template, context, self.position_at)
+
+    def evaluate_part(self, template: Template, context: Context) -> str:
+        """
+        Put the substitutions in for a piece of the text.
+
+        :param template: What splitting the text has made of it
+        :raises LaunchError: if a substitution cannot be made
+        """
+        return evaluate_template(template, context, self.position_at)
+
+    def _check(self, substitution: Substitution) -> None:
+        kind = KINDS.get(substitution.name)
+        length = len(substitution.name) + 2
+        if kind is None:
+            raise error(
+                f"unknown substitution '{substitution.name}'",
+                self.position_at(substitution.start),
+                hint=did_you_mean(substitution.name, KINDS)
+                or f'the substitutions are {listing(KINDS)}',
+                length=length,
+            )
+        problem = kind.arity_problem(len(substitution.arguments))
+        if problem is not None:
+            raise error(
+                problem,
+                self.position_at(substitution.start),
+                hint=f'it is written {kind.usage}',
+                length=substitution.end - substitution.start,
+            )
+        for argument in substitution.arguments:
+            for part in argument.parts:
+                if isinstance(part, Substitution):
+                    self._check(part)
+
+
+def _locate(scalar: Scalar, index: int) -> int:
+    """Return where a character of a scalar's text stands in its file."""
+    if isinstance(scalar, XmlScalar):
+        return scalar.locate(index)
+    raw = scalar.source.text
+    at = scalar.source.index_of(scalar.line, scalar.column)
+    properties = _PROPERTIES.match(raw, at)
+    at = properties.end() if properties else at
+    if scalar.style in ('|', '>'):
+        header = _BLOCK_HEADER.match(raw, at)
+        at = header.end() if header else at
+    elif scalar.style:
+        at += 1
+    if scalar.style == '"':
+        return _locate_in_double_quotes(raw, at, index)
+    for character in scalar.text[:index]:
+        at = _step(raw, at, character, scalar.style)
+    return _skip_folding(raw, at, scalar.text[index : index + 1])
+
+
+def _locate_in_double_quotes(raw: str, at: int, index: int) -> int:
+    # escapes are not the characters that they stand for, so it is by count
+    while piece := _DOUBLE_QUOTED.match(raw, at):
+        # of several line ends in a row, the first is dropped
+        count = piece[0].count('\n') - 1
+        if piece['continuation'] is None:
+            count = max(1, count if piece['folding'] else 1)
+        if count > index:
+            break
+        index -= count
+        at = piece.end()
+    return at
+
+
+def _step(raw: str, at: int, character: str, style: str | None) -> int:
+    at = _skip_folding(raw, at, character)
+    if style == "'" and raw.startswith("''", at):
+        return at + 2
+    if raw[at : at + 1] == character:
+        return at + 1
+    if character.isspace():
+        # a line end that was folded into a space
+        return at + 1 if raw[at : at + 1].isspace() else at
+    return at
+
+
+def _skip_folding(raw: str, at: int, character: str) -> int:
+    """Skip the white space that YAML drops before a character."""
+    if character.isspace():
+        return at
+    while at < len(raw) and raw[at] in ' \t\n\r' and raw[at] != character:
+        at += 1
+    return at

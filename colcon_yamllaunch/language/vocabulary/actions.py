@@ -1,0 +1,607 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The table of actions and their attributes.
+
+Everything that depends on which actions there are comes from here: reading a
+launch file, the types of its values, suggestions for a misspelled name, the
+JSON Schema and the reference page. To add an action is to add an entry here, a
+function in `evaluate.py` and an example in `examples.py`.
+
+The ROS 2 releases are those whose launch files in YAML or XML have the action
+or attribute (the change logs and branches of ros2/launch and ros2/launch_ros);
+what is older than Humble counts as Humble.
+"""
+
+from enum import Enum
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGKILL_TIMEOUT
+from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGTERM_TIMEOUT
+from colcon_yamllaunch.language.plan.plan import OUTPUT_MODES
+from colcon_yamllaunch.language.plan.plan import UNLIMITED_RETRIES
+
+#: The ROS 2 releases that are told apart, in the order they came; Rolling has
+#: what no release has yet.
+RELEASES = ('Humble', 'Iron', 'Jazzy', 'Kilted', 'Lyrical', 'Rolling')
+
+
+class Type(Enum):
+    """What the value of an attribute is."""
+
+    #: text with substitutions
+    TEXT = 'text'
+    #: text with substitutions that names something; a YAML boolean is an
+    #: error, since it is a name that was not quoted
+    NAME = 'name'
+    #: text without substitutions
+    PLAIN = 'plain text'
+    #: true, 1, false or 0, or text that is one after its substitutions
+    CONDITION = 'condition'
+    #: a boolean, or text that is one after its substitutions
+    BOOLEAN = 'boolean'
+    #: a whole number, or text that is one after its substitutions
+    INTEGER = 'integer'
+    #: a number >= 0, or text that is one after its substitutions
+    SECONDS = 'seconds'
+    #: a command line, or a list with one argument an item
+    COMMAND = 'command line'
+    #: the value of a parameter: any scalar, or a list of one kind of scalar
+    VALUE = 'parameter value'
+    #: a list of mappings
+    ITEMS = 'list'
+    #: a list of actions
+    ACTIONS = 'actions'
+
+
+@dataclass(frozen=True, slots=True)
+class Attribute:
+    """
+    An attribute of an action.
+
+    :param name: The key in the launch file
+    :param type: What its value is
+    :param help: What it is for, in one sentence
+    :param required: Whether the action needs it
+    :param items: The attributes of each item of a list
+    :param values: The values that it may have; empty when any
+    :param default: What it is when left out, as it would be written; None
+      when it then has no value
+    :param since: The first ROS 2 release that has it; None when it is as old
+      as its action
+    :param pattern: What its whole text looks like, unless there are
+      substitutions in it; a regular expression of the part that Python and
+      ECMA 262 (JSON Schema) have in common
+    :param ignore_case: Whether its values may be written in any case
+    """
+
+    name: str
+    type: Type
+    help: str
+    required: bool = False
+    items: 'tuple[Attribute, ...]' = ()
+    values: tuple[str, ...] = ()
+    default: str | None = None
+    since: str | None = None
+    pattern: str | None = None
+    ignore_case: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """
+    An action of the launch language.
+
+    :param name: The key in the launch file
+    :param help: What it does, in one sentence
+    :param attributes: Its attributes, `if` and `unless` among them
+    :param since: The first ROS 2 release that has it
+    """
+
+    name: str
+    help: str
+    attributes: tuple[Attribute, ...]
+    since: str = 'Humble'
+
+    def attribute(self, name: str) -> Attribute | None:
+        """Return the attribute with that name, or None."""
+        for attribute in self.attributes:
+            if attribute.name == name:
+                return attribute
+        return None
+
+    @property
+    def has_children(self) -> bool:
+        """Whether actions stand inside of it."""
+        return self.attribute('children') is not None
+
+
+#: The attributes that every action has.
+CONDITIONS = (
+    Attribute(
+        'if', Type.CONDITION, 'Do the action only if this is true or 1.'
+    ),
+    Attribute(
+        'unless', Type.CONDITION, 'Do the action only if this is false or 0.'
+    ),
+)
+_CHILDREN = Attribute(
+    'children', Type.ACTIONS, 'The actions inside, in order.', required=True
+)
+
+
+def _required(name: str, kind: Type, text: str) -> Attribute:
+    return Attribute(name, kind, text, required=True)
+
+
+def _flag(
+    name: str, text: str, default: str, since: str | None = None
+) -> Attribute:
+    return Attribute(name, Type.BOOLEAN, text, default=default, since=since)
+
+
+# rmw's rules for names, as in names.py
+_NODE_NAME_PATTERN = '[A-Za-z_][A-Za-z0-9_]*'
+_NAMESPACE_PATTERN = (
+    '/*|/?[A-Za-z_~{}][A-Za-z0-9_~{}]*(/[A-Za-z_~{}][A-Za-z0-9_~{}]*)*/*'
+)
+
+_PAIR = (
+    _required('name', Type.NAME, 'The name.'),
+    _required('value', Type.TEXT, 'The value.'),
+)
+_VARIABLE = (
+    _required('name', Type.NAME, 'The name of the environment variable.'),
+    _required('value', Type.TEXT, 'The value.'),
+)
+_CONFIGURATION = (
+    _required('name', Type.NAME, 'The name of the launch configuration.'),
+    _required('value', Type.TEXT, 'The value.'),
+)
+_REMAP = (
+    _required('from', Type.NAME, 'The name that the node uses.'),
+    _required('to', Type.NAME, 'The name that it gets instead.'),
+)
+_PARAMETER_TYPES = (
+    'str',
+    'bool',
+    'int',
+    'float',
+    'list_of_str',
+    'list_of_bool',
+    'list_of_int',
+    'list_of_float',
+    'yaml',
+)
+_PARAMETER_SCALARS = (
+    Attribute(
+        'name',
+        Type.TEXT,
+        'The name of the parameter; every parameter has one, unless it comes '
+        "with 'from'.",
+    ),
+    Attribute(
+        'value',
+        Type.VALUE,
+        'The value; a text with substitutions is read as YAML afterwards, '
+        "unless there is a 'type'.",
+    ),
+    Attribute(
+        'type',
+        Type.PLAIN,
+        'The type that the value has, or is turned into after its '
+        'substitutions.',
+        values=_PARAMETER_TYPES,
+    ),
+    Attribute(
+        'from',
+        Type.TEXT,
+        'A YAML file with parameters; stands alone or with allow_substs.',
+    ),
+    _flag(
+        'allow_substs',
+        "Make the substitutions in the file of 'from' first.",
+        'false',
+    ),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _NestedParameters(Attribute):
+    """The attribute whose items have the attributes of their parent."""
+
+
+PARAMETER: tuple[Attribute, ...] = (
+    *_PARAMETER_SCALARS,
+    _NestedParameters(
+        'param',
+        Type.ITEMS,
+        "Parameters whose names start with this one's and a dot; stands "
+        "instead of 'value'.",
+    ),
+)
+
+_PROCESS = (
+    Attribute(
+        'cwd',
+        Type.TEXT,
+        'The working directory; when left out, the folder that the launch '
+        'was started in.',
+    ),
+    Attribute(
+        'env',
+        Type.ITEMS,
+        'Environment variables for this process, besides those of the scope.',
+        items=_VARIABLE,
+    ),
+    Attribute(
+        'output',
+        Type.TEXT,
+        'Where the output goes: to the screen and the log (both), to one of '
+        'them, to log files of its own, or to all of these (full).',
+        values=OUTPUT_MODES,
+        default=OUTPUT_MODES[0],
+    ),
+    Attribute(
+        'launch-prefix',
+        Type.TEXT,
+        'A command that runs the process, such as `gdb -ex run --args`.',
+    ),
+    Attribute(
+        'on_exit',
+        Type.PLAIN,
+        'End the whole launch when this process ends.',
+        values=('shutdown',),
+        since='Iron',
+    ),
+    _flag('respawn', 'Start the process again whenever it ends.', 'false'),
+    Attribute(
+        'respawn_max_retries',
+        Type.INTEGER,
+        'How often it is started again at most; without end when -1.',
+        default=str(UNLIMITED_RETRIES),
+        since='Jazzy',
+    ),
+    Attribute(
+        'respawn_delay',
+        Type.SECONDS,
+        'The pause before it is started again.',
+        default='0.0',
+    ),
+    Attribute(
+        'sigterm_timeout',
+        Type.SECONDS,
+        'When stopping, the time from SIGINT to SIGTERM.',
+        default=str(DEFAULT_SIGTERM_TIMEOUT),
+        since='Iron',
+    ),
+    Attribute(
+        'sigkill_timeout',
+        Type.SECONDS,
+        'When stopping, the time from SIGTERM to SIGKILL.',
+        default=str(DEFAULT_SIGKILL_TIMEOUT),
+        since='Iron',
+    ),
+    _flag(
+        'shell',
+        'Let /bin/sh run the arguments, joined by spaces and not quoted.',
+        'false',
+    ),
+    _flag(
+        'emulate_tty',
+        'Give the process a terminal for its output.',
+        'false',
+        'Iron',
+    ),
+)
+_NODE = (
+    Attribute(
+        'pkg',
+        Type.NAME,
+        'The package that has the program; when left out, the program is a '
+        'path or on the PATH.',
+    ),
+    _required('exec', Type.NAME, 'The program.'),
+    Attribute(
+        'name',
+        Type.NAME,
+        'The name of the node.',
+        pattern=_NODE_NAME_PATTERN,
+    ),
+    Attribute(
+        'exec_name',
+        Type.NAME,
+        'The name of the process in the output; when left out, that of the '
+        'program.',
+    ),
+    Attribute(
+        'namespace',
+        Type.NAME,
+        'The namespace of the node; a relative one is put behind that of the '
+        'scope.',
+        pattern=_NAMESPACE_PATTERN,
+    ),
+    Attribute('args', Type.COMMAND, 'Arguments for the program.'),
+    Attribute(
+        'ros_args', Type.COMMAND, 'Arguments that stand behind --ros-args.'
+    ),
+    Attribute(
+        'param',
+        Type.ITEMS,
+        'Parameters; the last of several with one name counts.',
+        items=PARAMETER,
+    ),
+    Attribute(
+        'remap', Type.ITEMS, 'Names to replace by others.', items=_REMAP
+    ),
+    *_PROCESS,
+)
+_LOG = (_required('message', Type.TEXT, 'The line.'),)
+_ARGUMENT = (
+    _required('name', Type.PLAIN, 'The name of the argument.'),
+    Attribute(
+        'default',
+        Type.TEXT,
+        'The value when none is given; without one, the argument is required.',
+    ),
+    Attribute('description', Type.PLAIN, 'What it is for, for --show-args.'),
+)
+
+
+def _action(
+    name: str, text: str, *attributes: Attribute, since: str = 'Humble'
+) -> Action:
+    return Action(name, text, (*attributes, *CONDITIONS), since)
+
+
+_ACTIONS = (
+    _action(
+        'arg',
+        'Declare a launch argument, which the command line or an include may '
+        'give.',
+        *_ARGUMENT,
+        Attribute(
+            'choice',
+            Type.ITEMS,
+            'The values that it may have.',
+            items=(_required('value', Type.PLAIN, 'One of them.'),),
+        ),
+    ),
+    _action(
+        'bool_arg',
+        'Declare a launch argument that is true or false.',
+        *_ARGUMENT,
+        since='Lyrical',
+    ),
+    _action(
+        'let',
+        'Set a launch configuration, which $(var name) reads.',
+        *_CONFIGURATION,
+    ),
+    _action(
+        'reset',
+        'Forget all launch configurations, and the namespace, parameters and '
+        'remappings of the scope.',
+        Attribute(
+            'keep',
+            Type.ITEMS,
+            'Launch configurations to set afterwards.',
+            items=_CONFIGURATION,
+        ),
+    ),
+    _action(
+        'set_env',
+        'Set an environment variable for what follows.',
+        *_VARIABLE,
+    ),
+    _action(
+        'unset_env',
+        'Remove an environment variable for what follows.',
+        _required('name', Type.NAME, 'The name of the environment variable.'),
+    ),
+    _action(
+        'append_env',
+        'Append to an environment variable, or set it if there is none.',
+        *_VARIABLE,
+        _flag('prepend', 'Put the value in front instead.', 'false'),
+        Attribute(
+            'separator',
+            Type.TEXT,
+            'What stands between the old value and the new one.',
+            default=':',
+        ),
+    ),
+    _action(
+        'reset_env',
+        'Undo all changes that the launch files made to the environment.',
+    ),
+    _action(
+        'log',
+        'Show a line, and write it to the log.',
+        *_LOG,
+        Attribute(
+            'level',
+            Type.TEXT,
+            'How serious it is.',
+            values=(
+                'DEBUG',
+                'INFO',
+                'WARNING',
+                'ERROR',
+                'FATAL',
+                'WARN',
+                'CRITICAL',
+                'NOTSET',
+            ),
+            default='INFO',
+            since='Lyrical',
+            ignore_case=True,
+        ),
+    ),
+    _action('log_info', 'Show a line.', *_LOG, since='Lyrical'),
+    _action('log_warning', 'Show a warning.', *_LOG, since='Lyrical'),
+    _action('log_error', 'Show an error.', *_LOG, since='Lyrical'),
+    _action('log_debug', 'Show a line for debugging.', *_LOG, since='Lyrical'),
+    _action(
+        'shutdown',
+        'End the launch: stop all processes.',
+        Attribute('reason', Type.TEXT, 'Why, for the one who reads the log.'),
+    ),
+    _action(
+        'group',
+        'Do several actions, in a scope of their own.',
+        _CHILDREN,
+        _flag('scoped', 'Whether what they set ends with the group.', 'true'),
+        _flag(
+            'forwarding',
+            'Whether they see what was set before the group.',
+            'true',
+        ),
+        Attribute(
+            'keep',
+            Type.ITEMS,
+            'Launch configurations to set first.',
+            items=_CONFIGURATION,
+        ),
+    ),
+    _action(
+        'timer',
+        'Do several actions once, some time after the launch has come to '
+        'them.',
+        _required('period', Type.SECONDS, 'The time until then.'),
+        _CHILDREN,
+        _flag(
+            'cancel_on_shutdown',
+            'Whether the end of the launch drops the timer instead of '
+            'waiting for it.',
+            'true',
+        ),
+    ),
+    _action(
+        'for_each',
+        'Do several actions for each of some values.',
+        _required(
+            'values',
+            Type.TEXT,
+            'YAML mappings of names to values, separated by semicolons.',
+        ),
+        _CHILDREN,
+        since='Kilted',
+    ),
+    _action(
+        'for',
+        'Do several actions a number of times.',
+        _required('len', Type.INTEGER, 'How often.'),
+        _required(
+            'name', Type.PLAIN, 'The name of the index, which counts from 0.'
+        ),
+        _CHILDREN,
+        since='Kilted',
+    ),
+    _action(
+        'include',
+        'Do all actions of another launch file, in the same scope.',
+        _required(
+            'file',
+            Type.TEXT,
+            'The launch file, in YAML, XML or Python; a relative path is '
+            'looked up in the folder that the launch was started in, then '
+            'beside this file.',
+        ),
+        Attribute(
+            'arg',
+            Type.ITEMS,
+            'Launch arguments for it.',
+            items=_PAIR,
+        ),
+        Attribute(
+            'let',
+            Type.ITEMS,
+            "The same as 'arg'.",
+            items=_PAIR,
+            since='Jazzy',
+        ),
+    ),
+    _action(
+        'executable',
+        'Run a program.',
+        _required('cmd', Type.COMMAND, 'The command line.'),
+        Attribute(
+            'name',
+            Type.NAME,
+            'The name of the process in the output; when left out, that of '
+            'the program.',
+        ),
+        *_PROCESS,
+    ),
+    _action('node', 'Run a ROS node.', *_NODE),
+    _action(
+        'node_container',
+        'Run a program that other tools load composable nodes into; ROS 2 '
+        'wants it to have a name and a namespace.',
+        *_NODE,
+    ),
+    _action(
+        'push_ros_namespace',
+        'Put the nodes that follow in the scope into a namespace.',
+        Attribute(
+            'namespace',
+            Type.NAME,
+            'The namespace; a relative one is put behind that of the scope.',
+            required=True,
+            pattern=_NAMESPACE_PATTERN,
+        ),
+    ),
+    _action(
+        'set_parameter',
+        'Set a parameter of the nodes that follow in the scope.',
+        _required('name', Type.NAME, 'The name of the parameter.'),
+        _required('value', Type.VALUE, 'The value.'),
+    ),
+    _action(
+        'set_parameters_from_file',
+        'Set parameters of the nodes that follow in the scope.',
+        _required('filename', Type.TEXT, 'A YAML file with parameters.'),
+    ),
+    _action(
+        'set_remap',
+        'Remap a name in the nodes that follow in the scope.',
+        *_REMAP,
+    ),
+    _action(
+        'set_use_sim_time',
+        'Let the nodes that follow in the scope use simulated time.',
+        _required('value', Type.BOOLEAN, 'Whether they do.'),
+    ),
+    _action(
+        'set_ros_log_dir',
+        'Set the folder for the logs of the nodes that follow in the scope.',
+        _required(
+            'new_log_dir',
+            Type.TEXT,
+            'The folder; a relative one is put behind the one so far.',
+        ),
+        since='Iron',
+    ),
+)
+
+#: All actions by name.
+ACTIONS = {action.name: action for action in _ACTIONS}
+#: Other spellings of an action's name.
+ALIASES = {'push-ros-namespace': 'push_ros_namespace'}
+#: Actions of ROS 2 that need a running ROS graph, and what to do instead.
+UNSUPPORTED = {
+    'lifecycle_node': "start it as a 'node' and change its state with a "
+    'lifecycle manager',
+    'load_composable_node': "start the node's own executable with 'node'",
+    'composable_node': "start the node's own executable with 'node'",
+    'ros_timer': "'timer' runs on the system's clock",
+}
+
+
+def items_of(attribute: Attribute) -> tuple[Attribute, ...]:
+    """Return the attributes of each item of a list."""
+    if isinstance(attribute, _NestedParameters):
+        return PARAMETER
+    return attribute.items

@@ -1,0 +1,205 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The values that parameters of nodes have."""
+
+from collections.abc import Iterable
+import json
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.plan.plan import ParameterFile
+from colcon_yamllaunch.language.plan.plan import SetParameter
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.yaml_reader import construct
+from colcon_yamllaunch.language.syntax.yaml_reader import plain_kind
+import yaml
+
+ScalarValue = str | int | float | bool
+ParameterContent = ScalarValue | tuple[ScalarValue, ...]
+
+_SCALAR_TYPES: dict[str, type] = {
+    'str': str,
+    'bool': bool,
+    'int': int,
+    'float': float,
+}
+
+
+class ParameterTypeError(Exception):
+    """A text is no value of the type that a parameter is to have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """
+    A parameter of a node.
+
+    :param name: Its full name, parts separated by dots
+    :param value: Its value
+    :param position: Where it is set
+    :param origins: Where the launch configurations were set that the value
+      was made of, nearest first
+    """
+
+    name: str
+    value: ParameterContent
+    position: Position
+    origins: tuple[Position, ...] = ()
+
+    def as_set(self) -> SetParameter:
+        """Return what a plan says of it."""
+        value = to_yaml(self.value)
+        return SetParameter(self.name, value, self.position, self.origins)
+
+
+def infer(text: str) -> ParameterContent:
+    """
+    Return what YAML takes a text for, as ROS 2 does after substitutions.
+
+    :raises ParameterTypeError: if it is nothing that a parameter can be
+    """
+    kind = plain_kind(text)
+    if kind in ('int', 'float', 'bool'):
+        value = construct(kind, text)
+        assert value is not None
+        return value
+    if kind == 'str' and not _looks_like_yaml(text):
+        return text
+    try:
+        loaded = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError) as e:
+        raise ParameterTypeError(
+            f'the value {_shown(text)} is not YAML'
+        ) from e
+    return _check(loaded, text)
+
+
+def coerce(text: str, kind: str) -> ParameterContent:
+    """
+    Return a text as a value of a type.
+
+    :param kind: str, bool, int, float, or yaml
+    :raises ParameterTypeError: if it is none
+    """
+    if kind == 'yaml':
+        return infer(text)
+    if kind == 'str':
+        return text
+    try:
+        if kind == 'bool':
+            stripped = text.strip()
+            if stripped in ('0', '1'):
+                return stripped == '1'
+            if plain_kind(stripped) == 'bool':
+                return construct('bool', stripped) is True
+            raise ValueError
+        return _SCALAR_TYPES[kind](text)  # type: ignore[no-any-return]
+    except ValueError as e:
+        raise ParameterTypeError(
+            f'the value {_shown(text)} is no {kind}'
+        ) from e
+
+
+def is_of_type(value: ScalarValue, kind: str) -> bool:
+    """Say whether a value has a type; an int is no bool and no float."""
+    return type(value) is _SCALAR_TYPES[kind]
+
+
+def type_name(value: ScalarValue) -> str:
+    """Return the name of a value's type as launch files write it."""
+    return type(value).__name__
+
+
+def to_yaml(value: ParameterContent) -> str:
+    """
+    Return a value as YAML that ROS 2's parser reads as the same value.
+
+    Texts are always quoted: ROS 2's parser takes an unquoted `1e-3`, `on` or
+    `0x10` for something else.
+    """
+    if isinstance(value, tuple):
+        return f'[{", ".join(to_yaml(item) for item in value)}]'
+    if isinstance(value, bool):
+        return 'true' if value else 'false'
+    if isinstance(value, str):
+        return _quoted(value)
+    if isinstance(value, int):
+        return str(value)
+    return _float(value)
+
+
+def parameter_file(
+    pattern: str, parameters: Iterable[SetParameter]
+) -> ParameterFile:
+    """
+    Return a file with parameters.
+
+    :param pattern: The nodes that they are for: a full name or `/**`
+    """
+    lines = [f'{_quoted(pattern)}:', '  ros__parameters:']
+    # the last of several values counts, and keeps its place
+    values = {p.name: p.value for p in parameters}
+    lines.extend(
+        f'    {_quoted(name)}: {value}' for name, value in values.items()
+    )
+    return ParameterFile('\n'.join(lines) + '\n', tuple(parameters))
+
+
+def _quoted(text: str) -> str:
+    # a JSON string is a YAML string in double quotes; beyond the basic plane
+    # JSON would write surrogates, which YAML does not join
+    quoted = json.dumps(text, ensure_ascii=False)
+    return ''.join(
+        c
+        if c.isprintable()
+        else f'\\u{ord(c):04x}'
+        if ord(c) < 0x10000
+        else f'\\U{ord(c):08x}'
+        for c in quoted
+    )
+
+
+def _float(value: float) -> str:
+    text = repr(value)
+    if text in ('inf', '-inf', 'nan'):
+        return text.replace('inf', '.inf').replace('nan', '.nan')
+    if 'e' in text and '.' not in text:
+        # YAML 1.1 wants the dot
+        text = text.replace('e', '.0e')
+    return text
+
+
+def _looks_like_yaml(text: str) -> bool:
+    if text != text.strip() or '\n' in text or '\t' in text:
+        return True
+    return (
+        text[:1] in '[{\'"!&*#|>%@`-?:,]}'
+        or ': ' in text
+        or ' #' in text
+        or text.endswith(':')
+    )
+
+
+def _check(value: object, text: str) -> ParameterContent:
+    if isinstance(value, str | int | float | bool):
+        return value
+    if isinstance(value, list):
+        items = tuple(value)
+        kinds = {type(item) for item in items}
+        if len(kinds) <= 1 and kinds <= {str, int, float, bool}:
+            return items
+        raise ParameterTypeError(
+            f'the list {_shown(text)} has values of several types or of none '
+            'that a parameter can have'
+        )
+    what = 'a mapping' if isinstance(value, dict) else 'nothing'
+    if not isinstance(value, dict) and value is not None:
+        what = 'a date'
+    raise ParameterTypeError(
+        f'YAML reads the value {_shown(text)} as {what}, which no parameter '
+        "can be; 'type: str' keeps it a text"
+    )
+
+
+def _shown(text: str) -> str:
+    return repr(text if len(text) <= 60 else text[:57] + '…')

@@ -1,0 +1,63 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What has become of each process of a plan."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from colcon_yamllaunch.language.plan.plan import Process
+
+#: `waiting` for its turn or its timer, `running`, `stopping` on request,
+#: waiting for its `respawn`, or `ended`.
+Phase = Literal['waiting', 'running', 'stopping', 'respawn', 'ended']
+
+
+class RefusedError(Exception):
+    """A request makes no sense now; the text says why, in one line."""
+
+
+@dataclass(slots=True)
+class Task:
+    """
+    A process of the plan in the course of a launch.
+
+    :param number: Its number in the plan
+    :param respawns: How often it has been respawned since it was last
+      started on request
+    :param restarts: How often it has been started again, for any reason
+    :param started: When it was started last, by the supervisor's clock
+    :param group: Its process group, as long as its leader runs
+    :param ended: When it ended, or None if it has not been started or runs
+    :param ending: How it ended, as a part of a sentence
+    :param is_held: Whether its leader is stopped as Ctrl-Z does
+    """
+
+    number: int
+    process: Process
+    respawns: int = 0
+    restarts: int = 0
+    started: float = 0.0
+    group: int | None = None
+    ended: float | None = None
+    ending: str = ''
+    is_held: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class TaskState:
+    """
+    A process of the plan at one moment.
+
+    :param pid: Its process id, which is that of its group, while it runs
+    :param seconds: For how long it has been running, or ended
+    :param restarts: How often it has been started again
+    :param ending: How it ended, as a part of a sentence; empty while it runs
+    """
+
+    process: Process
+    phase: Phase
+    pid: int | None
+    seconds: float
+    restarts: int
+    ending: str

@@ -1,0 +1,416 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The loop that ties processes, output, signals and time together."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Mapping
+from contextlib import suppress
+import errno
+import os
+import select
+import signal
+import time
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.process_scan import find_members
+from colcon_yamllaunch.common.process_scan import is_alive
+from colcon_yamllaunch.common.process_scan import MARK
+from colcon_yamllaunch.common.process_scan import Member
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import Listener
+from colcon_yamllaunch.runtime.core.events import Warned
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.course.exit_conditions import Goal
+from colcon_yamllaunch.runtime.course.supervisor import Supervisor
+from colcon_yamllaunch.runtime.process.children import ended_children
+from colcon_yamllaunch.runtime.process.children import held_children
+from colcon_yamllaunch.runtime.process.descriptors import DescriptorLimit
+from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
+from colcon_yamllaunch.runtime.process.spawn import Spawn
+from colcon_yamllaunch.runtime.process.spawn import spawn_process
+from colcon_yamllaunch.runtime.process.spawn import StartError
+from colcon_yamllaunch.runtime.stopping.escalation import Order
+from colcon_yamllaunch.runtime.stopping.escalation import send
+from colcon_yamllaunch.runtime.stopping.escalation import Timeouts
+from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
+from colcon_yamllaunch.runtime.streams.channels import Channel
+from colcon_yamllaunch.runtime.streams.channels import close
+from colcon_yamllaunch.runtime.streams.channels import open_channels
+from colcon_yamllaunch.runtime.streams.channels import size_of
+from colcon_yamllaunch.runtime.streams.relay import Relay
+from colcon_yamllaunch.runtime.streams.signals import received
+from colcon_yamllaunch.runtime.streams.signals import stop_ourselves
+from colcon_yamllaunch.runtime.streams.signals import STOPPING
+from colcon_yamllaunch.runtime.streams.terminals import Terminals
+from colcon_yamllaunch.runtime.streams.watches import Watches
+from colcon_yamllaunch.runtime.streams.writer import Writer
+
+_GONE = select.EPOLLERR | select.EPOLLHUP
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """
+    What holds for a whole launch.
+
+    :param identity: Its identity, see `members`
+    :param environment: The environment that processes change for themselves
+    :param screen: The descriptor of the screen, whose size terminals for
+      processes have, or -1
+    :param clock: Returns seconds that never go back
+    :param spawn: Starts a program as :func:`os.posix_spawn` does
+    """
+
+    identity: str
+    environment: Mapping[str, str]
+    screen: int = -1
+    clock: Callable[[], float] = time.monotonic
+    spawn: Spawn = os.posix_spawn
+
+
+class Engine:
+    """
+    Runs a plan on the system.
+
+    :param plan: What to run
+    :param settings: What holds for all of it
+    :param guard: Is told of all processes
+    :param files: The parameter files
+    :param writer: The screen, whose pace output keeps to
+    :param listeners: Are told what happens
+    :param publish: Is called once a turn, to write what has been collected,
+      but not before all is started that is due, which is more urgent;
+      returns whether it has more to do
+    :param goal: May end the launch
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        settings: Settings,
+        guard: GuardLink,
+        files: ParameterFiles,
+        writer: Writer,
+        listeners: Iterable[Listener],
+        publish: Callable[[], bool],
+        goal: Goal | None = None,
+    ) -> None:
+        self._goal = goal or Goal(clock=settings.clock)
+        self._settings = settings
+        self._guard = guard
+        self._files = files
+        self._writer = writer
+        self._publish = publish
+        self._poll = select.epoll()
+        self._relay = Relay(self._poll, writer.accepts, self.tell)
+        #: What others have watched by the loop.
+        self.watches = Watches(self._poll)
+        #: The keyboards of processes.
+        self.terminals = Terminals(self.watches, self._relay)
+        self._listeners = [*listeners, self.terminals.handle]
+        self._supervisor = Supervisor(plan, self, settings.clock)
+        self._limit = DescriptorLimit(sum(1 for _ in plan.processes()))
+        self._session = os.getsid(0)
+        self._screen_mask: int | None = None
+        self._last_stop = -limits.SIGNAL_ECHO
+        self._stopped_by_signal = False
+        #: Is called with True before the launch is held, as Ctrl-Z does, and
+        #: with False when it goes on.
+        self.held: Callable[[bool], None] | None = None
+
+    @property
+    def supervisor(self) -> Supervisor:
+        """The course of the launch."""
+        return self._supervisor
+
+    def run(self, signals: int) -> None:
+        """
+        Run to the end.
+
+        :param signals: Where signals arrive, see `signals.caught`
+        """
+        self._poll.register(signals, select.EPOLLIN)
+        supervisor = self._supervisor
+        self._goal.begin()
+        while True:
+            self._mind_goal()
+            supervisor.advance()
+            if supervisor.done:
+                break
+            more = self._end_turn()
+            wait = 0.0 if more else self._seconds_to_wait()
+            for descriptor, mask in self._poll.poll(wait):
+                if descriptor == signals:
+                    self._take_signals(received(signals))
+                elif self._relay.owns(descriptor):
+                    self._relay.read(descriptor)
+                elif descriptor == self._writer.descriptor and mask & _GONE:
+                    self._writer.give_up()
+                else:
+                    self.watches.handle(descriptor, mask)
+        self._relay.close()
+        self._goal.end()
+
+    def finish(self, signals: int) -> None:
+        """Wait until the screen has taken everything."""
+        self._end_turn()
+        deadline: float | None = None
+        while self._writer.waits() and not self._writer.broken:
+            if self._stopped_by_signal:
+                deadline = time.monotonic() + limits.SCREEN_PATIENCE
+            ready = self._poll.poll(
+                None if deadline is None else limits.SCREEN_PATIENCE
+            )
+            stopped = any(
+                number in STOPPING
+                for descriptor, _ in ready
+                if descriptor == signals
+                for number in received(signals)
+            )
+            if stopped or not ready:
+                return
+            self._end_turn()
+
+    def close(self) -> None:
+        """Free what the engine holds."""
+        self.terminals.close()
+        self._poll.close()
+        self._limit.restore()
+
+    def start(self, number: int, process: Process) -> int:
+        """Start a process; see `supervisor.Host`."""
+        argv = self._command_line(number, process)
+        size = None
+        if process.emulate_tty:
+            size = size_of(self._settings.screen)
+        try:
+            channels = open_channels(size)
+        except OSError as error:
+            raise StartError(_no_channel(error)) from error
+        stdout, stderr = channels
+        try:
+            with self.terminals.stdin_of(process, size) as stdin:
+                group = self._spawn(
+                    number, process, argv, stdin, stdout, stderr
+                )
+        except BaseException:
+            close(stdout)
+            close(stderr)
+            raise
+        os.close(stdout.writer)
+        os.close(stderr.writer)
+        self._relay.add(group, process, stdout.reader, stderr.reader)
+        timeouts = Timeouts(process.sigterm_timeout, process.sigkill_timeout)
+        self._guard.started(number, group, timeouts)
+        return group
+
+    def release(self, group: int) -> bool:
+        """Tell whether a group ended with its leader."""
+        try:
+            os.killpg(group, 0)
+        except PermissionError:
+            return False
+        except ProcessLookupError:
+            self._guard.ended(group)
+            return True
+        return False
+
+    def send(self, order: Order) -> bool:
+        """Send a signal."""
+        return send(order)
+
+    def members(self, groups: Mapping[int, int]) -> list[Member]:
+        """Find the running processes of the launch."""
+        return find_members(self._settings.identity, groups, self._session)
+
+    def is_alive(self, member: Member) -> bool:
+        """Tell whether a process still runs."""
+        return is_alive(member)
+
+    def listen(self, listener: Listener) -> None:
+        """Have somebody else told, too, after all others."""
+        self._listeners.append(listener)
+
+    def tell(self, event: Event) -> None:
+        """Tell everybody who listens."""
+        for listener in self._listeners:
+            listener(event)
+
+    def _command_line(self, number: int, process: Process) -> list[str]:
+        try:
+            return self._files.command_line(number, process)
+        except (OSError, ValueError) as error:
+            raise StartError(
+                f'its parameter file cannot be written: {error}'
+            ) from error
+
+    def _spawn(
+        self,
+        number: int,
+        process: Process,
+        argv: list[str],
+        stdin: int,
+        stdout: Channel,
+        stderr: Channel,
+    ) -> int:
+        environment = dict(self._settings.environment)
+        for name, value in process.environment:
+            if value is None:
+                environment.pop(name, None)
+            else:
+                environment[name] = value
+        environment[MARK] = f'{self._settings.identity}.{number}'
+        return spawn_process(
+            argv,
+            environment,
+            process.cwd,
+            (stdin, stdout.writer, stderr.writer),
+            self._limit.wrapped(self._settings.spawn),
+        )
+
+    def _mind_goal(self) -> None:
+        reason = self._goal.reason_to_stop()
+        if reason is not None:
+            self._supervisor.stop(reason)
+
+    def _seconds_to_wait(self) -> float | None:
+        wait = self._supervisor.seconds_to_wait()
+        due = self._goal.due()
+        if due is None:
+            return wait
+        left = max(0.0, due - self._settings.clock())
+        return left if wait is None else min(wait, left)
+
+    def _end_turn(self) -> bool:
+        """Pass on what was collected; return whether there is more."""
+        self._guard.flush()
+        more = not self._supervisor.is_starting and self._publish()
+        self._writer.flush()
+        self._relay.resume()
+        if self._writer.broken:
+            self._supervisor.stop('nobody reads the output any more')
+        self._watch_screen()
+        return more
+
+    def _watch_screen(self) -> None:
+        descriptor = self._writer.descriptor
+        if descriptor == -1 or self._screen_mask == -1:
+            return
+        mask = select.EPOLLOUT if self._writer.waits() else 0
+        if self._writer.broken:
+            if self._screen_mask is not None:
+                self._poll.unregister(descriptor)
+            self._screen_mask = -1
+        elif self._screen_mask is None:
+            try:
+                self._poll.register(descriptor, mask)
+                self._screen_mask = mask
+            except PermissionError:
+                # an ordinary file is always ready
+                self._screen_mask = -1
+        elif mask != self._screen_mask:
+            self._poll.modify(descriptor, mask)
+            self._screen_mask = mask
+
+    def _take_signals(self, numbers: list[int]) -> None:
+        for number in numbers:
+            if number in STOPPING:
+                self._stop_by(number)
+            elif number == signal.SIGTSTP:
+                self._hold()
+            elif number == signal.SIGCONT:
+                self._signal_all(signal.SIGCONT)
+                if self.held is not None:
+                    self.held(False)
+                self._resize()
+            elif number == signal.SIGWINCH:
+                self._resize()
+        if signal.SIGCHLD in numbers:
+            self._reap()
+
+    def _stop_by(self, number: int) -> None:
+        now = self._settings.clock()
+        is_echo = now - self._last_stop < limits.SIGNAL_ECHO
+        self._last_stop = now
+        self._stopped_by_signal = True
+        if not self._supervisor.is_stopping:
+            name = signal.Signals(number).name
+            by_key = number == signal.SIGINT
+            self._supervisor.stop(
+                'interrupted' if by_key else f'{name} received',
+                interactive=by_key,
+                drop_timers=not by_key,
+            )
+            return
+        # a terminal that closes sends SIGHUP, and so does its shell
+        if not is_echo and number != signal.SIGHUP:
+            self._supervisor.hurry()
+
+    def _hold(self) -> None:
+        if self.held is not None:
+            self.held(True)
+        self._signal_all(signal.SIGSTOP)
+        stop_ourselves()
+        # where nobody could continue us, the system has not stopped us
+        self._signal_all(signal.SIGCONT)
+
+    def _resize(self) -> None:
+        # the terminals control no session, so the kernel tells nobody
+        size = size_of(self._settings.screen)
+        self.terminals.resize(size)
+        for group in self._relay.resize(size):
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(group, signal.SIGWINCH)
+
+    def _signal_all(self, number: int) -> None:
+        """Hold or continue the processes, and all that they started."""
+        groups = dict.fromkeys(self._supervisor.groups, 0)
+        for group in groups:
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(group, number)
+        for member in self.members(groups):
+            if member.group not in groups:
+                with suppress(ProcessLookupError, PermissionError):
+                    os.kill(member.pid, number)
+
+    def _reap(self) -> None:
+        ours = {*self._supervisor.groups, self._guard.pid} - {0}
+        for pid, number in held_children(ours):
+            self._supervisor.held(pid, number)
+        for pid, status in ended_children(ours):
+            if pid == self._guard.pid:
+                self._replace_guard()
+            else:
+                self._relay.drain(pid)
+                # the last line of a process counts before its exit code
+                self._mind_goal()
+                self._supervisor.exited(pid, Outcome.from_status(status))
+
+    def _replace_guard(self) -> None:
+        try:
+            if not self._guard.restart():
+                text = 'the guard ended too often and is not started again'
+                self.tell(Warned(_without_guard(text)))
+        except OSError as error:
+            self.tell(Warned(no_guard(error)))
+
+
+def no_guard(error: OSError) -> str:
+    """Say what it means that the guard cannot be started."""
+    return _without_guard(f'the guard cannot be started: {error.strerror}')
+
+
+def _without_guard(reason: str) -> str:
+    return f'{reason}; if the launcher is killed, its processes go on'
+
+
+def _no_channel(error: OSError) -> str:
+    cure = ''
+    if error.errno == errno.EMFILE:
+        cure = '; allow more of them: ulimit -n'
+    return f'there is no pipe for its output: {error.strerror}{cure}'

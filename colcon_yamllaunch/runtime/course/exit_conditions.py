@@ -1,0 +1,174 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What a launch is to achieve, and by when.
+
+Times count from the moment when the launch begins to start processes, so
+building is not counted.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+import time
+
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.core.events import ShuttingDown
+from colcon_yamllaunch.runtime.core.events import StartFailed
+from colcon_yamllaunch.runtime.core.events import Verdict
+from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
+from colcon_yamllaunch.runtime.streams.lines import bare
+
+
+class Goal:
+    """
+    Listens whether a launch achieves what it is to achieve.
+
+    Without any argument that is nothing, and the launch takes its course.
+
+    :param until: Expressions; each must be found in a line of any process.
+      Then the launch is stopped
+    :param timeout: Seconds within which all must have been found, or, if
+      there is nothing to find, the launch must have ended
+    :param duration: Seconds that the launch goes on for from when all was
+      found; then it is stopped
+    :param clock: Returns seconds that never go back
+    """
+
+    def __init__(
+        self,
+        until: Iterable[LinePattern] = (),
+        timeout: float | None = None,
+        duration: float | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._patterns = tuple(until)
+        self._unseen = list(dict.fromkeys(p.text for p in self._patterns))
+        self._timeout = timeout
+        self._duration = duration
+        self._clock = clock
+        self._start = clock()
+        self._seen: dict[str, float] = {}
+        self._found_at = 0.0
+        self._seconds = 0.0
+        self._failed: str | None = None
+        self._timed_out = False
+        self._stopping = False
+
+    def begin(self) -> None:
+        """Count the time from now on."""
+        self._start = self._clock()
+
+    def handle(self, event: Event) -> None:
+        """Listen to an event."""
+        match event:
+            case Output():
+                if self._unseen and not self._timed_out:
+                    self._search(event)
+            case StartFailed() | Exited(failed=True):
+                self._take_failure(event)
+            case ShuttingDown():
+                self._stopping = True
+            case _:
+                return
+
+    def due(self) -> float | None:
+        """Return when to ask for a reason to stop, on the clock, or None."""
+        if self._stopping:
+            return None
+        if self._failed is not None or self._is_reached:
+            return self._start
+        if self._lasts:
+            assert self._duration is not None
+            return self._start + self._found_at + self._duration
+        return None if self._timeout is None else self._start + self._timeout
+
+    def reason_to_stop(self) -> str | None:
+        """Return once, when it is time, why the launch is to be stopped."""
+        due = self.due()
+        if due is None or self._clock() < due:
+            return None
+        self._stopping = True
+        if self._failed is not None:
+            return f'{self._failed} failed'
+        if self._is_reached:
+            return self._found()
+        if self._lasts:
+            return f'it ran for {self._duration:g} s'
+        self._timed_out = True
+        return f'{self._timeout:g} s are over'
+
+    def end(self) -> None:
+        """Take note that the launch is over."""
+        self._seconds = self._clock() - self._start
+
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Return what came of everything, in the order given."""
+        if self._timeout is not None and not self._patterns:
+            seconds = self._timeout if self._timed_out else self._seconds
+            failure = self._not_ended() if self._timed_out else None
+            return (Verdict(f'--timeout {self._timeout:g}', seconds, failure),)
+        return tuple(
+            Verdict(
+                f'--until {text}',
+                self._seen.get(text, self._seconds),
+                self._not_seen(text) if text in self._unseen else None,
+            )
+            for text in dict.fromkeys(p.text for p in self._patterns)
+        )
+
+    def failures(self) -> tuple[str, ...]:
+        """Return what was not achieved, one a line."""
+        return tuple(v.failure for v in self.verdicts() if v.failure)
+
+    @property
+    def _is_reached(self) -> bool:
+        """Whether all was found, and nothing more is to be done."""
+        return bool(
+            self._patterns and not self._unseen and self._duration is None
+        )
+
+    @property
+    def _lasts(self) -> bool:
+        """Whether the launch is only to go on for a while."""
+        return not self._unseen and self._duration is not None
+
+    def _search(self, event: Output) -> None:
+        lines = bare(event.data)
+        for pattern in self._patterns:
+            if pattern.text in self._unseen and pattern.is_in(lines):
+                self._unseen.remove(pattern.text)
+                self._found_at = self._clock() - self._start
+                self._seen[pattern.text] = self._found_at
+
+    def _take_failure(self, event: StartFailed | Exited) -> None:
+        """
+        Give up at a failure where one decides everything.
+
+        While something is waited for, a respawn may mend it.
+        """
+        if not self._patterns and self._duration is None:
+            return
+        respawns = isinstance(event, Exited) and (
+            event.respawn_delay is not None
+        )
+        if self._failed is None and not (self._unseen and respawns):
+            self._failed = event.process.label
+
+    def _found(self) -> str:
+        if len(self._seen) == 1:
+            return f"'{next(iter(self._seen))}' was seen"
+        return f'all {len(self._seen)} that --until waits for were seen'
+
+    def _not_seen(self, text: str) -> str:
+        if self._timed_out:
+            return f"'{text}' was not seen in {self._timeout:g} s (--until)"
+        return (
+            f"'{text}' was not seen before the launch ended after "
+            f'{self._seconds:.1f} s (--until)'
+        )
+
+    def _not_ended(self) -> str:
+        return f'the launch did not end in {self._timeout:g} s (--timeout)'

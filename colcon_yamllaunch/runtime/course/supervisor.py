@@ -1,0 +1,472 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The course of a launch: what is started, restarted and stopped, and when.
+
+Nothing here touches the system; a :class:`Host` does, and a clock is passed
+in. So the course of any launch can be replayed without a process.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Mapping
+from itertools import count
+import math
+from typing import Literal
+from typing import Protocol
+
+from colcon_yamllaunch.common.process_scan import Member
+from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import Message
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import Held
+from colcon_yamllaunch.runtime.core.events import LeftBehind
+from colcon_yamllaunch.runtime.core.events import Requested
+from colcon_yamllaunch.runtime.core.events import Respawned
+from colcon_yamllaunch.runtime.core.events import Said
+from colcon_yamllaunch.runtime.core.events import ShuttingDown
+from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import StartFailed
+from colcon_yamllaunch.runtime.core.events import StillRunning
+from colcon_yamllaunch.runtime.core.outcome import after_exit
+from colcon_yamllaunch.runtime.core.outcome import ending_of
+from colcon_yamllaunch.runtime.core.outcome import is_failure
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.core.schedule import Appointment
+from colcon_yamllaunch.runtime.core.schedule import Schedule
+from colcon_yamllaunch.runtime.core.tasks import Phase
+from colcon_yamllaunch.runtime.core.tasks import RefusedError
+from colcon_yamllaunch.runtime.core.tasks import Task
+from colcon_yamllaunch.runtime.core.tasks import TaskState
+from colcon_yamllaunch.runtime.process.spawn import StartError
+from colcon_yamllaunch.runtime.stopping.escalation import Order
+from colcon_yamllaunch.runtime.stopping.escalation import Stopping
+from colcon_yamllaunch.runtime.stopping.escalation import Timeouts
+from colcon_yamllaunch.runtime.stopping.single_stop import carry_out
+from colcon_yamllaunch.runtime.stopping.single_stop import SingleStops
+
+
+class Host(Protocol):
+    """What a course needs of the system."""
+
+    def start(self, number: int, process: Process) -> int:
+        """
+        Start a process in a group of its own, and return the group's id.
+
+        :param number: The number of the process in the plan
+        :raises StartError: It cannot be started
+        """
+
+    def release(self, group: int) -> bool:
+        """
+        Take note that the leader of a group ended.
+
+        :returns: Whether the group ended with it
+        """
+
+    def send(self, order: Order) -> bool:
+        """Send a signal, and return whether anybody got it."""
+
+    def members(self, groups: Mapping[int, int]) -> list[Member]:
+        """Find the running processes of the launch; see `find_members`."""
+
+    def is_alive(self, member: Member) -> bool:
+        """Tell whether a process still runs."""
+
+    def tell(self, event: Event) -> None:
+        """Take note of what happened."""
+
+
+class Supervisor:
+    """
+    Runs a plan.
+
+    :param plan: What to do
+    :param host: Does it
+    :param clock: Returns the time in seconds
+    """
+
+    def __init__(
+        self, plan: Plan, host: Host, clock: Callable[[], float]
+    ) -> None:
+        self._host = host
+        self._clock = clock
+        self._tasks = [Task(n, p) for n, p in enumerate(plan.processes())]
+        self._by_label = {t.process.label: t for t in self._tasks}
+        self._agenda: deque[Entry] = deque(plan.entries)
+        self._schedule = Schedule()
+        self._timers: dict[int, tuple[Timer, Appointment]] = {}
+        self._timer_keys = count()
+        self._respawns: dict[int, Appointment] = {}
+        self._running: dict[int, Task] = {}
+        self._groups: dict[int, int] = {}
+        self._single_stops = SingleStops(
+            host, self._schedule, clock, self._groups, self._start
+        )
+        self._stopping: Stopping | None = None
+        self._strays: list[Member] = []
+        self._clean = False
+        #: Whether the launch is over.
+        self.done = False
+
+    @property
+    def groups(self) -> Iterable[int]:
+        """The process groups whose leader runs."""
+        return tuple(self._running)
+
+    @property
+    def is_starting(self) -> bool:
+        """Whether more is to be started at once."""
+        return bool(self._agenda)
+
+    @property
+    def is_stopping(self) -> bool:
+        """Whether everything is being stopped."""
+        return self._stopping is not None
+
+    def advance(self) -> None:
+        """Do what is due; return soon, so that others get their turn."""
+        self._schedule.run_due(self._clock())
+        for _ in range(limits.STARTS_PER_TURN):
+            if self._agenda:
+                self._take(self._agenda.popleft())
+        self._end_if_idle()
+
+    def seconds_to_wait(self) -> float | None:
+        """Return when to call :meth:`advance` again unless more happens."""
+        if self._agenda or self.done:
+            return 0.0
+        due = self._schedule.next_due()
+        return None if due is None else max(0.0, due - self._clock())
+
+    def exited(self, group: int, outcome: Outcome) -> None:
+        """Take into account that the leader of a group ended."""
+        task = self._running.pop(group)
+        process = task.process
+        if self._host.release(group):
+            del self._groups[group]
+        asked = self.is_stopping or task in self._single_stops
+        task.group = None
+        task.ended = self._clock()
+        failed = is_failure(outcome, asked)
+        task.ending = (
+            'stopped' if asked and not failed else ending_of(outcome, asked)
+        )
+        step = after_exit(process, task.respawns, asked)
+        self._host.tell(
+            Exited(
+                process,
+                group,
+                outcome,
+                seconds=self._clock() - task.started,
+                asked=asked,
+                failed=failed,
+                respawn_delay=(
+                    process.respawn_delay if step == 'respawn' else None
+                ),
+            )
+        )
+        if step == 'respawn':
+            self._respawns[task.number] = self._schedule.add(
+                self._clock() + process.respawn_delay,
+                lambda: self._respawn(task),
+            )
+        elif step == 'shutdown':
+            self.stop(f'{process.label} ended')
+        self._single_stops.ended(task)
+
+    def states(self) -> tuple[TaskState, ...]:
+        """Return what has become of each process, in the plan's order."""
+        return tuple(self._state(task) for task in self._tasks)
+
+    def stop_process(self, label: str) -> None:
+        """
+        Stop one process, with all that it started, and keep it stopped.
+
+        Whatever follows from the end of a process otherwise, such as
+        `respawn` and `on_exit: shutdown`, does not follow from this one. To
+        ask once more takes the next step of stopping at once.
+
+        :param label: Its label
+        :raises RefusedError: There is nothing to stop
+        """
+        self._single_stops.stop(self._asked_for(label, 'stop'))
+
+    def restart_process(self, label: str) -> None:
+        """
+        Stop one process if it runs, then start it anew.
+
+        It has all of its respawns again.
+
+        :param label: Its label
+        :raises RefusedError: It cannot be started now
+        """
+        self._single_stops.restart(self._asked_for(label, 'restart'))
+
+    def held(self, group: int, number: int | None) -> None:
+        """
+        Take note that the leader of a group is held or goes on.
+
+        :param number: The signal that holds it, None if it goes on
+        """
+        task = self._running.get(group)
+        # while we stop everything, who is held is continued by us
+        if task is None or self.is_stopping:
+            return
+        if number is not None or task.is_held:
+            self._host.tell(Held(task.process, group, number))
+        task.is_held = number is not None
+
+    def stop(
+        self,
+        reason: str,
+        *,
+        interactive: bool = False,
+        drop_timers: bool = False,
+    ) -> None:
+        """
+        Begin to stop everything that was started, and start nothing more.
+
+        :param reason: Why, as a part of a sentence
+        :param interactive: Whether someone at a keyboard asked for it
+        :param drop_timers: Whether timers that outlast a shutdown are dropped
+        """
+        if not self.is_stopping:
+            self._host.tell(ShuttingDown(reason, interactive))
+            self._begin_stopping()
+        if drop_timers:
+            self._drop_timers(all_of_them=True)
+
+    def hurry(self) -> None:
+        """Take the next step of stopping at once."""
+        if self._stopping is None:
+            return
+        self._drop_timers(all_of_them=True)
+        self._stopping.hurry(self._alive(), self._clock())
+        self._sweep()
+        self._report_progress()
+        self._schedule_step()
+
+    def _take(self, entry: Entry) -> None:
+        match entry:
+            case Process():
+                self._start(self._by_label[entry.label])
+            case Message():
+                self._host.tell(Said(entry.level, entry.text))
+            case Timer():
+                self._set(entry)
+            case Shutdown():
+                reason = entry.reason or 'the launch file says so'
+                self.stop(reason)
+
+    def _start(self, task: Task) -> None:
+        process = task.process
+        try:
+            group = self._host.start(task.number, process)
+        except StartError as error:
+            task.ended = self._clock()
+            task.ending = f'could not be started: {error}'
+            self._host.tell(StartFailed(process, str(error)))
+            if process.on_exit_shutdown:
+                self.stop(f'{process.label} could not be started')
+            return
+        task.started = self._clock()
+        task.is_held = False
+        task.group = group
+        task.ended = None
+        task.ending = ''
+        self._running[group] = task
+        self._groups[group] = task.number
+        self._host.tell(Started(process, group))
+
+    def _respawn(self, task: Task) -> None:
+        del self._respawns[task.number]
+        task.respawns += 1
+        task.restarts += 1
+        self._host.tell(Respawned(task.process, task.respawns))
+        self._start(task)
+
+    def _state(self, task: Task) -> TaskState:
+        phase: Phase
+        if task in self._single_stops:
+            phase = 'stopping'
+        elif task.group is not None:
+            phase = 'stopping' if self.is_stopping else 'running'
+        elif task.number in self._respawns:
+            phase = 'respawn'
+        else:
+            phase = 'waiting' if task.ended is None else 'ended'
+        since = task.started if task.ended is None else task.ended
+        return TaskState(
+            task.process,
+            phase,
+            task.group,
+            0.0 if phase == 'waiting' else self._clock() - since,
+            task.restarts,
+            task.ending,
+        )
+
+    def _asked_for(
+        self, label: str, action: Literal['stop', 'restart']
+    ) -> Task:
+        task = self._by_label.get(label)
+        if task is None:
+            raise RefusedError(f"there is no process '{label}'")
+        if self.is_stopping:
+            raise RefusedError('the whole launch is being stopped')
+        if task.group is None and task.ended is None:
+            raise RefusedError(f'{label} has not been started yet')
+        self._host.tell(Requested(task.process, action))
+        appointment = self._respawns.pop(task.number, None)
+        if appointment is not None:
+            appointment.cancel()
+        return task
+
+    def _set(self, timer: Timer) -> None:
+        key = next(self._timer_keys)
+        appointment = self._schedule.add(
+            self._clock() + timer.period, lambda: self._fire(key)
+        )
+        self._timers[key] = (timer, appointment)
+
+    def _fire(self, key: int) -> None:
+        timer, _ = self._timers.pop(key)
+        if not self.is_stopping:
+            self._agenda.extend(timer.entries)
+            return
+        # a timer that outlasts a shutdown may speak, but starts nothing
+        for entry in timer.entries:
+            if isinstance(entry, Message) or (
+                isinstance(entry, Timer) and not entry.cancel_on_shutdown
+            ):
+                self._take(entry)
+
+    def _drop_timers(self, *, all_of_them: bool) -> None:
+        for key, (timer, appointment) in list(self._timers.items()):
+            if all_of_them or timer.cancel_on_shutdown:
+                appointment.cancel()
+                del self._timers[key]
+
+    def _begin_stopping(self) -> None:
+        now = self._clock()
+        self._agenda.clear()
+        self._drop_timers(all_of_them=False)
+        for appointment in self._respawns.values():
+            appointment.cancel()
+        self._respawns.clear()
+        self._single_stops.cancel()
+        self._stopping = Stopping(
+            {
+                t.number: Timeouts(
+                    t.process.sigterm_timeout, t.process.sigkill_timeout
+                )
+                for t in self._tasks
+            },
+            now,
+        )
+        # groups at once, as looking for others takes some milliseconds
+        self._send(())
+        self._sweep()
+        self._schedule_step()
+        self._schedule.add(
+            now + limits.PROGRESS_INTERVAL, self._progress_is_due
+        )
+        self._schedule.add(
+            now + limits.STRAY_CHECK_INTERVAL, self._look_after_strays
+        )
+
+    def _sweep(self) -> None:
+        """Find the processes that no signal to a group reaches."""
+        self._strays = [
+            m
+            for m in self._host.members(self._groups)
+            if m.group not in self._running
+        ]
+        self._clean = not self._running and not self._strays
+        self._send(self._strays)
+
+    def _send(self, strays: Iterable[Member]) -> None:
+        assert self._stopping is not None
+        groups = {g: t.number for g, t in self._running.items()}
+        orders = self._stopping.orders(groups, strays)
+        carry_out(self._host, orders, lambda n: self._tasks[max(n, 0)].process)
+
+    def _schedule_step(self) -> None:
+        assert self._stopping is not None
+        alive = self._alive()
+        due = self._stopping.next_deadline(alive)
+        if due != math.inf:
+            self._schedule.add(due, self._step)
+        elif alive and self._stopping.is_final(alive):
+            self._schedule.add(
+                self._clock() + limits.KILL_PATIENCE, self._give_up
+            )
+
+    def _step(self) -> None:
+        assert self._stopping is not None
+        self._stopping.advance(self._clock())
+        self._sweep()
+        self._schedule_step()
+
+    def _give_up(self) -> None:
+        if self._timers:
+            self._schedule_step()
+            return
+        for group, task in self._running.items():
+            self._host.tell(LeftBehind(task.process.label, group))
+        for member in self._strays:
+            label = self._tasks[max(member.number, 0)].process.label
+            self._host.tell(LeftBehind(label, member.pid))
+        self.done = True
+
+    def _progress_is_due(self) -> None:
+        self._schedule.add(
+            self._clock() + limits.PROGRESS_INTERVAL, self._progress_is_due
+        )
+        self._report_progress()
+
+    def _report_progress(self) -> None:
+        assert self._stopping is not None
+        alive = self._alive()
+        labels = [self._tasks[n].process.label for n in sorted(alive)]
+        if labels or self._timers:
+            self._host.tell(
+                StillRunning(
+                    tuple(labels),
+                    len(self._timers),
+                    self._stopping.latest_signal(alive),
+                )
+            )
+
+    def _look_after_strays(self) -> None:
+        self._schedule.add(
+            self._clock() + limits.STRAY_CHECK_INTERVAL,
+            self._look_after_strays,
+        )
+        self._strays = [m for m in self._strays if self._host.is_alive(m)]
+
+    def _alive(self) -> set[int]:
+        numbers = {t.number for t in self._running.values()}
+        return numbers | {max(m.number, 0) for m in self._strays}
+
+    def _end_if_idle(self) -> None:
+        if self._agenda or self._running or self._timers or self._respawns:
+            return
+        if self._single_stops:
+            return
+        if not self.is_stopping:
+            # what processes left running ends with the launch
+            self._begin_stopping()
+        elif not self._strays and not self._clean:
+            self._sweep()
+            self._schedule_step()
+        if self._clean:
+            self.done = True

@@ -1,0 +1,153 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What failed in a launch, and the closing lines about it."""
+
+import os
+from pathlib import Path
+
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import FailureReport
+from colcon_yamllaunch.runtime.core.events import LeftBehind
+from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import StartFailed
+from colcon_yamllaunch.runtime.process.core_dumps import find_core_dump
+from colcon_yamllaunch.runtime.streams.lines import bare
+
+Failure = Exited | StartFailed
+
+
+class Failures:
+    """
+    Listens for failures, and keeps the last output of each process.
+
+    A failure is forgotten when its process is started again.
+
+    :param log_files: The log file of a process by its label, if it has one
+    """
+
+    def __init__(self, log_files: dict[str, Path]) -> None:
+        self._log_files = log_files
+        self._failures: dict[str, Failure] = {}
+        self._tails: dict[str, bytes] = {}
+        self._core_dumps: dict[str, str | None] = {}
+        self._processes: dict[str, Process] = {}
+        self._left_behind: list[LeftBehind] = []
+
+    def handle(self, event: Event) -> None:
+        """Listen to an event."""
+        match event:
+            case Output():
+                self._keep(event)
+            case Started():
+                self._processes[event.process.label] = event.process
+                self._failures.pop(event.process.label, None)
+                self._tails.pop(event.process.label, None)
+            case Exited(failed=True) | StartFailed():
+                self._failures[event.process.label] = event
+                self._look_for_core_dump(event)
+            case LeftBehind():
+                self._left_behind.append(event)
+            case _:
+                return
+
+    @property
+    def exit_code(self) -> int:
+        """1 if something failed, else 0."""
+        return int(bool(self._failures or self._left_behind))
+
+    def reports(self) -> tuple[FailureReport, ...]:
+        """Return what is known of each process that failed, in order."""
+        reports = [self._report(f) for f in self._failures.values()]
+        reports += [
+            FailureReport(
+                self._processes[event.label],
+                f'{event.label} cannot be stopped, not even by SIGKILL; '
+                f'pid {event.pid} is left behind',
+            )
+            for event in self._left_behind
+            if event.label in self._processes
+        ]
+        return tuple(reports)
+
+    def summary(self) -> tuple[str, ...]:
+        """Return the lines that name the first failure and those after it."""
+        if not self._failures:
+            return ()
+        first, *others = self._failures.values()
+        report = self._report(first)
+        lines = [f'failed: {_description(first)}']
+        if report.tail:
+            lines.append(f'  the last lines of {first.process.label}:')
+            lines.extend(f'  | {line}' for line in report.tail)
+        if report.log_file is not None:
+            lines.append(f'  all of its output: {report.log_file}')
+        if core_dump := self._core_dumps.get(first.process.label):
+            lines.append(f'  its core dump: {core_dump}')
+        lines.extend(f'then failed: {_description(f)}' for f in others)
+        return tuple(lines)
+
+    def _report(self, failure: Failure) -> FailureReport:
+        process = failure.process
+        if isinstance(failure, StartFailed):
+            return FailureReport(process, _what_failed(failure))
+        return FailureReport(
+            process,
+            _what_failed(failure),
+            tuple(self._tail(process.label)),
+            self._log_files.get(process.label),
+        )
+
+    def _look_for_core_dump(self, event: Failure) -> None:
+        found = None
+        if isinstance(event, Exited) and event.outcome.core_dumped:
+            cwd = event.process.cwd
+            found = find_core_dump(event.pid, cwd, event.seconds)
+        self._core_dumps[event.process.label] = found
+
+    def _keep(self, event: Output) -> None:
+        label = event.process.label
+        data = event.data
+        if len(data) < limits.TAIL_BYTES:
+            data = self._tails.get(label, b'') + data
+        self._tails[label] = data[-limits.TAIL_BYTES :]
+
+    def _tail(self, label: str) -> list[str]:
+        data = self._tails.get(label, b'')
+        lines = bare(data).rstrip().split('\n')
+        if len(data) == limits.TAIL_BYTES and len(lines) > 1:
+            # its beginning is missing
+            del lines[0]
+        return lines[-limits.TAIL_LINES :] if data.strip() else []
+
+
+def _description(failure: Failure) -> str:
+    return f'{_what_failed(failure)} (from {_shown(failure.process.position)})'
+
+
+def _what_failed(failure: Failure) -> str:
+    if isinstance(failure, StartFailed):
+        return (
+            f'{failure.process.label} could not be started: {failure.reason}'
+        )
+    return what_happened(failure)
+
+
+def what_happened(event: Exited) -> str:
+    """Say how a process ended, and when."""
+    return f'{event.process.label} {event.outcome} after {event.seconds:.1f} s'
+
+
+def _shown(position: Position) -> str:
+    try:
+        relative = os.path.relpath(position.path)
+    except (OSError, ValueError):
+        return str(position)
+    if relative.startswith('..'):
+        return str(position)
+    return str(Position(relative, position.line, position.column))

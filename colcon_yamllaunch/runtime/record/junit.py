@@ -1,0 +1,175 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+A launch as a JUnit report.
+
+There is no standard; the report is valid against the two schemas that are in
+use, that of Jenkins' xUnit plugin (junit-10.xsd) and that of Apache Ant's
+reports (JUnit.xsd by Windy Road).
+"""
+
+from collections.abc import Iterable
+import platform
+import re
+import time
+from xml.etree import ElementTree
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core.events import Ended
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import FailureReport
+from colcon_yamllaunch.runtime.core.events import Started
+
+# what XML 1.0 has no place for (its production "Char")
+_NOT_IN_XML = re.compile(
+    '[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _Case:
+    name: str
+    seconds: float
+    outcome: ElementTree.Element | None = None
+
+
+class JUnitReport:
+    """
+    Listens to a launch, and makes a report with one case a process.
+
+    The last run of a process that is respawned decides, as for the exit code.
+    What the launch was to achieve follows in cases of its own.
+
+    :param name: What was launched
+    :param class_name: The name under which the cases are grouped, parts
+      separated by dots
+    :param started: When, in seconds since the epoch
+    """
+
+    def __init__(self, name: str, class_name: str, started: float) -> None:
+        self._name = name
+        self._class_name = class_name
+        self._started = started
+        self._processes: tuple[Process, ...] = ()
+        self._seen: set[str] = set()
+        self._seconds: dict[str, float] = {}
+        self._ended: Ended | None = None
+
+    def expect(self, processes: Iterable[Process]) -> None:
+        """Take note of all that may be started."""
+        self._processes = tuple(processes)
+
+    def handle(self, event: Event) -> None:
+        """Listen to an event."""
+        match event:
+            case Started():
+                self._seen.add(event.process.label)
+            case Exited():
+                label = event.process.label
+                before = self._seconds.get(label, 0.0)
+                self._seconds[label] = before + event.seconds
+            case Ended():
+                self._ended = event
+            case _:
+                return
+
+    def document(self, seconds: float) -> bytes:
+        """
+        Return the report.
+
+        :param seconds: How long everything took
+        """
+        cases = list(self._cases())
+        stamp = time.strftime('%Y-%m-%dT%H:%M:%S', time.gmtime(self._started))
+        suite = ElementTree.Element(
+            'testsuite',
+            {
+                'name': _clean(self._name),
+                'package': _clean(self._class_name),
+                'id': '0',
+                'timestamp': stamp,
+                'hostname': platform.node() or 'localhost',
+                'tests': str(len(cases)),
+                'failures': _count(cases, 'failure'),
+                'errors': _count(cases, 'error'),
+                'skipped': _count(cases, 'skipped'),
+                'time': f'{seconds:.3f}',
+            },
+        )
+        ElementTree.SubElement(suite, 'properties')
+        suite.extend(self._element(case) for case in cases)
+        for name in ('system-out', 'system-err'):
+            ElementTree.SubElement(suite, name)
+        root = ElementTree.Element('testsuites')
+        root.append(suite)
+        ElementTree.indent(root)
+        xml: bytes = ElementTree.tostring(root, 'utf-8', xml_declaration=True)
+        return xml + b'\n'
+
+    def _cases(self) -> Iterable[_Case]:
+        if self._ended is None:
+            text = 'the launch failed before a process was started'
+            yield _Case('launch', 0.0, _outcome('error', text, text))
+            return
+        failures = {f.process.label: f for f in self._ended.failures}
+        for process in self._processes:
+            label = process.label
+            outcome = None
+            if label in failures:
+                outcome = _failure(failures[label])
+            elif label not in self._seen:
+                outcome = ElementTree.Element(
+                    'skipped', {'message': 'it was never started'}
+                )
+            yield _Case(label, self._seconds.get(label, 0.0), outcome)
+        for verdict in self._ended.verdicts:
+            missed = None
+            if verdict.failure is not None:
+                missed = _outcome('failure', verdict.failure, verdict.failure)
+            yield _Case(verdict.name, verdict.seconds, missed)
+
+    def _element(self, case: _Case) -> ElementTree.Element:
+        element = ElementTree.Element(
+            'testcase',
+            {
+                'name': _clean(case.name),
+                'classname': _clean(self._class_name),
+                'time': f'{case.seconds:.3f}',
+            },
+        )
+        if case.outcome is not None:
+            element.append(case.outcome)
+        return element
+
+
+def _failure(report: FailureReport) -> ElementTree.Element:
+    lines = [report.text, f'from {report.process.position}']
+    if report.tail:
+        lines += ['', 'the last lines of its output:', *report.tail]
+    if report.log_file is not None:
+        lines += ['', f'all of its output: {report.log_file}']
+    return _outcome('failure', report.text, '\n'.join(lines))
+
+
+def _outcome(kind: str, message: str, text: str) -> ElementTree.Element:
+    element = ElementTree.Element(
+        kind, {'message': _clean(message), 'type': 'launch'}
+    )
+    element.text = _clean(text)
+    return element
+
+
+def _count(cases: Iterable[_Case], kind: str) -> str:
+    found = [
+        case
+        for case in cases
+        if case.outcome is not None and case.outcome.tag == kind
+    ]
+    return str(len(found))
+
+
+def _clean(text: str) -> str:
+    return _NOT_IN_XML.sub('', text)

@@ -1,0 +1,326 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The log files of a launch.
+
+`LABEL/stdout.log`, `LABEL/stderr.log` and `LABEL/stdout_stderr.log` hold what
+a process wrote, byte by byte; `launch.log` has the lines of all of them, and
+the launcher's own, with the time in seconds since the epoch and the label.
+
+`events.jsonl` has one JSON object a line; docs/logs.md describes them all.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from collections.abc import Iterable
+import json
+from pathlib import Path
+import time
+from typing import Any
+
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.events import Attached
+from colcon_yamllaunch.runtime.core.events import Detached
+from colcon_yamllaunch.runtime.core.events import Ended
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import Held
+from colcon_yamllaunch.runtime.core.events import LeftBehind
+from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.core.events import Requested
+from colcon_yamllaunch.runtime.core.events import Respawned
+from colcon_yamllaunch.runtime.core.events import Said
+from colcon_yamllaunch.runtime.core.events import ShuttingDown
+from colcon_yamllaunch.runtime.core.events import Signalled
+from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import StartFailed
+from colcon_yamllaunch.runtime.core.events import Warned
+from colcon_yamllaunch.runtime.core.outcome import signal_name
+from colcon_yamllaunch.runtime.core.output_modes import IN_COMMON_LOG
+from colcon_yamllaunch.runtime.core.output_modes import IN_OWN_LOG
+from colcon_yamllaunch.runtime.record.log_files import LogFile
+from colcon_yamllaunch.runtime.record.log_files import Quota
+from colcon_yamllaunch.runtime.screen.line_formats import Layout
+from colcon_yamllaunch.runtime.screen.reporting import LAUNCHER
+from colcon_yamllaunch.runtime.screen.reporting import level
+from colcon_yamllaunch.runtime.screen.reporting import MESSENGER
+from colcon_yamllaunch.runtime.screen.reporting import report
+from colcon_yamllaunch.runtime.streams.lines import normalised
+from colcon_yamllaunch.runtime.streams.lines import prefixed
+
+#: The log file of the whole launch, each line with a time stamp.
+COMMON_LOG = 'launch.log'
+#: The events of the launch, one JSON object a line.
+EVENT_LOG = 'events.jsonl'
+#: The log file of a process that has both of its streams, as colcon names it.
+COMBINED_LOG = 'stdout_stderr.log'
+
+
+class Logs:
+    """
+    Records what happens.
+
+    What cannot be written is said once; the launch goes on.
+
+    :param folder: The folder of the launch; made when it is missing
+    :param processes: All that may be started
+    :param complain: Is told that logs cannot be written
+    :param now: Returns the time in seconds since the epoch
+    :param limit: What all files may take together, in bytes, or None
+    :param layout: How the lines in `launch.log` look that are no output of a
+      process, or None for the usual way
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        processes: Iterable[Process],
+        complain: Callable[[str], None],
+        now: Callable[[], float] = time.time,
+        limit: int | None = None,
+        layout: Layout | None = None,
+    ) -> None:
+        processes = tuple(processes)
+        self._folder = folder
+        self._folders = folder_names(p.label for p in processes)
+        self._quota = Quota(limit, 2 + 3 * len(processes), complain)
+        self._layout = layout
+        self._complain = complain
+        self._complained = False
+        self._now = now
+        self._files: dict[str, tuple[LogFile | None, ...]] = {}
+        self._unopened: deque[Process] = deque()
+        self._common_pending: list[bytes] = []
+        self._pending_size = 0
+        self._event_pending: list[bytes] = []
+        self._common = self._open(COMMON_LOG)
+        self._events = self._open(EVENT_LOG)
+
+    def handle(self, event: Event) -> None:
+        """Listen to an event."""
+        if isinstance(event, Output):
+            self._record_output(event)
+            return
+        if isinstance(event, Started):
+            self._unopened.append(event.process)
+        for line in self._common_lines(event):
+            self._common_pending.append(line.encode(errors='replace'))
+        fields = _fields(event)
+        if fields:
+            record = {'time': round(self._now(), 6), **fields}
+            text = json.dumps(record, ensure_ascii=False) + '\n'
+            self._event_pending.append(text.encode(errors='replace'))
+
+    def flush(self) -> bool:
+        """
+        Write what has been collected, and open files of quiet processes.
+
+        :returns: Whether there are more to open with the next call
+        """
+        for _ in range(min(limits.OPENED_PER_TURN, len(self._unopened))):
+            self._open_own(self._unopened.popleft())
+        self._write(self._common, b''.join(self._common_pending))
+        self._write(self._events, b''.join(self._event_pending))
+        self._pending_size = 0
+        self._common_pending.clear()
+        self._event_pending.clear()
+        return bool(self._unopened)
+
+    def close(self) -> None:
+        """Write everything, and close all files."""
+        while self.flush():
+            continue
+        every = [self._common, self._events]
+        for files in self._files.values():
+            every.extend(files)
+        for file in every:
+            if file is not None:
+                file.close()
+
+    def combined_files(self, processes: Iterable[Process]) -> dict[str, Path]:
+        """Return for each label the log file that has both streams."""
+        return {
+            p.label: self._folder / self._folders[p.label] / COMBINED_LOG
+            for p in processes
+            if p.output in IN_OWN_LOG
+        }
+
+    def _record_output(self, event: Output) -> None:
+        process = event.process
+        self._open_own(process)
+        files = self._files.get(process.label)
+        if files is not None:
+            stdout, stderr, combined = files
+            own = stdout if event.stream == 'stdout' else stderr
+            self._write(own, event.data)
+            self._write(combined, event.data)
+        if process.output in IN_COMMON_LOG and self._common is not None:
+            prefix = f'{self._stamp()}[{process.label}] '.encode(
+                errors='replace'
+            )
+            lines = prefixed(normalised(event.data), prefix)
+            self._common_pending.append(lines)
+            self._pending_size += len(lines)
+            if self._pending_size > limits.COLLECTED_LOG:
+                self.flush()
+
+    def _common_lines(self, event: Event) -> list[str]:
+        name, tag, texts = LAUNCHER, f'[{LAUNCHER}]', report(event)
+        if isinstance(event, Said):
+            name, tag = MESSENGER, f'[{event.level}] [{MESSENGER}]:'
+            texts = (event.text,)
+        if self._layout is not None:
+            return [self._layout(name, level(event), t) + '\n' for t in texts]
+        lines = (line for text in texts for line in text.split('\n'))
+        return [f'{self._stamp()}{tag} {line}\n' for line in lines]
+
+    def _stamp(self) -> str:
+        return f'{self._now():.6f} '
+
+    def _open_own(self, process: Process) -> None:
+        label = process.label
+        if process.output in IN_OWN_LOG and label not in self._files:
+            folder = self._folders[label]
+            self._files[label] = tuple(
+                self._open(f'{folder}/{name}')
+                for name in ('stdout.log', 'stderr.log', COMBINED_LOG)
+            )
+
+    def _open(self, name: str) -> LogFile | None:
+        path = self._folder / name
+        try:
+            try:
+                return LogFile(path, self._quota)
+            except FileNotFoundError:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                return LogFile(path, self._quota)
+        except OSError as error:
+            self._fail(path, error)
+            return None
+
+    def _write(self, file: LogFile | None, data: bytes) -> None:
+        if file is not None and data:
+            try:
+                file.write(data)
+            except OSError as error:
+                self._fail(file.path, error)
+
+    def _fail(self, path: Path, error: OSError) -> None:
+        if not self._complained:
+            self._complained = True
+            self._complain(
+                f'the log {path} cannot be written: {error.strerror}; '
+                'the launch goes on, and its logs are incomplete'
+            )
+
+
+def folder_names(labels: Iterable[str]) -> dict[str, str]:
+    """
+    Return for each label the name of its folder.
+
+    A label may hold what a file name cannot; names differ all the same.
+    """
+    names: dict[str, str] = {}
+    taken = {COMMON_LOG, EVENT_LOG}
+    for label in labels:
+        base = ''.join(
+            '_' if c == '/' or not c.isprintable() else c for c in label
+        )
+        base = _shortened(base) if base.strip('.') else '_'
+        name = base
+        count = 1
+        while name in taken:
+            count += 1
+            name = f'{base}-{count}'
+        taken.add(name)
+        names[label] = name
+    return names
+
+
+def _shortened(name: str) -> str:
+    data = name.encode(errors='replace')[: limits.FOLDER_NAME_BYTES]
+    return data.decode(errors='ignore')
+
+
+def _fields(event: Event) -> dict[str, Any]:
+    match event:
+        case Started():
+            return {'event': 'started', **_who(event.process, event.pid)}
+        case StartFailed():
+            return {
+                'event': 'start_failed',
+                **_who(event.process),
+                'reason': event.reason,
+            }
+        case Exited():
+            return _exited(event)
+        case Held():
+            return _held(event)
+        case Respawned():
+            return {
+                'event': 'respawned',
+                **_who(event.process),
+                'attempt': event.attempt,
+            }
+        case Signalled():
+            return {
+                'event': 'signalled',
+                **_who(event.process, event.pid),
+                'signal': signal_name(event.signal),
+                'group': event.group,
+            }
+        case Requested():
+            who = _who(event.process)
+            return {'event': 'requested', **who, 'action': event.action}
+        case Attached():
+            return {'event': 'attached', **_who(event.process)}
+        case Detached():
+            return {'event': 'detached', **_who(event.process)}
+        case ShuttingDown():
+            return {'event': 'shutdown', 'reason': event.reason}
+        case LeftBehind():
+            return {
+                'event': 'left_behind',
+                'label': event.label,
+                'pid': event.pid,
+            }
+        case Said():
+            return {
+                'event': 'message',
+                'level': event.level,
+                'text': event.text,
+            }
+        case Warned():
+            return {'event': 'warning', 'text': event.text}
+        case Ended():
+            return {'event': 'ended', 'exit_code': event.exit_code}
+        case _:
+            return {}
+
+
+def _who(process: Process, pid: int | None = None) -> dict[str, Any]:
+    return {'label': process.label} | ({} if pid is None else {'pid': pid})
+
+
+def _held(event: Held) -> dict[str, Any]:
+    who = _who(event.process, event.pid)
+    if event.signal is None:
+        return {'event': 'continued', **who}
+    return {'event': 'held', **who, 'signal': signal_name(event.signal)}
+
+
+def _exited(event: Exited) -> dict[str, Any]:
+    number = event.outcome.signal
+    return {
+        'event': 'exited',
+        **_who(event.process, event.pid),
+        'exit_code': event.outcome.code,
+        'signal': None if number is None else signal_name(number),
+        'core_dumped': event.outcome.core_dumped,
+        'seconds': round(event.seconds, 6),
+        'asked': event.asked,
+        'failed': event.failed,
+        'respawn_delay': event.respawn_delay,
+    }

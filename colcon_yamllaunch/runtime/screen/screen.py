@@ -1,0 +1,176 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The launch as the user sees it."""
+
+from collections.abc import Iterable
+
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.events import Ended
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.core.events import Said
+from colcon_yamllaunch.runtime.core.output_modes import SHOWN
+from colcon_yamllaunch.runtime.screen.line_formats import Layout
+from colcon_yamllaunch.runtime.screen.reporting import is_alarming
+from colcon_yamllaunch.runtime.screen.reporting import LAUNCHER
+from colcon_yamllaunch.runtime.screen.reporting import level
+from colcon_yamllaunch.runtime.screen.reporting import MESSENGER
+from colcon_yamllaunch.runtime.screen.reporting import report
+from colcon_yamllaunch.runtime.streams.lines import colourless
+from colcon_yamllaunch.runtime.streams.lines import legible
+from colcon_yamllaunch.runtime.streams.lines import normalised
+from colcon_yamllaunch.runtime.streams.lines import prefixed
+from colcon_yamllaunch.runtime.streams.writer import Writer
+
+_RESET = '\x1b[0m'
+_DIM = '\x1b[2m'
+_ALARM = '\x1b[1;31m'
+# red is left for what goes wrong, black and white may be the background
+_COLOURS = tuple(
+    f'\x1b[{code}m' for code in (36, 33, 35, 32, 34, 96, 93, 95, 92, 94)
+)
+_LEVEL_COLOURS = {
+    'WARNING': '\x1b[33m',
+    'ERROR': '\x1b[31m',
+    'CRITICAL': '\x1b[1;31m',
+}
+
+
+class Screen:
+    """
+    Shows what happens.
+
+    :param writer: Where to
+    :param processes: All that may be started, in the order of the plan
+    :param color: Whether to use colours
+    :param terminal: Whether control characters could do harm
+    :param colourless: Whether processes show no colours either
+    :param layout: How lines look that are no output of a process, or None for
+      the usual way
+    """
+
+    def __init__(
+        self,
+        writer: Writer,
+        processes: Iterable[Process],
+        *,
+        color: bool,
+        terminal: bool,
+        colourless: bool = False,
+        layout: Layout | None = None,
+    ) -> None:
+        self._writer = writer
+        self._color = color
+        self._terminal = terminal
+        self._colourless = colourless
+        self._layout = layout
+        self._is_mid_line = False
+        labels = [p.label for p in processes]
+        self._width = min(
+            max((len(t) for t in (LAUNCHER, *labels)), default=0),
+            limits.LABEL_WIDTH,
+        )
+        self._prefixes = {
+            label: self._prefix(label, _COLOURS[index % len(_COLOURS)])
+            for index, label in enumerate(labels)
+        }
+
+    def handle(self, event: Event) -> None:
+        """Listen to an event."""
+        if isinstance(event, Output):
+            self._show_output(event)
+        elif isinstance(event, Said):
+            self._show_message(event)
+        else:
+            for line in report(event):
+                self._show_own(line, level(event), is_alarming(event))
+        if isinstance(event, Exited | Ended):
+            self._writer.flush()
+
+    def say(self, line: str) -> None:
+        """Show a line of the launcher itself."""
+        self._show_own(line, 'INFO', alarming=False)
+
+    def show_table(self, lines: Iterable[str]) -> None:
+        """Show lines below one another, the first as a heading."""
+        for number, line in enumerate(lines):
+            dim = self._color and number == 0
+            self._show_text('', f'{_DIM}{line}{_RESET}' if dim else line)
+
+    def show_raw(self, key: object, data: bytes) -> None:
+        """
+        Show something as it is, which may end in the middle of a line.
+
+        What :meth:`handle` shows next begins on a line of its own all the
+        same.
+
+        :param key: Where it comes from, see :class:`.writer.Writer`
+        :param data: What to show
+        """
+        self._writer.write(key, data)
+        self._is_mid_line = not data.endswith((b'\n', b'\r'))
+
+    def end_line(self) -> None:
+        """End the line that was shown in part, if there is one."""
+        if self._is_mid_line:
+            self._writer.write(None, b'\n')
+            self._is_mid_line = False
+
+    def _show_output(self, event: Output) -> None:
+        process = event.process
+        if event.stream in SHOWN[process.output]:
+            data = legible(normalised(event.data), self._terminal)
+            if self._colourless:
+                data = colourless(data)
+            data = prefixed(
+                data,
+                self._prefixes[process.label],
+                reset=self._color or self._terminal,
+            )
+            self._write((process.label, event.stream), data)
+
+    def _show_message(self, event: Said) -> None:
+        if event.level == 'DEBUG':
+            return
+        if self._layout is not None:
+            text = self._layout(MESSENGER, event.level, event.text)
+            self._show_text('', text)
+            return
+        colour = _LEVEL_COLOURS.get(event.level, '')
+        tag = f'[{event.level}]'
+        if self._color and colour:
+            tag = f'{colour}{tag}{_RESET}'
+        self._show_text(f'{tag} [{MESSENGER}]: ', event.text)
+
+    def _show_own(self, line: str, severity: str, alarming: bool) -> None:
+        # ^C stands at the start of the line that it was typed on
+        start = '\r' if self._terminal else ''
+        label = f'[{LAUNCHER}]'.ljust(self._width + 3)
+        if self._layout is not None:
+            label = ''
+            line = self._layout(LAUNCHER, severity, line)
+        if self._color:
+            colour = _ALARM if alarming else _DIM
+            line = f'{colour}{label}{line}{_RESET}'
+            label = ''
+        self._show_text(start + label, line)
+
+    def _show_text(self, prefix: str, text: str) -> None:
+        data = text.encode(errors='replace')
+        data = legible(normalised(data), self._terminal)
+        self._write(None, prefixed(data, prefix.encode()))
+
+    def _write(self, key: object, data: bytes) -> None:
+        if data:
+            self.end_line()
+        self._writer.write(key, data)
+
+    def _prefix(self, label: str, colour: str) -> bytes:
+        text = f'[{label}]'
+        padding = ' ' * (self._width + 3 - len(text)) or ' '
+        if self._color:
+            text = f'{colour}{text}{_RESET}'
+        return (text + padding).encode(errors='replace')

@@ -1,0 +1,188 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The table of what was started, for a terminal."""
+
+from collections.abc import Iterable
+from collections.abc import Sequence
+import os
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.events import Attached
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import ShuttingDown
+from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import StartFailed
+from colcon_yamllaunch.runtime.screen.screen import Screen
+
+_HEADER = ('NAME', 'PACKAGE', 'NAMESPACE', 'PID')
+_GAP = '  '
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """
+    A process that runs.
+
+    :param name: Its label
+    :param origin: Its package or, where there is none, the name of its
+      program
+    :param namespace: The namespace of its node, or an empty text
+    :param pid: Its process id
+    """
+
+    name: str
+    origin: str
+    namespace: str
+    pid: int
+
+    @staticmethod
+    def of(process: Process, pid: int) -> 'Row':
+        """Return the row of a process."""
+        program = str(process.argv[0])
+        node = process.node_name or ''
+        namespace = node.rpartition('/')[0] or '/' if '/' in node else ''
+        return Row(
+            process.label,
+            process.package or os.path.basename(program) or program,
+            namespace,
+            pid,
+        )
+
+
+class StartTable:
+    """
+    Shows the processes that a plan starts at once in a table.
+
+    Those behind timers, and those that are started again, come later; they
+    are shown by a line each.
+
+    :param plan: What is run
+    :param size: The size of the terminal
+    :param screen: Shows it, and all else
+    """
+
+    def __init__(
+        self, plan: Plan, size: os.terminal_size, screen: Screen
+    ) -> None:
+        self._pending = _started_at_once(plan)
+        self._size = size
+        self._screen = screen
+        self._started: list[Started] = []
+        self._attached: list[Attached] = []
+
+    def handle(self, event: Event) -> None:
+        """Listen to an event."""
+        match event:
+            case Started() if event.process.label in self._pending:
+                self._pending.discard(event.process.label)
+                self._started.append(event)
+                if not self._pending:
+                    self._show()
+                return
+            case StartFailed() if event.process.label in self._pending:
+                self._pending.discard(event.process.label)
+                if not self._pending:
+                    self._show()
+            case Attached() if self._pending:
+                self._attached.append(event)
+                return
+            case ShuttingDown():
+                self._pending.clear()
+                self._show()
+            case _:
+                pass
+        self._screen.handle(event)
+
+    def _show(self) -> None:
+        started, self._started = self._started, []
+        attached, self._attached = self._attached, []
+        rows = [Row.of(s.process, s.pid) for s in started]
+        lines = table_lines(rows, self._size)
+        if not lines:
+            for event in started:
+                self._screen.handle(event)
+        self._screen.show_table(lines)
+        for hint in attached:
+            self._screen.handle(hint)
+
+
+def table_lines(rows: Sequence[Row], size: os.terminal_size) -> list[str]:
+    """
+    Lay out a table that fits a terminal.
+
+    Where it would be too high, the processes of one package share a row.
+
+    :returns: The header and the rows, or nothing where the terminal is too
+      narrow for a table
+    """
+    if not rows or size.columns < limits.TABLE_WIDTH:
+        return []
+    if len(rows) > size.lines - limits.TABLE_MARGIN:
+        cells = [_merged(group) for group in _by_origin(rows)]
+    else:
+        cells = [_cells(row) for row in rows]
+    shown = [i for i in range(len(_HEADER)) if any(c[i] for c in cells)]
+    cells = [tuple(c[i] for i in shown) for c in (_HEADER, *cells)]
+    widths = _fitted(
+        [max(map(len, c)) for c in zip(*cells, strict=True)], size.columns
+    )
+    return [
+        _GAP.join(
+            _cut(text, width).ljust(width)
+            for text, width in zip(line, widths, strict=True)
+        ).rstrip()
+        for line in cells
+    ]
+
+
+def _started_at_once(plan: Plan) -> set[str]:
+    labels = set()
+    for entry in plan.entries:
+        if isinstance(entry, Shutdown):
+            break
+        if isinstance(entry, Process):
+            labels.add(entry.label)
+    return labels
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    return (row.name, row.origin, row.namespace, str(row.pid))
+
+
+def _by_origin(rows: Iterable[Row]) -> Iterable[list[Row]]:
+    groups: dict[str, list[Row]] = {}
+    for row in rows:
+        groups.setdefault(row.origin, []).append(row)
+    return groups.values()
+
+
+def _merged(group: Sequence[Row]) -> tuple[str, ...]:
+    first, last = _cells(group[0]), _cells(group[-1])
+    cells = [
+        a if a == b else f'{a} … {b}' for a, b in zip(first, last, strict=True)
+    ]
+    if len(group) > 1:
+        cells[1] += f' ({len(group)})'
+    return tuple(cells)
+
+
+def _fitted(widths: list[int], columns: int) -> list[int]:
+    """Take from the widest column until all fit."""
+    over = sum(widths) + len(_GAP) * (len(widths) - 1) - columns
+    for _ in range(over):
+        widest = max(range(len(widths)), key=widths.__getitem__)
+        widths[widest] -= 1
+    return widths
+
+
+def _cut(text: str, width: int) -> str:
+    """Leave out the middle of a text that is too long."""
+    if len(text) <= width:
+        return text
+    end = width // 2
+    return f'{text[: width - end - 1]}…{text[len(text) - end :]}'

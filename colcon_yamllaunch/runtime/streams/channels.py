@@ -1,0 +1,87 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The pipes and terminals that processes write to."""
+
+import fcntl
+import os
+import struct
+import termios
+
+from colcon_yamllaunch.common.frozen import dataclass
+
+#: Columns and lines of a terminal when we have none ourselves.
+DEFAULT_SIZE = os.terminal_size((80, 24))
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """
+    A way for output.
+
+    :param reader: The end that the launcher reads from
+    :param writer: The end that becomes a stream of the process
+    """
+
+    reader: int
+    writer: int
+
+
+def open_channels(size: os.terminal_size | None) -> tuple[Channel, Channel]:
+    """
+    Make the ways for standard output and standard error.
+
+    :param size: The size of two terminals, or None for two pipes
+    :raises OSError: There are too many open files, for instance
+    """
+    first = _open(size)
+    try:
+        second = _open(size)
+    except OSError:
+        close(first)
+        raise
+    return first, second
+
+
+def _open(size: os.terminal_size | None) -> Channel:
+    return Channel(*os.pipe()) if size is None else open_terminal(size)
+
+
+def close(channel: Channel) -> None:
+    """Close both ends."""
+    os.close(channel.reader)
+    os.close(channel.writer)
+
+
+def size_of(descriptor: int) -> os.terminal_size:
+    """Return the size of a terminal, or :data:`DEFAULT_SIZE`."""
+    try:
+        size = os.get_terminal_size(descriptor)
+    except OSError:
+        return DEFAULT_SIZE
+    return size if size.columns and size.lines else DEFAULT_SIZE
+
+
+def resize(descriptor: int, size: os.terminal_size) -> None:
+    """
+    Set the size of a terminal.
+
+    :raises OSError: It is no terminal
+    """
+    data = struct.pack('HHHH', size.lines, size.columns, 0, 0)
+    fcntl.ioctl(descriptor, termios.TIOCSWINSZ, data)
+
+
+def open_terminal(size: os.terminal_size) -> Channel:
+    """
+    Make a terminal.
+
+    :raises OSError: There are too many open files or terminals, for instance
+    """
+    reader, writer = os.openpty()
+    resize(writer, size)
+    attributes = termios.tcgetattr(writer)
+    # line ends stay as they are written, so that logs are exact
+    attributes[1] &= ~termios.ONLCR
+    termios.tcsetattr(writer, termios.TCSANOW, attributes)
+    return Channel(reader, writer)

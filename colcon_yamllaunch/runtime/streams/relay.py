@@ -1,0 +1,186 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Reading what the processes write, fairly and without any waiting."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from dataclasses import field
+import fcntl
+import os
+import select
+
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.events import Listener
+from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.core.events import Stream
+from colcon_yamllaunch.runtime.streams.channels import resize
+from colcon_yamllaunch.runtime.streams.lines import LineBuffer
+
+
+@dataclass(slots=True, eq=False)
+class _Source:
+    descriptor: int
+    process: Process
+    stream: Stream
+    buffer: LineBuffer = field(default_factory=LineBuffer)
+    is_terminal: bool = False
+    is_large: bool = False
+    is_paused: bool = False
+
+
+class Relay:
+    """
+    The ends to read from of all processes.
+
+    A process whose output waits for the screen is not read, so that it is
+    held up by its own pipe; others are not.
+
+    :param poll: Where descriptors are registered to be read
+    :param accepts: Whether the screen takes more of a process's stream
+    :param tell: Is told the output
+    """
+
+    def __init__(
+        self,
+        poll: select.epoll,
+        accepts: Callable[[tuple[str, Stream]], bool],
+        tell: Listener,
+    ) -> None:
+        self._poll = poll
+        self._accepts = accepts
+        self._tell = tell
+        self._sources: dict[int, _Source] = {}
+        self._groups: dict[int, list[_Source]] = {}
+        self._paused: list[_Source] = []
+        #: Who is told at once what a process writes, by its label.
+        self.taps: dict[str, Callable[[Stream, bytes], None]] = {}
+
+    def add(
+        self, group: int, process: Process, stdout: int, stderr: int
+    ) -> None:
+        """Take the ends of a new process, which are closed here later."""
+        sources = [
+            _Source(stdout, process, 'stdout'),
+            _Source(stderr, process, 'stderr'),
+        ]
+        self._groups[group] = sources
+        for source in sources:
+            source.is_terminal = os.isatty(source.descriptor)
+            os.set_blocking(source.descriptor, False)
+            self._sources[source.descriptor] = source
+            self._poll.register(source.descriptor, select.EPOLLIN)
+
+    def resize(self, size: os.terminal_size) -> list[int]:
+        """Set the size of all terminals, and return whose they are."""
+        resized = []
+        for group, sources in self._groups.items():
+            for source in sources:
+                if source.is_terminal and self._is_open(source):
+                    resize(source.descriptor, size)
+                    resized.append(group)
+        return sorted(set(resized))
+
+    def owns(self, descriptor: int) -> bool:
+        """Tell whether :meth:`read` is to be called for a descriptor."""
+        return descriptor in self._sources
+
+    def read(self, descriptor: int) -> None:
+        """Read once from a descriptor that is ready."""
+        source = self._sources[descriptor]
+        if self._read(source) and not self._may_read(source):
+            source.is_paused = True
+            self._poll.unregister(descriptor)
+            self._paused.append(source)
+
+    def unfinished(self, label: str) -> bytes:
+        """Return the last line of a process, as far as it is written."""
+        return b''.join(
+            s.buffer.unfinished
+            for s in self._sources.values()
+            if s.process.label == label
+        )
+
+    def resume(self) -> None:
+        """Read again what had to wait for the screen."""
+        paused = self._paused
+        self._paused = []
+        for source in paused:
+            if not self._is_open(source):
+                continue
+            if self._may_read(source):
+                source.is_paused = False
+                self._poll.register(source.descriptor, select.EPOLLIN)
+            else:
+                self._paused.append(source)
+
+    def drain(self, group: int) -> None:
+        """
+        Read all that a process wrote before it ended.
+
+        A child of it may hold the other end and write on for ever; what the
+        process itself wrote is not more than its pipe holds.
+        """
+        for source in self._groups.pop(group, ()):
+            self._drain(source)
+
+    def close(self) -> None:
+        """Read what is there, and close everything."""
+        for source in list(self._sources.values()):
+            self._drain(source)
+            if self._is_open(source):
+                self._close(source)
+        self._groups.clear()
+
+    def _drain(self, source: _Source) -> None:
+        left = limits.LARGE_PIPE + limits.READ_SIZE
+        while left > 0 and (size := self._read(source)):
+            left -= size
+        self._pass_on(source, source.buffer.flush())
+
+    def _is_open(self, source: _Source) -> bool:
+        return self._sources.get(source.descriptor) is source
+
+    def _may_read(self, source: _Source) -> bool:
+        return self._accepts((source.process.label, source.stream))
+
+    def _read(self, source: _Source) -> int:
+        if not self._is_open(source):
+            return 0
+        try:
+            chunk = os.read(source.descriptor, limits.READ_SIZE)
+        except BlockingIOError:
+            return 0
+        except OSError:
+            # a terminal whose other end is closed reports EIO
+            chunk = b''
+        if not chunk:
+            self._pass_on(source, source.buffer.flush())
+            self._close(source)
+            return 0
+        if len(chunk) == limits.READ_SIZE and not source.is_large:
+            _enlarge(source)
+        if self.taps and source.process.label in self.taps:
+            self.taps[source.process.label](source.stream, chunk)
+        self._pass_on(source, source.buffer.feed(chunk))
+        return len(chunk)
+
+    def _pass_on(self, source: _Source, data: bytes) -> None:
+        if data:
+            self._tell(Output(source.process, source.stream, data))
+
+    def _close(self, source: _Source) -> None:
+        if not source.is_paused:
+            self._poll.unregister(source.descriptor)
+        del self._sources[source.descriptor]
+        os.close(source.descriptor)
+
+
+def _enlarge(source: _Source) -> None:
+    source.is_large = True
+    try:
+        fcntl.fcntl(source.descriptor, fcntl.F_SETPIPE_SZ, limits.LARGE_PIPE)
+    except OSError:
+        # the user's share of pipe memory is used up, or it is a terminal
+        return

@@ -1,0 +1,190 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The keyboards of the processes that have a terminal.
+
+A process whose output goes to terminals reads from a terminal, too, so that a
+keyboard can be connected to it at any time; all others read from /dev/null.
+What is echoed stays out of the logs, as this is a terminal of its own.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+import os
+import select
+
+from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import Stream
+from colcon_yamllaunch.runtime.process.spawn import StartError
+from colcon_yamllaunch.runtime.streams.channels import open_terminal
+from colcon_yamllaunch.runtime.streams.channels import resize
+from colcon_yamllaunch.runtime.streams.relay import Relay
+from colcon_yamllaunch.runtime.streams.watches import Watches
+
+#: Takes what a process writes as soon as it does, and what is echoed.
+Sink = Callable[[Stream, bytes], None]
+
+
+def with_terminals(plan: Plan, label: str | None = None) -> Plan:
+    """
+    Return a plan whose processes have terminals.
+
+    :param label: The one process that shall have one; without it all do
+    """
+
+    def changed(entry: Entry) -> Entry:
+        if isinstance(entry, Timer):
+            return replace(entry, entries=tuple(map(changed, entry.entries)))
+        if isinstance(entry, Process) and label in (None, entry.label):
+            return replace(entry, emulate_tty=True)
+        return entry
+
+    return replace(plan, entries=tuple(map(changed, plan.entries)))
+
+
+class Terminals:
+    """
+    The ends to type at, and who looks on.
+
+    :param watches: Where they are watched for what is echoed
+    :param relay: Lets others look at output as it comes
+    """
+
+    def __init__(self, watches: Watches, relay: Relay) -> None:
+        self._watches = watches
+        self._relay = relay
+        self._null = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
+        self._keyboards: dict[str, int] = {}
+        self._typed: dict[int, bytes] = {}
+        self._sinks: dict[str, list[Sink]] = {}
+
+    @contextmanager
+    def stdin_of(
+        self, process: Process, size: os.terminal_size | None
+    ) -> Iterator[int]:
+        """
+        Give the descriptor that a process that is being started reads from.
+
+        :param size: The size of its terminal, or None if it gets none
+        :raises StartError: There are too many open files, for instance
+        """
+        if size is None:
+            yield self._null
+            return
+        try:
+            channel = open_terminal(size)
+        except OSError as error:
+            reason = f'there is no terminal for its input: {error.strerror}'
+            raise StartError(reason) from error
+        os.set_blocking(channel.reader, False)
+        try:
+            yield channel.writer
+        except BaseException:
+            os.close(channel.reader)
+            raise
+        finally:
+            os.close(channel.writer)
+        self._close(process.label)
+        self._keyboards[process.label] = channel.reader
+        self._watches.add(
+            channel.reader, lambda mask: self._ready(process.label, mask)
+        )
+
+    def handle(self, event: Event) -> None:
+        """Listen to an event."""
+        if isinstance(event, Exited):
+            self._close(event.process.label)
+
+    def resize(self, size: os.terminal_size) -> None:
+        """Set the size of all terminals."""
+        for descriptor in self._keyboards.values():
+            resize(descriptor, size)
+
+    def has_keyboard(self, label: str) -> bool:
+        """Tell whether keys can be typed at a process now."""
+        return label in self._keyboards
+
+    def type(self, label: str, keys: bytes) -> None:
+        """
+        Type at a process.
+
+        Keys that it does not read are kept up to a limit, as by any terminal;
+        further ones are dropped.
+        """
+        keyboard = self._keyboards.get(label)
+        if keyboard is not None:
+            pending = self._typed.get(keyboard, b'') + keys
+            self._typed[keyboard] = pending[: limits.KEYS]
+            self._write(keyboard)
+
+    def look_on(self, label: str, sink: Sink) -> None:
+        """Have somebody told at once what a process writes, and its prompt."""
+        prompt = self._relay.unfinished(label)
+        if prompt:
+            sink('stdout', prompt)
+        self._sinks.setdefault(label, []).append(sink)
+        self._relay.taps[label] = lambda stream, data: self._show(
+            label, stream, data
+        )
+
+    def look_away(self, label: str, sink: Sink) -> None:
+        """Have somebody told no more."""
+        sinks = self._sinks.get(label, [])
+        if sink in sinks:
+            sinks.remove(sink)
+        if not sinks:
+            self._sinks.pop(label, None)
+            self._relay.taps.pop(label, None)
+
+    def close(self) -> None:
+        """Close everything."""
+        for label in list(self._keyboards):
+            self._close(label)
+        os.close(self._null)
+
+    def _ready(self, label: str, mask: int) -> None:
+        keyboard = self._keyboards[label]
+        if mask & select.EPOLLOUT:
+            self._write(keyboard)
+        try:
+            echo = os.read(keyboard, limits.READ_SIZE)
+        except BlockingIOError:
+            return
+        except OSError:
+            # nobody has the other end open any more
+            self._close(label)
+            return
+        self._show(label, 'stdout', echo)
+
+    def _write(self, keyboard: int) -> None:
+        pending = self._typed.pop(keyboard, b'')
+        try:
+            while pending:
+                pending = pending[os.write(keyboard, pending) :]
+        except BlockingIOError:
+            self._typed[keyboard] = pending
+        except OSError:
+            # the process closed its end; reading finds out, too
+            return
+        waits = select.EPOLLOUT if pending else 0
+        self._watches.change(keyboard, select.EPOLLIN | waits)
+
+    def _show(self, label: str, stream: Stream, data: bytes) -> None:
+        for sink in tuple(self._sinks.get(label, ())):
+            sink(stream, data)
+
+    def _close(self, label: str) -> None:
+        keyboard = self._keyboards.pop(label, None)
+        if keyboard is not None:
+            self._typed.pop(keyboard, None)
+            self._watches.remove(keyboard)
+            os.close(keyboard)

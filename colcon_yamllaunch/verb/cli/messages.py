@@ -1,0 +1,53 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What the verbs say to the user."""
+
+from collections.abc import Callable
+import logging
+import os
+import sys
+
+from colcon_core.location import get_log_path
+from colcon_yamllaunch.common.errors import WorkspaceError
+
+#: The exit code after Ctrl-C before anything runs (128 + SIGINT).
+INTERRUPTED = 130
+
+logger = logging.getLogger('colcon.colcon_yamllaunch')
+
+
+def say(text: str) -> None:
+    """Print a line for the user, apart from the output of processes."""
+    sys.stdout.flush()
+    print(text, file=sys.stderr, flush=True)
+
+
+def report_errors(verb: str, action: Callable[[], int]) -> int:
+    """
+    Do what a verb does, and say in one message what went wrong.
+
+    :param verb: The name of the verb
+    :param action: What it does; returns the exit code
+    :returns: The exit code
+    """
+    try:
+        return action()
+    except WorkspaceError as e:
+        say(f'colcon {verb}: error: {e}')
+        return 1
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:
+        # nobody reads what is shown; Python would complain of it at its end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except Exception as e:
+        # a defect of ours: the user gets one line, the log the traceback
+        logger.debug('unexpected exception', exc_info=True)
+        say(
+            f'colcon {verb}: internal error: {type(e).__name__}: {e}\n'
+            '  help: please report it with logger_all.log from '
+            f'{get_log_path() or "the log folder"}'
+        )
+        return 1

@@ -1,0 +1,124 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Which launch file the user means."""
+
+from pathlib import Path
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.verb.cli.log_base import PATH_SUFFIXES
+from colcon_yamllaunch.workspace.packages.launch_files import (
+    choose_launch_file,
+)
+from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
+from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """
+    A launch file.
+
+    :param name: The path that it goes by: where it is, or will be, installed
+    :param path: The file to read
+    :param package: The package that was named, if one was
+    """
+
+    name: str
+    path: str
+    package: str | None = None
+
+
+def path_target(words: tuple[str, ...], cwd: Path) -> Target | None:
+    """
+    Return the launch file that is given by its path.
+
+    :param words: What the user gave
+    :param cwd: The folder that relative paths start from
+    :returns: The launch file, or None when a package is named
+    :raises WorkspaceError: if it is a path, but not one of a file
+    """
+    word = words[0]
+    path = cwd / Path(word).expanduser()
+    if path.is_file():
+        _refuse_more(words[1:])
+        return Target(str(path), str(path))
+    if '/' in word or (len(words) == 1 and word.endswith(PATH_SUFFIXES)):
+        hint = ''
+        if path.parent.is_dir():
+            names = [child.name for child in path.parent.iterdir()]
+            near = did_you_mean(path.name, names)
+            hint = f': {near}' if near else ''
+        raise WorkspaceError(f"there is no launch file '{word}'{hint}")
+    return None
+
+
+def package_target(
+    words: tuple[str, ...],
+    locator: PackageLocator,
+    broken: tuple[BrokenManifest, ...],
+) -> Target:
+    """
+    Return the launch file of a package.
+
+    :param words: The package and the file
+    :param locator: The packages
+    :param broken: The manifests in the workspace that make no package
+    :raises WorkspaceError: if there is no such package or file
+    """
+    package, *rest = words
+    _refuse_more(rest[1:])
+    prefix = locator.prefix(package)
+    if prefix is None:
+        raise WorkspaceError(unknown_package(package, locator, broken))
+    own = locator.package(package)
+    folder = Path(locator.share(package) or '') if own is None else own.path
+    files = find_launch_files(folder)
+    if not rest:
+        listed = ''.join(f'\n  {file}' for file in files)
+        raise WorkspaceError(
+            f'which launch file of {package}? It has:{listed}'
+            if files
+            else f'{package} has no launch files'
+        )
+    path = str(folder / choose_launch_file(package, files, rest[0]))
+    name = path
+    if own is not None:
+        name = locator.installed_path(package, path) or path
+    return Target(name, path, package)
+
+
+def unknown_package(
+    package: str, locator: PackageLocator, broken: tuple[BrokenManifest, ...]
+) -> str:
+    """
+    Return what to say of a package that does not exist.
+
+    :param package: Its name
+    :param locator: The packages that there are
+    :param broken: The manifests in the workspace that make no package
+    """
+    for manifest in broken:
+        if package in (manifest.name, manifest.path.name):
+            return (
+                f'{manifest.path / "package.xml"} is invalid, so '
+                f'{package} is no package: {manifest.reason}'
+            )
+    names = locator.names()
+    hint = did_you_mean(package, names)
+    if hint is None:
+        hint = 'run in the workspace that has it, or give it by --workspace'
+    return (
+        f"there is no package '{package}' in the workspace or an underlay: "
+        f'{hint}'
+    )
+
+
+def _refuse_more(words: list[str] | tuple[str, ...]) -> None:
+    for word in words:
+        raise WorkspaceError(
+            f"malformed launch argument '{word}': it is written name:=value"
+        )

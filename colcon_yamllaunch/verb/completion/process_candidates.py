@@ -1,0 +1,80 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Running launches and their processes, for completion."""
+
+from collections import Counter
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from colcon_yamllaunch.runtime.control.client import LaunchError
+from colcon_yamllaunch.runtime.control.client import running_launches
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.process_names import names_of
+from colcon_yamllaunch.verb.completion.candidates import Candidates
+from colcon_yamllaunch.verb.sessions.selecting import is_selected
+
+#: Seconds that a running launch may take to answer: one that is suspended
+#: must not hold up the user.
+PATIENCE = 0.2
+
+
+def processes(
+    environment: Mapping[str, str],
+    launch: str | None,
+    prefix: str,
+    *,
+    only_terminals: bool = False,
+) -> Candidates:
+    """
+    Get the names of the processes of running launches.
+
+    They are those of their output, shortened where that is clear; nodes by
+    their full names when one is begun.
+
+    :param environment: The user's environment
+    :param launch: Which launch is meant, as `--of` takes it
+    :param prefix: What there is of the word
+    :param only_terminals: Whether keys must be able to get there
+    """
+    found = [
+        (state, process)
+        for state in _running(environment)
+        if launch is None or is_selected(state, launch)
+        for process in state.processes
+        if process.terminal or not only_terminals
+    ]
+    named = [
+        (tuple(names_of(p.label, p.executable, p.node)), p, state)
+        for state, p in found
+    ]
+    shared = Counter(names[1] for names, _, _ in named)
+    texts = {}
+    for (label, short, *more), process, state in named:
+        text = f'{process.phase} in {state.title}'
+        texts[short if shared[short] == 1 else label] = text
+        if prefix.startswith('/'):
+            texts |= dict.fromkeys(more, text)
+    return texts
+
+
+def launches(environment: Mapping[str, str]) -> Candidates:
+    """Get what the running launches are called, as `--of` takes it."""
+    found = {}
+    for state in _running(environment):
+        name = Path(state.file).name
+        found[str(state.pid)] = found[name] = state.title
+        if state.package is not None:
+            found[state.package] = state.title
+    return found
+
+
+def _running(environment: Mapping[str, str]) -> list[LaunchState]:
+    states = []
+    for launch in running_launches(environment):
+        launch.connection.settimeout(PATIENCE)
+        with suppress(LaunchError):
+            states.append(launch.status())
+        launch.close()
+    return states

@@ -1,0 +1,282 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What `colcon create` does, step by step."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+import importlib.util
+import os
+from pathlib import Path
+import re
+import shlex
+import subprocess
+from typing import Any
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.verb.cli.create_options import CreateOptions
+from colcon_yamllaunch.verb.cli.create_options import parse_create_options
+from colcon_yamllaunch.verb.cli.messages import report_errors
+from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.workspace.building.colcon_adapter import Colcon
+from colcon_yamllaunch.workspace.create.new_package import LICENSES
+from colcon_yamllaunch.workspace.create.new_package import make_package
+from colcon_yamllaunch.workspace.create.new_package import NewPackage
+from colcon_yamllaunch.workspace.create.new_package import NO_LICENSE
+from colcon_yamllaunch.workspace.create.package_name import advised_name
+from colcon_yamllaunch.workspace.create.package_name import check_node_name
+from colcon_yamllaunch.workspace.create.package_name import check_package_name
+from colcon_yamllaunch.workspace.create.package_name import default_node_name
+from colcon_yamllaunch.workspace.create.package_name import dislikes
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+from colcon_yamllaunch.workspace.packages.workspace_root import find_root
+from colcon_yamllaunch.workspace.packages.workspace_root import is_package
+
+#: How long git may take to tell a setting (seconds).
+GIT_TIMEOUT = 10.0
+
+_DEPENDENCY = re.compile(r'[a-zA-Z0-9][a-zA-Z0-9_.+-]*')
+
+
+def main(known: Any, environment: Mapping[str, str]) -> int:
+    """
+    Make a package.
+
+    :param known: What colcon's parser has made of the command line
+    :param environment: The user's environment
+    :returns: The exit code
+    """
+    return report_errors('create', lambda: _create(known, environment))
+
+
+def _create(known: Any, environment: Mapping[str, str]) -> int:
+    options = parse_create_options(known)
+    cwd = Path.cwd()
+    package = new_package(
+        options, lambda name: git_setting(name, cwd, environment)
+    )
+    folder = destination(options.destination, cwd) / package.name
+    try:
+        root = find_root(_existing(folder))
+        _refuse_place(folder, root)
+    except OSError as e:
+        raise WorkspaceError(f'cannot read {e.filename}: {e.strerror}') from e
+    if root is not None:
+        _refuse_known_package(package.name, root)
+    make_package(package, folder)
+    for warning in _warnings(package, options, environment):
+        say(f'colcon create: warning: {warning}')
+    print(_made(package, folder, cwd), flush=True)
+    return 0
+
+
+def new_package(
+    options: CreateOptions, setting: Callable[[str], str | None]
+) -> NewPackage:
+    """
+    Fill in what the user did not say.
+
+    :param options: What the user asks for
+    :param setting: Returns a setting of git, or None
+    :raises WorkspaceError: if something cannot be, or is not known
+    """
+    check_package_name(options.package, options.build_type)
+    node = (options.node or default_node_name(options.package)).removesuffix(
+        '.py'
+    )
+    check_node_name(node, options.build_type)
+    name = options.maintainer_name or setting('user.name')
+    email = options.maintainer_email or setting('user.email')
+    if not name or not email:
+        raise WorkspaceError(_no_maintainer(name, email))
+    return NewPackage(
+        name=options.package,
+        build_type=options.build_type,
+        node=node,
+        maintainer_name=_one_line(name),
+        maintainer_email=email,
+        dependencies=tuple(_dependencies(options)),
+        license=_one_line(options.license or NO_LICENSE),
+        description=_one_line(
+            options.description or f'The node {node} and its launch file.'
+        ),
+    )
+
+
+def git_setting(
+    name: str, cwd: Path, environment: Mapping[str, str]
+) -> str | None:
+    """
+    Ask git for a setting.
+
+    :param name: Such as `user.name`
+    :param cwd: The folder that it should hold for
+    :param environment: The user's environment
+    :returns: The value, or None where there is none or no git
+    """
+    try:
+        done = subprocess.run(
+            ['git', 'config', '--get', name],
+            cwd=cwd,
+            env=dict(environment),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=GIT_TIMEOUT,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() or None
+
+
+def destination(given: Path | None, cwd: Path) -> Path:
+    """
+    Return the folder that the package's folder is made in.
+
+    In the root of a workspace, and in a folder that is going to be one, this
+    is `src`.
+
+    :param given: What the user says
+    :param cwd: Where the user is
+    """
+    if given is not None:
+        return Path(os.path.normpath(cwd / given))
+    source = cwd / 'src'
+    return source if source.is_dir() and not is_package(cwd) else cwd
+
+
+def _dependencies(options: CreateOptions) -> Iterator[str]:
+    names = dict.fromkeys(options.dependencies)
+    if options.build_type != 'cmake':
+        # the node is written with it
+        names = dict.fromkeys(('rclpy', *names))
+    for name in names:
+        if name == options.package:
+            raise WorkspaceError(f'{name} cannot depend on itself')
+        if not _DEPENDENCY.fullmatch(name):
+            raise WorkspaceError(
+                f"--dependencies: '{name}' is no name of a package"
+            )
+        yield name
+
+
+def _no_maintainer(name: str | None, email: str | None) -> str:
+    missing = ' and '.join(
+        what
+        for what, value in (('name', name), ('e-mail address', email))
+        if not value
+    )
+    return (
+        f'package.xml needs a maintainer, and git knows no {missing}: give '
+        '--maintainer-name and --maintainer-email, or tell git once: '
+        "git config --global user.name 'NAME' and "
+        'git config --global user.email ADDRESS'
+    )
+
+
+def _one_line(text: str) -> str:
+    return ' '.join(text.split())
+
+
+def _refuse_place(folder: Path, root: Path | None) -> None:
+    """Refuse what colcon would not find, as it is inside of a package."""
+    parents = [folder.parent]
+    if root is not None:
+        parents = [p for p in folder.parents if p.is_relative_to(root)]
+    for parent in parents:
+        if is_package(parent):
+            raise WorkspaceError(
+                f'{parent} is a package, and colcon looks for none inside of '
+                'it: say by --destination where to make this one'
+            )
+
+
+def _refuse_known_package(name: str, root: Path) -> None:
+    for package in Colcon(root).packages():
+        if package.name == name:
+            raise WorkspaceError(
+                f'the workspace has a package {name} already, in '
+                f'{package.path}: nothing was written'
+            )
+
+
+def _existing(folder: Path) -> Path:
+    return next(p for p in (folder, *folder.parents) if p.is_dir())
+
+
+def _warnings(
+    package: NewPackage,
+    options: CreateOptions,
+    environment: Mapping[str, str],
+) -> Iterator[str]:
+    disliked = list(dislikes(package.name))
+    if disliked:
+        advised = advised_name(package.name)
+        hint = f', such as {advised}' if advised != package.name else ''
+        yield (
+            f"the name '{package.name}' works, but REP 144 asks for "
+            f'{_enumeration(disliked)}{hint}'
+        )
+    yield from _license_warnings(package, options)
+    underlays = PackageLocator((), Path(os.devnull), False, environment)
+    prefix = underlays.prefix(package.name)
+    if prefix is not None:
+        yield (
+            f'there is a package {package.name} in {prefix} already: in this '
+            'workspace, the new one takes its place'
+        )
+    if package.is_ros and not _has_ros(environment):
+        yield (
+            'ROS 2 is not to be found here, and the package needs it: source '
+            'its setup.bash, or make one of --build-type cmake'
+        )
+
+
+def _license_warnings(
+    package: NewPackage, options: CreateOptions
+) -> Iterator[str]:
+    if options.license is None:
+        yield (
+            'package.xml names no license yet: say which one there, or '
+            'create the package with --license'
+        )
+    elif package.license not in LICENSES:
+        hint = did_you_mean(package.license, LICENSES)
+        hint = hint or f'those of {_enumeration(LICENSES)} are'
+        yield (
+            f"the text of the license '{package.license}' is not known, so "
+            f'there is no file LICENSE: {hint}'
+        )
+
+
+def _has_ros(environment: Mapping[str, str]) -> bool:
+    if environment.get('AMENT_PREFIX_PATH'):
+        return True
+    return importlib.util.find_spec('rclpy') is not None
+
+
+def _enumeration(items: Iterable[str]) -> str:
+    *first, last = items
+    return f'{", ".join(first)} and {last}' if first else last
+
+
+def _made(package: NewPackage, folder: Path, cwd: Path) -> str:
+    """Return what was made, and what to type next."""
+    files = '\n'.join(f'  {path}' for path in package.files())
+    command = f'colcon launch {package.name} {package.launch_file}'
+    root = find_root(folder) or find_root(folder.parent) or folder.parent
+    if not cwd.is_relative_to(root):
+        command = f'cd {shlex.quote(_shown(root, cwd))} && {command}'
+    shown = _shown(folder, cwd)
+    return (
+        f'Created {shown} ({package.build_type})\n{files}\nTry it:  {command}'
+    )
+
+
+def _shown(folder: Path, cwd: Path) -> str:
+    relative = os.path.relpath(folder, cwd)
+    return str(folder) if relative.startswith('..') else relative

@@ -1,0 +1,350 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What `colcon launch` does, step by step."""
+
+from collections.abc import Iterable
+from collections.abc import Mapping
+from contextlib import nullcontext
+import os
+from pathlib import Path
+import signal
+import sys
+import time
+
+from colcon_core.location import get_log_path
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.evaluation.evaluate import evaluate
+from colcon_yamllaunch.language.evaluation.evaluate import Evaluation
+from colcon_yamllaunch.language.evaluation.request import Request
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan_json import plan_from_json
+from colcon_yamllaunch.language.plan.plan_json import PlanFormatError
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import render
+from colcon_yamllaunch.runtime.control.launch_states import About
+from colcon_yamllaunch.verb.cli.log_base import default_log_base
+from colcon_yamllaunch.verb.cli.log_base import LOG_PATH
+from colcon_yamllaunch.verb.cli.log_base import workspace_root
+from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.options import Options
+from colcon_yamllaunch.verb.cli.target import package_target
+from colcon_yamllaunch.verb.cli.target import path_target
+from colcon_yamllaunch.verb.cli.target import Target
+from colcon_yamllaunch.verb.launching.builds import Building
+from colcon_yamllaunch.verb.launching.launch_packages import LaunchPackages
+from colcon_yamllaunch.verb.launching.log_folders import held
+from colcon_yamllaunch.verb.launching.log_folders import prune
+from colcon_yamllaunch.verb.launching.plan_run import held_back
+from colcon_yamllaunch.verb.launching.plan_run import LaunchRun
+from colcon_yamllaunch.verb.launching.preflight import pitfalls
+from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
+from colcon_yamllaunch.verb.launching.workspace_session import (
+    InstalledWorkspace,
+)
+from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+#: How often what a build brought may make more packages necessary.
+MAXIMUM_ROUNDS = 5
+
+
+def _leave_ctrl_c_to_the_launch() -> None:
+    """
+    Ignore SIGINT except where the launch takes it.
+
+    Who types Ctrl-C once more just when the launch has ended gets its exit
+    code all the same.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _say_nothing(_text: str) -> None:
+    """Keep to what `--quiet` allows."""
+
+
+class _GiveUpError(Exception):
+    """The launch ends here; the user was told why."""
+
+    def __init__(self, returncode: int) -> None:
+        super().__init__()
+        self.returncode = returncode
+
+
+@dataclass(frozen=True, slots=True)
+class _Ready:
+    """A launch that can be run."""
+
+    plan: Plan
+    environment: Mapping[str, str]
+
+
+class Launching:
+    """
+    One launch.
+
+    :param options: What the user asks for
+    :param cwd: Where the user is
+    :param environment: The user's environment
+    :param log_folder: The folder for the logs, or None to keep none
+    """
+
+    def __init__(
+        self,
+        options: Options,
+        cwd: Path,
+        environment: Mapping[str, str],
+        log_folder: Path | None,
+    ) -> None:
+        if options.attach is not None:
+            # what few launches need is imported where it is needed
+            from colcon_yamllaunch.verb.sessions.attaching import need_terminal
+
+            need_terminal()
+        self._options = options
+        self.cwd = cwd
+        self._environment = environment
+        self.log_folder = log_folder
+        self._is_quiet = options.run.verbosity == 'quiet'
+        announce = _say_nothing if self._is_quiet else say
+        self._workspace = InstalledWorkspace(
+            workspace_root(options.workspace, list(options.words)),
+            options.build_arguments,
+            environment,
+            announce,
+        )
+        self._packages = LaunchPackages(self._workspace.locator, built=False)
+        self._building = Building(self._workspace, options, say)
+
+    def run(self, running: LaunchRun) -> int:
+        """Do it, and return the exit code."""
+        with held(self.log_folder):
+            try:
+                ready = self._prepare()
+            except _GiveUpError as e:
+                return e.returncode
+            return self._run(ready.plan, ready.environment, running)
+
+    def run_saved(self, path: Path, running: LaunchRun) -> int:
+        """
+        Run a saved plan in the environment of the workspace.
+
+        :raises WorkspaceError: if the file has no plan
+        """
+        try:
+            text = (self.cwd / path).read_text(encoding='utf-8')
+            plan = plan_from_json(text)
+        except (OSError, UnicodeDecodeError, PlanFormatError) as e:
+            reason = e.strerror if isinstance(e, OSError) else e
+            raise WorkspaceError(f"'{path}' has no plan: {reason}") from e
+        with held(self.log_folder):
+            return self._run(plan, self.environment(), running)
+
+    def _run(
+        self, plan: Plan, environment: Mapping[str, str], running: LaunchRun
+    ) -> int:
+        if self.log_folder is not None:
+            prune(self.log_folder, self._environment, say)
+        label = None
+        if self._options.attach is not None:
+            from colcon_yamllaunch.verb.sessions.attaching import with_terminal
+
+            plan, label = with_terminal(plan, self._options.attach)
+        _leave_ctrl_c_to_the_launch()
+        return running.run(
+            plan, environment, self.log_folder, self._about(), label
+        )
+
+    def _about(self) -> About:
+        plan = self._options.plan
+        if plan is not None:
+            file = str(self.cwd / plan)
+            return About(str(plan), None, file, str(self.cwd))
+        target = self.target()
+        title = ' '.join(self._options.words)
+        return About(title, target.package, target.path, str(self.cwd))
+
+    def _prepare(self) -> _Ready:
+        """Evaluate and build until nothing more is needed."""
+        built: set[str] = set()
+        is_final = not self._options.build or self._workspace.root is None
+        for _ in range(MAXIMUM_ROUNDS):
+            target = self.target()
+            request = self.request(target, built=is_final)
+            evaluation = evaluate(request)
+            errors = evaluation.errors
+            if is_final or any(not e.may_pass_after_build for e in errors):
+                break
+            wanted = self._wanted(target, evaluation)
+            is_final = wanted <= built or not self._update(wanted, target)
+            built |= wanted
+            expected = self._packages.expected
+            if is_final and all(Path(path).exists() for path in expected):
+                # nothing was built since, so all of it still holds
+                break
+        self._tell_of_build(target, evaluation)
+        self._stop_at_errors(target, evaluation)
+        self.report(evaluation.diagnostics)
+        self._stop_at_pitfalls(evaluation)
+        return _Ready(evaluation.plan, request.environment)
+
+    def target(self) -> Target:
+        """
+        Find the launch file.
+
+        :raises WorkspaceError: if there is none
+        """
+        words = self._options.words
+        target = path_target(words, self.cwd)
+        if target is None:
+            locator = self._workspace.locator
+            broken: tuple[BrokenManifest, ...] = ()
+            if locator.prefix(words[0]) is None:
+                broken = self._workspace.broken_manifests()
+            target = package_target(words, locator, broken)
+        return target
+
+    @property
+    def locator(self) -> PackageLocator:
+        """Where the packages are."""
+        return self._workspace.locator
+
+    def environment(self) -> Mapping[str, str]:
+        """Return the environment for the processes."""
+        environment = dict(self._workspace.environment)
+        environment.setdefault('ROS_LOG_DIR', str(self.log_folder_name()))
+        return environment
+
+    def log_folder_name(self) -> Path:
+        """Return the folder that `$(log_dir)` names."""
+        return self.log_folder or _ros_log_folder(self._environment)
+
+    def request(
+        self, target: Target | None = None, *, built: bool = False
+    ) -> Request:
+        """
+        Return what is to be evaluated.
+
+        :param target: The launch file; by default that which the user means
+        :param built: Whether all that was to be built has been built
+        :raises WorkspaceError: if there is no such launch file
+        """
+        target = target or self.target()
+        self._packages = LaunchPackages(self._workspace.locator, built=built)
+        located = self._packages.locate(target.name)
+        return Request(
+            target.path if located is None else located[0],
+            target.path,
+            packages=self._packages,
+            environment=self.environment(),
+            arguments=self._options.arguments,
+            cwd=str(self.cwd),
+            log_folder=str(self.log_folder_name()),
+        )
+
+    def _stop_at_errors(self, target: Target, evaluation: Evaluation) -> None:
+        errors = evaluation.errors
+        if all(error.may_pass_after_build for error in errors):
+            # what is missing may be missing for this reason
+            self._check_sourced(target, evaluation)
+        if errors:
+            self.report(evaluation.diagnostics)
+            self._annotate(evaluation.diagnostics)
+            raise _GiveUpError(1)
+
+    def _wanted(self, target: Target, evaluation: Evaluation) -> set[str]:
+        """Return the packages of the workspace to bring up to date."""
+        workspace = self._workspace
+        if self._options.build_all:
+            return set(workspace.package_names)
+        if self._options.paths is not None:
+            return set(workspace.select(self._options.paths, self.cwd))
+        wanted = set(evaluation.packages)
+        if target.package is not None:
+            wanted.add(target.package)
+        return wanted & workspace.package_names
+
+    def _update(self, wanted: set[str], target: Target) -> bool:
+        """Build what is stale, and return whether that changed anything."""
+        with held_back() if self._is_quiet else nullcontext() as output:
+            update = self._building.update(wanted, Path(target.name).name)
+        if update.returncode:
+            if output is not None:
+                say(output.getvalue().rstrip())
+            raise _GiveUpError(update.returncode)
+        return update.has_news
+
+    def _tell_of_build(self, target: Target, evaluation: Evaluation) -> None:
+        if self._workspace.root is None:
+            return
+        if self._options.build:
+            self._building.tell()
+        elif self._options.why:
+            self.explain(target, evaluation)
+
+    def explain(self, target: Target, evaluation: Evaluation) -> None:
+        """Say what would be built for the launch, and why."""
+        wanted = self._wanted(target, evaluation)
+        self._building.explain(wanted, Path(target.name).name)
+
+    def _check_sourced(self, target: Target, evaluation: Evaluation) -> None:
+        names = set(evaluation.packages)
+        if target.package is not None:
+            names.add(target.package)
+        self._workspace.check_sourced(
+            sorted(names & self._workspace.package_names),
+            may_build=self._options.build,
+        )
+
+    def _stop_at_pitfalls(self, evaluation: Evaluation) -> None:
+        locator = self._workspace.locator
+        found = [
+            *undeclared_packages(evaluation.packages, locator),
+            *pitfalls(evaluation, self._packages.not_installed, locator),
+        ]
+        self.report(found)
+        if any(d.severity == 'error' for d in found):
+            self._annotate(found)
+            raise _GiveUpError(1)
+
+    def _annotate(self, diagnostics: Iterable[Diagnostic]) -> None:
+        from colcon_yamllaunch.verb.launching.annotations import annotate
+
+        annotate(diagnostics, self._environment)
+
+    def report(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """Show problems to the user."""
+        text = render(diagnostics, str(self.cwd))
+        if text:
+            say(text)
+
+
+def log_folder_of(
+    log_base: str | None, environment: Mapping[str, str]
+) -> Path | None:
+    """Return the folder for the logs of this launch, None for no logs."""
+    path: Path | None = get_log_path()
+    if path is not None:
+        return path.absolute()
+    if log_base is not None or environment.get(LOG_PATH):
+        return None
+    # there is no workspace to write to: the logs go where ROS 2 keeps them
+    stamp = time.strftime('%Y-%m-%d_%H-%M-%S')
+    folder = _ros_log_folder(environment) / f'launch_{stamp}_{os.getpid()}'
+    usual = default_log_base(sys.argv[1:])
+    if usual is not None:
+        say(
+            f'colcon launch: warning: the log folder {usual} cannot be '
+            f'written to; the logs are in {folder}'
+        )
+    return folder
+
+
+def _ros_log_folder(environment: Mapping[str, str]) -> Path:
+    # the rule of ROS 2 (rcl_logging_get_logging_directory)
+    own = environment.get('ROS_LOG_DIR')
+    if own:
+        return Path(own).expanduser().absolute()
+    home = environment.get('ROS_HOME') or '~/.ros'
+    return Path(home).expanduser().absolute() / 'log'

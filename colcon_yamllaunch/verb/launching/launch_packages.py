@@ -1,0 +1,86 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The packages as the launch language sees them."""
+
+from collections.abc import Iterable
+import os
+from pathlib import Path
+
+from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
+from colcon_yamllaunch.workspace.packages.missing_files import (
+    missing_executable,
+)
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+
+class LaunchPackages:
+    """
+    The packages of a workspace and its underlays.
+
+    :param locator: Where they are
+    :param built: Whether all that was to be built has been built
+    """
+
+    def __init__(self, locator: PackageLocator, *, built: bool) -> None:
+        self._locator = locator
+        self._built = built
+        #: The paths that are not there, but taken for granted before a build.
+        self.expected: set[str] = set()
+        #: The launch files that were found in a source only, in order.
+        self.not_installed: dict[str, None] = {}
+
+    def prefix(self, name: str) -> str | None:
+        """Return the install prefix of a package, or None."""
+        return self._locator.prefix(name)
+
+    def names(self) -> Iterable[str]:
+        """Return the names of all packages."""
+        return self._locator.names()
+
+    def executable(self, package: str, name: str) -> str | None:
+        """Return the path of a program; one to be built may not exist."""
+        return self._locator.executable(package, name)
+
+    def explain_executable(self, package: str, name: str) -> str:
+        """Say why a package has no such program, and the way out."""
+        return missing_executable(self._locator, package, name) or ''
+
+    def locate(self, path: str) -> tuple[str, str] | None:
+        """
+        Find a launch file, in the source of a package of the workspace.
+
+        It goes by the path that it has, or will have, in the install space,
+        unless a build has shown that it is not installed.
+        """
+        if self._locator.shared(path) is not None:
+            source = self._locator.source_of(path)
+            if source is not None and Path(source).is_file():
+                if Path(path).exists() or self.may_appear(path):
+                    return path, source
+                self.not_installed[path] = None
+                return source, source
+        return (path, path) if Path(path).is_file() else None
+
+    def may_appear(self, path: str) -> bool:
+        """
+        Say whether a build may bring a path that is not there.
+
+        Such a path is remembered as expected.
+        """
+        if self._built or self._locator.owner(path) is None:
+            return False
+        self.expected.add(path)
+        return True
+
+    def similar(self, path: str) -> Iterable[str]:
+        """Return the names of launch files that could be meant."""
+        shared = self._locator.shared(path)
+        if shared is not None:
+            package, _ = shared
+            files = find_launch_files(package.path)
+            return [os.path.basename(file) for file in files]
+        try:
+            return os.listdir(os.path.dirname(path))
+        except OSError:
+            return ()

@@ -1,0 +1,124 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The log folders of former launches, of which the oldest are deleted.
+
+A launch holds a lock on its folder as long as it runs, whatever becomes of
+it, so that no other launch deletes the folder.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from contextlib import contextmanager
+from contextlib import suppress
+import fcntl
+import os
+from pathlib import Path
+import re
+import shutil
+
+from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
+from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
+from colcon_yamllaunch.verb.cli.environment_variables import LOG_FOLDERS
+
+_ALL = 'all'
+# as colcon names them, and log_folder_of() where there is no workspace
+_NAME = re.compile(r'launch_(\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d)(?:_(\d+))?')
+
+
+@contextmanager
+def held(folder: Path | None) -> Iterator[None]:
+    """Keep other launches from deleting a folder, made if it is missing."""
+    descriptor = None
+    if folder is not None:
+        with suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+        descriptor = _locked(folder, fcntl.LOCK_SH)
+    try:
+        yield
+    finally:
+        if descriptor is not None:
+            os.close(descriptor)
+
+
+def prune(
+    folder: Path,
+    environment: Mapping[str, str],
+    warn: Callable[[str], None],
+) -> None:
+    """
+    Delete the oldest folders beside that of a launch.
+
+    Launches that ran count, and so, apart from them, do those that only
+    looked at something. What cannot be deleted stays.
+
+    :param folder: The folder of the launch, which stays
+    :param environment: The user's environment
+    :param warn: Is told that the user's wish is no number
+    """
+    kept = _kept(environment, warn)
+    if kept is None:
+        return
+    links = (folder.parent / n for n in ('latest', 'latest_launch'))
+    latest = {path.resolve() for path in (folder, *links)}
+    ran: list[Path] = []
+    looked: list[Path] = []
+    for path in _folders(folder.parent):
+        if path.resolve() not in latest:
+            (ran if (path / COMMON_LOG).exists() else looked).append(path)
+    for paths in (ran, looked):
+        for path in paths[: max(0, len(paths) - kept)]:
+            _delete(path)
+
+
+def _kept(
+    environment: Mapping[str, str], warn: Callable[[str], None]
+) -> int | None:
+    text = environment.get(LOG_FOLDERS.name) or str(KEPT_LOG_FOLDERS)
+    if text == _ALL:
+        return None
+    if text.isascii() and text.isdigit():
+        return int(text)
+    warn(
+        f"colcon launch: {LOG_FOLDERS.name} is a number or '{_ALL}', not "
+        f"'{text}': no log folder is deleted"
+    )
+    return None
+
+
+def _folders(base: Path) -> list[Path]:
+    """Return the folders of launches, the oldest first."""
+    found = []
+    try:
+        with os.scandir(base) as entries:
+            for entry in entries:
+                match = _NAME.fullmatch(entry.name)
+                if match and entry.is_dir(follow_symlinks=False):
+                    key = match[1], int(match[2] or 0)
+                    found.append((key, Path(entry.path)))
+    except OSError:
+        return []
+    return [path for _, path in sorted(found)]
+
+
+def _delete(folder: Path) -> None:
+    descriptor = _locked(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    if descriptor is not None:
+        shutil.rmtree(folder, ignore_errors=True)
+        os.close(descriptor)
+
+
+def _locked(folder: Path, operation: int) -> int | None:
+    """Return a descriptor with a lock, or None if there is no lock to get."""
+    try:
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError:
+        return None
+    try:
+        fcntl.flock(descriptor, operation)
+    except OSError:
+        os.close(descriptor)
+        return None
+    return descriptor

@@ -1,0 +1,157 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Running a plan as the options say, and reporting what came of it."""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from contextlib import contextmanager
+from contextlib import redirect_stdout
+import io
+from pathlib import Path
+import time
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.control.launch_states import About
+from colcon_yamllaunch.runtime.core.events import Ended
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import Listener
+from colcon_yamllaunch.runtime.course.exit_conditions import Goal
+from colcon_yamllaunch.runtime.run_plan import run
+from colcon_yamllaunch.runtime.screen.presentation import Look
+from colcon_yamllaunch.verb.cli.options import Options
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.runtime.record.junit import JUnitReport
+
+# what few launches need is imported where it is needed
+
+
+class LaunchRun:
+    """
+    The run of a launch, and its reports.
+
+    :param options: What the user asks for
+    :param cwd: Where the user is
+    :param environment: The user's environment
+    :raises WorkspaceError: The file for a report cannot be written
+    """
+
+    def __init__(
+        self, options: Options, cwd: Path, environment: Mapping[str, str]
+    ) -> None:
+        self._options = options.run
+        self._output = options.output
+        self._cwd = cwd
+        self._environment = environment
+        words = options.words or (str(options.plan),)
+        self._title = ' '.join(words)
+        self._ended: Ended | None = None
+        self._started = time.monotonic()
+        self._report: JUnitReport | None = None
+        if self._options.junit is not None:
+            self._report = _report(self._title, words)
+            # now rather than after a launch of an hour
+            self._write_report(b'')
+
+    def run(
+        self,
+        plan: Plan,
+        environment: Mapping[str, str],
+        log_folder: Path | None,
+        about: About,
+        attach: str | None,
+    ) -> int:
+        """
+        Run a plan, and return the exit code.
+
+        :param environment: The environment of its processes
+        :param log_folder: The folder for the logs, or None to keep none
+        :param about: What other terminals know the launch by
+        :param attach: The label of the process that has the keyboard, if any
+        """
+        observers: list[Listener] = [self._handle]
+        if self._report is not None:
+            self._report.expect(plan.processes())
+            observers.insert(0, self._report.handle)
+        options = self._options
+        code = run(
+            plan,
+            environment=environment,
+            log_folder=log_folder,
+            color=self._output.color,
+            tty=self._output.tty,
+            log_limit=self._output.log_limit,
+            goal=Goal(options.until, options.timeout, options.duration),
+            look=Look(
+                options.verbosity,
+                f'{self._title} - colcon launch',
+                self._describe,
+            ),
+            about=about,
+            attach=attach,
+            observers=observers,
+        )
+        if self._ended is not None and self._ended.exit_code:
+            from colcon_yamllaunch.verb.launching.annotations import annotate
+            from colcon_yamllaunch.verb.launching.annotations import (
+                failures_of,
+            )
+
+            annotate(failures_of(self._ended), self._environment)
+        return code
+
+    @contextmanager
+    def reported(self) -> Iterator[None]:
+        """Write the report after whatever happens inside."""
+        try:
+            yield
+        finally:
+            if self._report is not None:
+                seconds = time.monotonic() - self._started
+                self._write_report(self._report.document(seconds))
+
+    def _describe(self, process: Process) -> Iterable[str]:
+        from colcon_yamllaunch.language.plan.plan_text import process_as_text
+
+        return process_as_text(process, str(self._cwd))
+
+    def _handle(self, event: Event) -> None:
+        if isinstance(event, Ended):
+            self._ended = event
+
+    def _write_report(self, data: bytes) -> None:
+        assert self._options.junit is not None
+        path = self._cwd / self._options.junit.expanduser()
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+        except (OSError, ValueError) as e:
+            reason = e.strerror if isinstance(e, OSError) else e
+            raise WorkspaceError(
+                f"--junit: '{path}' cannot be written: {reason}"
+            ) from e
+
+
+@contextmanager
+def held_back() -> Iterator[io.StringIO]:
+    """Collect what is printed inside."""
+    collected = io.StringIO()
+    with redirect_stdout(collected):
+        yield collected
+
+
+def _report(title: str, words: Iterable[str]) -> 'JUnitReport':
+    from colcon_yamllaunch.runtime.record.junit import JUnitReport
+
+    return JUnitReport(title, _class_name(words), time.time())
+
+
+def _class_name(words: Iterable[str]) -> str:
+    """Return the package and the launch file, separated by a dot."""
+    names = [Path(word).name for word in words]
+    return '.'.join(name.partition('.')[0] or name for name in names)

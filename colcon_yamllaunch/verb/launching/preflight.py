@@ -1,0 +1,106 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Mistakes that show only once everything is built, and their cures."""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from pathlib import Path
+
+from colcon_yamllaunch.language.evaluation.evaluate import Evaluation
+from colcon_yamllaunch.language.evaluation.evaluation_state import (
+    ExecutableUse,
+)
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.workspace.packages.missing_files import (
+    missing_executable,
+)
+from colcon_yamllaunch.workspace.packages.missing_files import not_installed
+from colcon_yamllaunch.workspace.packages.missing_files import (
+    unknown_executable,
+)
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+
+def undeclared_packages(
+    packages: Mapping[str, Position], locator: PackageLocator
+) -> Iterator[Diagnostic]:
+    """
+    Find packages that a launch file uses, but its package does not declare.
+
+    They are built all the same; but other tools would not know of them.
+
+    :param packages: The packages that are used, and where first
+    :param locator: The packages that there are
+    """
+    for name, position in packages.items():
+        owner = locator.package_of(position.path)
+        if owner is None or owner.name == name:
+            continue
+        # only these have a manifest to declare anything in
+        is_ros = owner.type.startswith('ros.')
+        if is_ros and name not in owner.build_depends | owner.run_depends:
+            yield Diagnostic(
+                'warning',
+                f"{owner.name} uses the package '{name}' here, but its "
+                'package.xml does not declare it',
+                position,
+                f'add <exec_depend>{name}</exec_depend>',
+                len(name),
+            )
+
+
+def unknown_executables(
+    uses: Iterable[ExecutableUse], locator: PackageLocator
+) -> Iterator[Diagnostic]:
+    """
+    Find programs that not even a build would bring.
+
+    :param uses: The packages' programs that launch files name
+    :param locator: The packages, built or not
+    """
+    for use in uses:
+        reason = unknown_executable(locator, use.package, use.name)
+        if reason is not None:
+            yield Diagnostic(
+                'error', reason, use.position, length=len(use.name)
+            )
+
+
+def pitfalls(
+    evaluation: Evaluation, missing: Iterable[str], locator: PackageLocator
+) -> Iterator[Diagnostic]:
+    """
+    Find what the launch needs and the packages have not installed.
+
+    A program that is not there is an error; a file is a warning, as the
+    launch may go on without it in ROS 2 too.
+    """
+    for use in evaluation.executables:
+        reason = missing_executable(locator, use.package, use.name)
+        if reason is not None:
+            yield Diagnostic(
+                'error', reason, use.position, length=len(use.name)
+            )
+    wanted = dict.fromkeys(missing) | _used_paths(evaluation)
+    reported: set[str] = set()
+    for path, position in wanted.items():
+        reason = not_installed(locator, path)
+        if reason is not None and reason not in reported:
+            reported.add(reason)
+            yield Diagnostic('warning', reason, position)
+
+
+def _used_paths(evaluation: Evaluation) -> dict[str, Position | None]:
+    """Return the absolute paths that command lines name, and where."""
+    paths: dict[str, Position | None] = {}
+    for process in evaluation.plan.processes():
+        for argument in process.argv:
+            if not isinstance(argument, str):
+                continue
+            path = argument[argument.find('/') :]
+            if path.startswith('/') and not Path(path).exists():
+                paths.setdefault(path, process.position)
+    return paths

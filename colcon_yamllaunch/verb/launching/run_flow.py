@@ -1,0 +1,160 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What `colcon run` does, step by step."""
+
+from collections.abc import Iterator
+from collections.abc import Mapping
+from contextlib import contextmanager
+import os
+from pathlib import Path
+import sys
+from typing import Any
+from typing import NoReturn
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.runtime.process.exec_program import become
+from colcon_yamllaunch.runtime.process.spawn import StartError
+from colcon_yamllaunch.verb.cli.log_base import workspace_root
+from colcon_yamllaunch.verb.cli.messages import report_errors
+from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.run_options import asks_for_help
+from colcon_yamllaunch.verb.cli.run_options import parse_run_options
+from colcon_yamllaunch.verb.cli.run_options import RunOptions
+from colcon_yamllaunch.verb.cli.target import unknown_package
+from colcon_yamllaunch.verb.launching.workspace_session import (
+    InstalledWorkspace,
+)
+from colcon_yamllaunch.workspace.packages.missing_files import (
+    missing_executable,
+)
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+
+def main(known: Any, environment: Mapping[str, str]) -> int:
+    """
+    Build, source and become the program.
+
+    :param known: What colcon's parser has made of the command line
+    :param environment: The user's environment
+    :returns: The exit code, when the program could not be run
+    """
+    if asks_for_help(known):
+        known.verb_parser.print_help()
+        return 0
+    return report_errors('run', lambda: _run(known, environment))
+
+
+def _run(known: Any, environment: Mapping[str, str]) -> int:
+    options = parse_run_options(known)
+    with _standard_streams_aside():
+        workspace = InstalledWorkspace(
+            workspace_root(options.workspace, []),
+            options.build_arguments,
+            environment,
+            say,
+        )
+        returncode = _prepare(workspace, options)
+    if returncode:
+        return returncode
+    program = find_program(
+        workspace.locator, options.package, options.executable
+    )
+    return _become(
+        [*options.prefix, program, *options.arguments], workspace.environment
+    )
+
+
+def find_program(
+    locator: PackageLocator, package: str, name: str | None
+) -> str:
+    """
+    Find a program of a package as `ros2 run` does.
+
+    :param locator: The packages, built
+    :param package: The package
+    :param name: The program: its name, also if it is in a subfolder of
+      `lib/PACKAGE`, or its path from there; or None
+    :returns: Its path
+    :raises WorkspaceError: if there is none, or more than one
+    """
+    names = locator.executables(package)
+    if name is None:
+        listed = ''.join(f'\n  {name}' for name in names)
+        raise WorkspaceError(
+            f'which executable of {package}? It has:{listed}'
+            if names
+            else f'{package} has installed no executables'
+        )
+    fitting = [n for n in names if n == name]
+    fitting = fitting or [n for n in names if Path(n).name == name]
+    if len(fitting) > 1:
+        listed = ''.join(f'\n  {n}' for n in fitting)
+        raise WorkspaceError(
+            f"'{name}' may be one of these executables of {package}:{listed}\n"
+            'Name one by its path'
+        )
+    prefix = locator.prefix(package) or ''
+    if not fitting:
+        reason = missing_executable(locator, package, name)
+        raise WorkspaceError(reason or f"{package} has no '{name}'")
+    return str(Path(prefix, 'lib', package, fitting[0]))
+
+
+def _prepare(workspace: InstalledWorkspace, options: RunOptions) -> int:
+    """Build what is needed and not up to date; return the exit code."""
+    package = options.package
+    if workspace.locator.prefix(package) is None and options.paths is None:
+        broken = workspace.broken_manifests()
+        raise WorkspaceError(
+            unknown_package(package, workspace.locator, broken)
+        )
+    if options.build and workspace.root is not None:
+        wanted = _wanted(workspace, options)
+        update = workspace.update(wanted, exactly=options.paths is not None)
+        if update.returncode:
+            return update.returncode
+    if workspace.locator.prefix(package) is None:
+        raise WorkspaceError(unknown_package(package, workspace.locator, ()))
+    if package in workspace.package_names:
+        workspace.check_sourced([package], may_build=options.build)
+    return 0
+
+
+def _wanted(workspace: InstalledWorkspace, options: RunOptions) -> set[str]:
+    """Return the packages of the workspace to bring up to date."""
+    if options.build_all:
+        return workspace.package_names
+    if options.paths is not None:
+        return set(workspace.select(options.paths, Path.cwd()))
+    return {options.package} & workspace.package_names
+
+
+def _become(argv: list[str], environment: Mapping[str, str]) -> NoReturn:
+    try:
+        become(argv, environment)
+    except StartError as e:
+        raise WorkspaceError(str(e)) from e
+
+
+@contextmanager
+def _standard_streams_aside() -> Iterator[None]:
+    """
+    Keep the input and output that are the program's out of a build.
+
+    What is typed or piped in is for the program, and a pipe behind it gets
+    nothing else than its output.
+    """
+    sys.stdout.flush()
+    kept = [os.dup(0), os.dup(1)]
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.dup2(2, 1)
+    try:
+        yield
+    finally:
+        sys.stdout.flush()
+        for number, descriptor in enumerate(kept):
+            os.dup2(descriptor, number)
+        for descriptor in (*kept, nothing):
+            os.close(descriptor)

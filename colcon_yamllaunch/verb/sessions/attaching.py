@@ -1,0 +1,181 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Connecting the terminal to one process."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+import os
+import select
+import signal
+import sys
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.control import protocol
+from colcon_yamllaunch.runtime.control.client import LaunchEndedError
+from colcon_yamllaunch.runtime.control.client import LaunchError
+from colcon_yamllaunch.runtime.control.client import RunningLaunch
+from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
+from colcon_yamllaunch.runtime.control.keyboard import Keyboard
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.process_names import is_meant
+from colcon_yamllaunch.runtime.control.protocol import ProtocolError
+from colcon_yamllaunch.runtime.streams.signals import caught
+from colcon_yamllaunch.runtime.streams.signals import received
+from colcon_yamllaunch.runtime.streams.signals import STOPPING
+from colcon_yamllaunch.runtime.streams.terminals import with_terminals
+from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.sessions.selecting import Candidate
+
+
+def need_terminal() -> int:
+    """
+    Return the descriptor of the keyboard.
+
+    :raises WorkspaceError: if there is none
+    """
+    try:
+        descriptor = sys.stdin.fileno()
+    except (AttributeError, OSError, ValueError):
+        descriptor = -1
+    if descriptor == -1 or not os.isatty(descriptor):
+        raise WorkspaceError(
+            '--attach needs a keyboard, but standard input is no terminal'
+        )
+    return descriptor
+
+
+def with_terminal(plan: Plan, name: str) -> tuple[Plan, str]:
+    """
+    Give a terminal to the process that the keyboard is to be connected to.
+
+    :param name: Its name, or a glob
+    :returns: The plan with it, and its label
+    :raises WorkspaceError: if not exactly one is meant
+    """
+    labels = [p.label for p in plan.processes()]
+    meant = [p.label for p in plan.processes() if _is_meant(name, p)]
+    if len(meant) != 1:
+        raise WorkspaceError(
+            f'--attach {name} means {listing(meant)}: it takes one process'
+            if meant
+            else f"--attach: there is no process '{name}'; there is "
+            f'{listing(labels) or "none"}'
+        )
+    return with_terminals(plan, meant[0]), meant[0]
+
+
+def attach(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
+    """
+    Connect the terminal to a process of a running launch.
+
+    :param chosen: The launch
+    :param processes: The process that is meant
+    :returns: The exit code
+    :raises WorkspaceError: if there are more of them, or no keyboard
+    :raises LaunchError: The launch refuses
+    """
+    if len(processes) != 1:
+        names = listing(p.label for p in processes)
+        raise WorkspaceError(f'--attach takes one process, not {names}')
+    keyboard = Keyboard(need_terminal())
+    process = processes[0]
+    chosen.launch.request('attach', process=process.label)
+    say(
+        f'attached to {process.label} of {chosen.state.title}: {ESCAPE_NAME} '
+        'detaches, and so does Ctrl-C; Ctrl-Z suspends this terminal only'
+    )
+    try:
+        reason = _Conversation(chosen.launch, keyboard).run()
+    finally:
+        keyboard.release()
+        print(flush=True)
+    say(f'{process.label}: {reason}')
+    return 0
+
+
+class _Conversation:
+    """Passes on keys one way, and output the other."""
+
+    def __init__(self, launch: RunningLaunch, keyboard: Keyboard) -> None:
+        self._launch = launch
+        self._keyboard = keyboard
+        self._poll = select.poll()
+        self._poll.register(launch.connection, select.POLLIN)
+
+    def run(self) -> str:
+        """Go on until there is a reason to end, and return it."""
+        with caught() as signals:
+            self._poll.register(signals, select.POLLIN)
+            self._listen()
+            while True:
+                ready = dict(self._poll.poll())
+                if signals in ready and self._is_over(received(signals)):
+                    return 'detached'
+                if self._keyboard.descriptor in ready and self._is_left():
+                    return 'detached'
+                if self._launch.connection.fileno() in ready:
+                    try:
+                        ending = self._take()
+                    except LaunchEndedError as e:
+                        return str(e)
+                    if ending is not None:
+                        return ending
+
+    def _listen(self) -> None:
+        """Take keys, unless another job has the terminal."""
+        if self._keyboard.grab():
+            self._poll.register(self._keyboard.descriptor, select.POLLIN)
+        else:
+            with suppress(KeyError):
+                self._poll.unregister(self._keyboard.descriptor)
+
+    def _is_over(self, numbers: list[int]) -> bool:
+        for number in numbers:
+            if number == signal.SIGTSTP:
+                self._keyboard.release()
+                os.kill(os.getpid(), signal.SIGSTOP)
+            elif number == signal.SIGCONT:
+                self._listen()
+        return any(number in STOPPING for number in numbers)
+
+    def _is_left(self) -> bool:
+        """Pass on keys, and tell whether there will be no more."""
+        try:
+            keys, escape = self._keyboard.read()
+        except OSError:
+            return True
+        if keys:
+            self._launch.send({'keys': protocol.text_of(keys)})
+        return escape
+
+    def _take(self) -> str | None:
+        """Show what was sent; return how the process ended for good."""
+        self._launch.read()
+        while (message := self._launch.received()) is not None:
+            _show(message)
+            if 'ended' in message and not message.get('again'):
+                return str(message['ended'])
+        return None
+
+
+def _show(message: dict[str, object]) -> None:
+    if 'output' in message:
+        try:
+            data = protocol.bytes_of(message['output'])
+        except ProtocolError as e:
+            raise LaunchError(str(e)) from e
+        sys.stdout.buffer.write(data)
+        sys.stdout.flush()
+    elif 'skipped' in message:
+        say(f'\n[{message["skipped"]} bytes skipped]')
+    elif 'ended' in message and message.get('again'):
+        say(f'\n[{message["ended"]}; it starts again]')
+
+
+def _is_meant(name: str, process: Process) -> bool:
+    executable = os.path.basename(str(process.argv[0]))
+    return is_meant(name, process.label, executable, process.node_name)

@@ -1,0 +1,142 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What `colcon launch` does about launches that run already."""
+
+from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import asdict
+import json
+import shutil
+import sys
+import time
+from typing import Any
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.runtime.control.client import LaunchEndedError
+from colcon_yamllaunch.runtime.control.client import LaunchError
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.resource_usage import Usage
+from colcon_yamllaunch.runtime.control.resource_usage import usage_of
+from colcon_yamllaunch.verb.cli.control_options import ControlOptions
+from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.sessions.selecting import Candidate
+from colcon_yamllaunch.verb.sessions.selecting import choose_launch
+from colcon_yamllaunch.verb.sessions.selecting import choose_processes
+from colcon_yamllaunch.verb.sessions.selecting import find_launches
+from colcon_yamllaunch.verb.sessions.status_table import table
+
+#: Seconds between two looks at a launch that was asked for something.
+LOOK_INTERVAL = 0.05
+#: Seconds after which it is said what is waited for.
+PROGRESS_INTERVAL = 1.0
+
+
+def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
+    """
+    Do what was asked.
+
+    :param environment: The user's environment
+    :returns: The exit code
+    :raises WorkspaceError: if no launch or no process is meant
+    """
+    candidates = find_launches(environment, options.launch)
+    if options.action == 'status':
+        return _status(candidates, options.status_format)
+    chosen = choose_launch(candidates, options.names)
+    try:
+        if options.action == 'stop' and not options.names:
+            return _stop_launch(chosen)
+        processes = choose_processes(chosen.state, options.names)
+        actions = {'stop': _stop, 'restart': _restart}
+        if options.action in actions:
+            return actions[options.action](chosen, processes)
+        if options.action == 'attach':
+            from colcon_yamllaunch.verb.sessions.attaching import attach
+
+            return attach(chosen, processes)
+        from colcon_yamllaunch.verb.sessions.reading_logs import show_logs
+
+        return show_logs(chosen, processes, follow=options.follow)
+    except LaunchError as e:
+        raise WorkspaceError(f'{chosen.state.title}: {e}') from e
+
+
+def _status(candidates: Sequence[Candidate], form: str) -> int:
+    states = [c.state for c in candidates]
+    usage = usage_of(
+        {p.pid for s in states for p in s.processes if p.pid is not None}
+    )
+    if form == 'json':
+        launches = [_described(state, usage) for state in states]
+        print(json.dumps({'launches': launches}, indent=2), flush=True)
+        return 0
+    width = None
+    if sys.stdout.isatty():
+        width = shutil.get_terminal_size().columns
+    print('\n\n'.join(table(s, usage, width) for s in states), flush=True)
+    return 0
+
+
+def _described(
+    state: LaunchState, usage: Mapping[int, Usage]
+) -> dict[str, Any]:
+    described = asdict(state)
+    for process in described['processes']:
+        used = usage.get(process['pid'])
+        process['cpu'] = None if used is None else round(used.cpu, 4)
+        process['memory'] = None if used is None else used.memory
+    return described
+
+
+def _stop_launch(chosen: Candidate) -> int:
+    state = chosen.state
+    chosen.launch.request('shutdown')
+    say(f'stopping {state.title} (pid {state.pid})')
+    chosen.launch.wait_for_end(state.pid)
+    say(f'stopped {state.title}')
+    return 0
+
+
+def _stop(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
+    for process in processes:
+        chosen.launch.request('stop', process=process.label)
+    for process in processes:
+        now = _wait_for(chosen, process)
+        ending = 'the launch has ended' if now is None else now.ending
+        say(f'{process.label}: {ending}')
+    return 0
+
+
+def _restart(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
+    for process in processes:
+        chosen.launch.request('restart', process=process.label)
+    failed = False
+    for process in processes:
+        now = _wait_for(chosen, process)
+        if now is not None and now.pid is not None:
+            say(f'{process.label}: started anew, pid {now.pid}')
+        else:
+            failed = True
+            ending = 'the launch has ended' if now is None else now.ending
+            say(f'{process.label}: {ending}')
+    return int(failed)
+
+
+def _wait_for(chosen: Candidate, process: ProcessState) -> ProcessState | None:
+    """Wait until a process is stopped; None when the launch has ended."""
+    asked = time.monotonic()
+    is_told = False
+    while True:
+        try:
+            state = chosen.launch.status()
+        except LaunchEndedError:
+            return None
+        for now in state.processes:
+            if now.label == process.label and now.phase != 'stopping':
+                return now
+        if not is_told and time.monotonic() - asked > PROGRESS_INTERVAL:
+            is_told = True
+            say(f'waiting for {process.label}')
+        time.sleep(LOOK_INTERVAL)

@@ -1,0 +1,163 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Which running launch and which of its processes the user means."""
+
+from collections.abc import Iterable
+from collections.abc import Mapping
+from collections.abc import Sequence
+from pathlib import Path
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.runtime.control.client import LaunchEndedError
+from colcon_yamllaunch.runtime.control.client import LaunchError
+from colcon_yamllaunch.runtime.control.client import running_launches
+from colcon_yamllaunch.runtime.control.client import RunningLaunch
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.process_names import is_meant
+from colcon_yamllaunch.runtime.control.process_names import names_of
+from colcon_yamllaunch.runtime.control.socket_folder import FolderError
+from colcon_yamllaunch.verb.cli.messages import say
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """
+    A running launch.
+
+    :param launch: The connection to it
+    :param state: Its state when it was found
+    """
+
+    launch: RunningLaunch
+    state: LaunchState
+
+
+def find_launches(
+    environment: Mapping[str, str], selector: str | None
+) -> list[Candidate]:
+    """
+    Return the running launches that may be meant.
+
+    :param environment: The user's environment
+    :param selector: A package, launch file, title or process id, or None
+    :raises WorkspaceError: if there is none
+    """
+    try:
+        launches = running_launches(environment)
+    except FolderError as e:
+        raise WorkspaceError(str(e)) from e
+    candidates = []
+    silent = 0
+    for launch in launches:
+        try:
+            candidates.append(Candidate(launch, launch.status()))
+        except LaunchEndedError:
+            # it was just about to end
+            continue
+        except LaunchError as e:
+            # others can be looked at all the same
+            say(f'colcon launch: warning: {e}')
+            silent += 1
+    if not candidates:
+        nothing = 'no launch answers' if silent else 'no launch is running'
+        raise WorkspaceError(nothing)
+    if selector is None:
+        return candidates
+    chosen = [c for c in candidates if is_selected(c.state, selector)]
+    if not chosen:
+        raise WorkspaceError(
+            f"no running launch is '{selector}'; there is "
+            f'{_launches(candidates)}'
+        )
+    return chosen
+
+
+def choose_launch(
+    candidates: Sequence[Candidate], names: Sequence[str]
+) -> Candidate:
+    """
+    Return the one launch that is meant.
+
+    :param candidates: Those that may be
+    :param names: The processes that are meant, by name or glob
+    :raises WorkspaceError: if it is not clear
+    """
+    if len(candidates) == 1:
+        return candidates[0]
+    fitting = [c for c in candidates if names and all(matches(c.state, names))]
+    if len(fitting) == 1:
+        return fitting[0]
+    which = fitting or candidates
+    raise WorkspaceError(
+        'more than one launch is running: choose by --of LAUNCH, such as '
+        f'--of {which[0].state.pid}; there is {_launches(which)}'
+    )
+
+
+def choose_processes(
+    state: LaunchState, names: Sequence[str]
+) -> list[ProcessState]:
+    """
+    Return the processes that are meant, in the order of the launch.
+
+    :param names: Names or globs; none means all
+    :raises WorkspaceError: if a name means nothing
+    """
+    if not names:
+        return list(state.processes)
+    meant: set[str] = set()
+    for name, found in zip(names, matches(state, names), strict=True):
+        if not found:
+            raise WorkspaceError(_unknown(state, name))
+        meant.update(p.label for p in found)
+    return [p for p in state.processes if p.label in meant]
+
+
+def matches(
+    state: LaunchState, names: Iterable[str]
+) -> list[list[ProcessState]]:
+    """Return for each name the processes that it means."""
+    return [
+        [
+            p
+            for p in state.processes
+            if is_meant(name, p.label, p.executable, p.node)
+        ]
+        for name in names
+    ]
+
+
+def is_selected(state: LaunchState, selector: str) -> bool:
+    """Tell whether a launch is meant by what `--of` takes."""
+    file = Path(state.file)
+    names = (
+        state.title,
+        state.package,
+        state.file,
+        file.name,
+        file.stem,
+        str(state.pid),
+    )
+    return selector in names or str(Path(selector).absolute()) == state.file
+
+
+def _launches(candidates: Iterable[Candidate]) -> str:
+    return '; '.join(
+        f'{c.state.title} (pid {c.state.pid})' for c in candidates
+    )
+
+
+def _unknown(state: LaunchState, name: str) -> str:
+    known = [
+        known
+        for p in state.processes
+        for known in names_of(p.label, p.executable, p.node)
+    ]
+    labels = listing(p.label for p in state.processes)
+    hint = did_you_mean(name, known) or f'there is {labels or "none"}'
+    return f"{state.title} has no process '{name}': {hint}"

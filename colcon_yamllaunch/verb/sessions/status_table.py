@@ -1,0 +1,122 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Running launches as a table."""
+
+from collections.abc import Mapping
+from collections.abc import Sequence
+
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.resource_usage import Usage
+
+_HEADS = ('PROCESS', 'STATE', 'PID', 'UP', 'RESTARTS', 'CPU', 'MEMORY')
+_RIGHT = frozenset((2, 3, 4, 5, 6))
+_GAP = '  '
+_SMALLEST_LABEL = 12
+_SMALLEST_STATE = 10
+# of the process, its state and its process id
+_LEAST_COLUMNS = 3
+_UNITS = ('KiB', 'MiB', 'GiB', 'TiB')
+
+
+def table(
+    launch: LaunchState, usage: Mapping[int, Usage], width: int | None
+) -> str:
+    """
+    Return a launch and its processes.
+
+    :param usage: What the process groups use
+    :param width: The columns that there are, None for any number
+    """
+    title = f'{launch.title}: {_state_of(launch)}'
+    lines = [_cut(title, width)]
+    rows = [_HEADS, *(_row(p, usage) for p in launch.processes)]
+    if len(rows) == 1:
+        return f'{lines[0]}\n{_GAP}no processes'
+    widths = [max(len(row[n]) for row in rows) for n in range(len(_HEADS))]
+    if width is not None:
+        _narrow(widths, width)
+    lines.extend(_line(row, widths) for row in rows)
+    return '\n'.join(lines)
+
+
+def duration(seconds: float) -> str:
+    """Return a time span with its two largest units, as `2 h 05 min`."""
+    whole = int(seconds)
+    if whole < 60:
+        return f'{whole} s'
+    minutes, rest = divmod(whole, 60)
+    if minutes < 60:
+        return f'{minutes} min {rest:02} s'
+    hours, minutes = divmod(minutes, 60)
+    if hours < 24:
+        return f'{hours} h {minutes:02} min'
+    days, hours = divmod(hours, 24)
+    return f'{days} d {hours:02} h'
+
+
+def size(number: int) -> str:
+    """Return a number of bytes, as `23.1 MiB`."""
+    value = number / 1024
+    for unit in _UNITS[:-1]:
+        if value < 1000:
+            return f'{value:.1f} {unit}'
+        value /= 1024
+    return f'{value:.1f} {_UNITS[-1]}'
+
+
+def _state_of(launch: LaunchState) -> str:
+    state = 'stopping' if launch.stopping else 'running'
+    return (
+        f'{state} for {duration(launch.seconds)}, pid {launch.pid}, '
+        f'in {launch.folder}'
+    )
+
+
+def _row(process: ProcessState, usage: Mapping[int, Usage]) -> tuple[str, ...]:
+    used = None if process.pid is None else usage.get(process.pid)
+    return (
+        process.label,
+        _phase(process),
+        '' if process.pid is None else str(process.pid),
+        '' if process.pid is None else duration(process.seconds),
+        str(process.restarts),
+        '' if used is None else f'{used.cpu:.1%}',
+        '' if used is None else size(used.memory),
+    )
+
+
+def _phase(process: ProcessState) -> str:
+    if process.phase == 'respawn':
+        return f'respawns ({process.ending})'
+    return process.ending or process.phase
+
+
+def _narrow(widths: list[int], width: int) -> None:
+    """Take what is too much from states, labels, and columns at the end."""
+    for column, least in ((1, _SMALLEST_STATE), (0, _SMALLEST_LABEL)):
+        least = min(widths[column], least)
+        excess = max(0, _total(widths) - width)
+        widths[column] = max(least, widths[column] - excess)
+    while _total(widths) > width and len(widths) > _LEAST_COLUMNS:
+        widths.pop()
+
+
+def _total(widths: Sequence[int]) -> int:
+    return sum(widths) + len(_GAP) * len(widths)
+
+
+def _line(row: Sequence[str], widths: Sequence[int]) -> str:
+    cells = []
+    for number, columns in enumerate(widths):
+        text = _cut(row[number], columns)
+        right = number in _RIGHT
+        cells.append(text.rjust(columns) if right else text.ljust(columns))
+    return (_GAP + _GAP.join(cells)).rstrip()
+
+
+def _cut(text: str, width: int | None) -> str:
+    if width is None or len(text) <= width:
+        return text
+    return text[: width - 1] + '…'

@@ -1,0 +1,167 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What users are told about what is built and why."""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+import time
+
+from colcon_yamllaunch.workspace.freshness.build_decision import Decision
+from colcon_yamllaunch.workspace.freshness.build_decision import How
+from colcon_yamllaunch.workspace.packages.package import Package
+
+#: How many different reasons one line tells, and for how many packages each.
+SHOWN_REASONS = 4
+SHOWN_NAMES = 3
+#: How long a reason may be in such a line (characters).
+REASON_LENGTH = 80
+#: How many reasons `--why` tells of one package.
+EXPLAINED_REASONS = 8
+
+_HOW = {
+    How.COMPILE: '',
+    How.BUILD: '',
+    How.CONFIGURE: ' [configured anew]',
+    How.REINSTALL: ' [installed anew]',
+    How.AFRESH: ' [from scratch]',
+}
+
+
+def before_build(stale: Sequence[Decision], fresh: int) -> str:
+    """Tell what is going to be built and why, in one line."""
+    return f'building {_packages(len(stale))}{_why(stale)}{_fresh(fresh)}…'
+
+
+def after_build(built: Sequence[Decision], fresh: int) -> str:
+    """
+    Tell what a launch has built and why, in one line.
+
+    :param built: The packages that were built
+    :param fresh: How many others it needs
+    """
+    if built:
+        return f'{_packages(len(built))} built{_why(built)}{_fresh(fresh)}'
+    if fresh:
+        return f'{_packages(fresh)} up to date'
+    return 'no package of the workspace is needed'
+
+
+def after_failure(
+    failed: Sequence[str], built: Sequence[str], unbuilt: Sequence[str]
+) -> str:
+    """
+    Tell how far a build came that did not succeed, in one line.
+
+    :param failed: The packages that failed; may be empty after Ctrl-C
+    :param built: Those that were built before
+    :param unbuilt: Those that were not built in the end
+    """
+    parts = []
+    if failed:
+        parts.append(f'{_names(failed)} failed to build')
+    else:
+        parts.append('the build was interrupted')
+    if built:
+        parts.append(f'{_packages(len(built))} built')
+    if unbuilt:
+        parts.append(f'not built: {_names(unbuilt)}')
+    return '; '.join(parts)
+
+
+def setup_missing(failed: Iterable[Package]) -> Iterator[str]:
+    """
+    Tell which Python packages could not be built for want of a setup.py.
+
+    colcon-ros takes the build type of their manifests for granted, and fails
+    with a traceback.
+
+    :param failed: The packages that failed
+    """
+    for package in failed:
+        setup = package.path / 'setup.py'
+        if package.type == 'ros.ament_python' and not setup.exists():
+            yield (
+                f'{package.name} has no setup.py, which colcon runs: make '
+                f"{setup} with the lines 'from setuptools import setup' and "
+                "'setup()'; the metadata may be in setup.cfg or pyproject.toml"
+            )
+
+
+def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:
+    """
+    Tell all about one decision, in one line.
+
+    :param decision: The decision
+    :param way: How the launch comes to need the package, as
+      :func:`closure.needed_by` tells it
+    :param launch: The launch file
+    """
+    texts = [reason.text for reason in decision.reasons]
+    if not texts:
+        verdict = 'up to date'
+        if decision.built_at is not None:
+            verdict += f' since its build at {_time(decision.built_at)}'
+    else:
+        more = len(texts) - EXPLAINED_REASONS
+        rest = f' and {more} more' if more > 0 else ''
+        verdict = f'to be built, as {", ".join(texts[:EXPLAINED_REASONS])}'
+        verdict += rest + _HOW[decision.how]
+    return f'{decision.name}: {verdict}; needed by {_way(way, launch)}'
+
+
+def _way(way: Sequence[str], launch: str) -> str:
+    return ' → '.join([launch, *way[:-1]])
+
+
+def _why(decisions: Sequence[Decision]) -> str:
+    by_reason: dict[str, list[str]] = {}
+    for decision in decisions:
+        by_reason.setdefault(_short(decision), []).append(decision.name)
+    shown = list(by_reason.items())[:SHOWN_REASONS]
+    texts = [f'{_names(names)}: {reason}' for reason, names in shown]
+    left = len(decisions) - sum(len(names) for _, names in shown)
+    if left:
+        texts.append(f'{left} more, which --why tells of')
+    return f' ({"; ".join(texts)})'
+
+
+def _short(decision: Decision) -> str:
+    text = decision.reason
+    if len(text) > REASON_LENGTH:
+        # the end of a path tells more than its beginning
+        half = REASON_LENGTH // 2
+        text = f'{text[:half]}…{text[-half:]}'
+    more = len(decision.reasons) - 1
+    return f'{text} and {more} more' if more else text
+
+
+def _names(names: Sequence[str]) -> str:
+    left = len(names) - SHOWN_NAMES
+    if left > 1:
+        return f'{", ".join(names[:SHOWN_NAMES])} and {left} more'
+    return ', '.join(names)
+
+
+def _packages(count: int) -> str:
+    return '1 package' if count == 1 else f'{count} packages'
+
+
+def _fresh(count: int) -> str:
+    return f', {count} up to date' if count else ''
+
+
+def _time(nanoseconds: int) -> str:
+    moment = time.localtime(nanoseconds / 1_000_000_000)
+    return time.strftime('%Y-%m-%d %H:%M:%S', moment)
+
+
+def explanations(
+    decisions: Sequence[Decision],
+    ways: Mapping[str, Sequence[str]],
+    launch: str,
+) -> list[str]:
+    """Tell all about some decisions, a line each."""
+    return [explanation(d, ways[d.name], launch) for d in decisions]

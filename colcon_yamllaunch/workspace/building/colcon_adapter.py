@@ -1,0 +1,598 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Everything that is asked of colcon, in one place.
+
+The arguments are those of `colcon build`, parsed a second time within the
+running command as colcon-rerun and colcon-alias do it, so that the user's
+defaults and mixins for `build` hold. The jobs are made and run by the helpers
+of colcon's own build verb, for exactly the packages that are asked for:
+`--packages-up-to` would build test dependencies too, and `--packages-select`
+would insist on them.
+"""
+
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+from contextlib import contextmanager
+from contextlib import redirect_stderr
+from contextlib import redirect_stdout
+from glob import glob
+from glob import has_magic
+import io
+from itertools import starmap
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import threading
+from typing import Any
+
+from colcon_core import location
+from colcon_core.command import add_parser_arguments
+from colcon_core.command import add_parsers_without_arguments
+from colcon_core.command import CommandContext
+from colcon_core.command import create_parser
+from colcon_core.command import create_subparser
+from colcon_core.executor import execute_jobs
+from colcon_core.executor import OnError
+from colcon_core.package_descriptor import PackageDescriptor
+from colcon_core.package_identification import (
+    get_package_identification_extensions,
+)
+from colcon_core.package_identification import identify
+from colcon_core.package_identification import IgnoreLocationException
+from colcon_core.package_selection import get_package_descriptors
+from colcon_core.subprocess import SIGINT_RESULT
+from colcon_core.topological_order import topological_order_packages
+from colcon_core.verb import check_and_mark_build_tool
+from colcon_core.verb import check_and_mark_install_layout
+from colcon_core.verb.build import BuildVerb
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.workspace.building.build_arguments import BuildArguments
+from colcon_yamllaunch.workspace.building.identification import Identification
+from colcon_yamllaunch.workspace.building.orphan_builds import mark
+from colcon_yamllaunch.workspace.packages.closure import closure
+from colcon_yamllaunch.workspace.packages.package import is_merged
+from colcon_yamllaunch.workspace.packages.package import Package
+
+#: The exit code of a build that the user stopped (128 + SIGINT).
+INTERRUPTED = 130
+
+#: Plain CMake honours no --symlink-install, but this variable since 3.22.
+_INSTALL_MODE = ('CMAKE_INSTALL_MODE', 'ABS_SYMLINK_OR_COPY')
+#: Without test dependencies. Since 0.17 colcon needs a mapping here: it takes
+#: a plain list of recursive categories for no restriction at all.
+_DIRECT = ('build', 'run')
+_RECURSIVE = {'build': _DIRECT, 'run': _DIRECT}
+#: What colcon's build verb must have for a build within this process.
+_HELPERS = ('_create_paths', '_get_jobs', '_create_prefix_scripts')
+#: A group of extensions that is empty: nobody reads what the parser would say
+#: of colcon's variables.
+_NO_VARIABLES = 'colcon_yamllaunch.no_environment_variable'
+#: Arguments of every package's build beside those of the build tasks.
+_COMMON_SETTINGS = (
+    'build_base',
+    'install_base',
+    'merge_install',
+    'symlink_install',
+)
+
+
+@dataclass(frozen=True, slots=True)
+class BuildResult:
+    """
+    How a build ended.
+
+    :param returncode: 0, what colcon returned, or :data:`INTERRUPTED`
+    :param built: The names of the packages that were built successfully
+    :param failed: The names of those that were begun in vain, if known
+    """
+
+    returncode: int
+    built: frozenset[str]
+    failed: frozenset[str] = frozenset()
+
+
+class Colcon:
+    """
+    colcon for one workspace.
+
+    :param root: The workspace
+    :param build_arguments: Arguments as the user would give `colcon build`
+      in the root of the workspace
+    :raises WorkspaceError: when `colcon build` does not take them
+    """
+
+    def __init__(
+        self, root: Path, build_arguments: Sequence[str] = ()
+    ) -> None:
+        # colcon gets its own idea of this path from getcwd()
+        self.root = Path(os.path.realpath(root))
+        self.build_arguments = tuple(build_arguments)
+        self._verb = BuildVerb()
+        self._verb.VERB_NAME = 'build'
+        self._selected: dict[str, Any] = {}
+        self._discovered: set[Any] | None = None
+        self._index: dict[str, Any] = {}
+        with self._in_root():
+            self._args = self._parse()
+        self._folders = Identification(
+            self._args, self._verb.task_argument_destinations
+        )
+        self.build_base = self.root / self._args.build_base
+        self.install_base = self.root / self._args.install_base
+        self._follow_layout()
+
+    @property
+    def merge_install(self) -> bool:
+        """Whether all packages are installed into one prefix."""
+        return bool(self._args.merge_install)
+
+    def packages(self) -> tuple[Package, ...]:
+        """
+        Get the packages of the workspace, ordered by name and path.
+
+        They are those that `colcon build` would find there, and those that
+        were selected by their path.
+
+        :raises WorkspaceError: when colcon refuses the arguments
+        """
+        packages = {_package(desc, self.root) for desc in self._descriptors()}
+        return tuple(sorted(packages, key=lambda p: (p.name, p.path)))
+
+    def select(
+        self, paths: Iterable[str], cwd: Path | None = None
+    ) -> tuple[str, ...]:
+        """
+        Get the packages at paths, as `colcon build --paths` takes them.
+
+        Beside a package, a path may also name something else of the same
+        folder: this is what a shell makes of `folder/*`.
+
+        :param paths: Folders and patterns
+        :param cwd: What relative ones are relative to; the current folder if
+          not given
+        :returns: The names of the packages, in order
+        :raises WorkspaceError: when there is no package at a path
+        """
+        base = (cwd or Path.cwd()).absolute()
+        found: dict[Path, set[str]] = {}
+        given: dict[Path, str] = {}
+        for text in paths:
+            group, folders = _expand(text, base)
+            given.setdefault(group, text)
+            names = found.setdefault(group, set())
+            names.update(n for f in folders if (n := self._select_one(f)))
+        for group, names in found.items():
+            if not names:
+                raise WorkspaceError(_no_package(given[group]))
+        return tuple(sorted(set().union(*found.values())))
+
+    def settings(self, name: str) -> dict[str, str]:
+        """
+        Get the arguments that a package is built with, as text.
+
+        The user's defaults, mixins and metadata files are in it.
+
+        :param name: A package of the workspace
+        """
+        settings = self.arguments.settings
+        desc = self._by_name().get(name)
+        if desc is None:
+            return settings
+        return settings | {'metadata': self._metadata(desc)}
+
+    @property
+    def arguments(self) -> BuildArguments:
+        """The arguments of a build as far as they are remembered."""
+        args = self._args
+        values = {
+            key: getattr(args, key, None)
+            for key in sorted({*self._tasks, *_COMMON_SETTINGS})
+        }
+        return BuildArguments(
+            build_base=args.build_base,
+            install_base=args.install_base,
+            merge_install=self._merge_is_asked,
+            base_paths=tuple(getattr(args, 'base_paths', None) or ()),
+            settings={key: _text(value) for key, value in values.items()},
+            values=dict(vars(args)),
+        )
+
+    def identify(self, folder: str) -> str:
+        """
+        Say what a folder is.
+
+        :param folder: Relative to the workspace
+        :returns: One of the kinds of :mod:`.folder`
+        """
+        with self._in_root():
+            return self._folders.kind(folder)
+
+    def type_of(self, folder: str) -> str:
+        """Get the type of the package in a folder, empty if there is none."""
+        with self._in_root():
+            return self._folders.type(folder)
+
+    def describe(self) -> dict[str, tuple[Package, str]]:
+        """Get the packages that were identified, with their own settings."""
+        with self._in_root():
+            found = self._folders.describe_all()
+        return {
+            folder: (_package(desc, self.root), self._metadata(desc))
+            for folder, desc in found.items()
+        }
+
+    def look_only_at(self, folders: Iterable[str]) -> None:
+        """
+        Take the packages in some folders for all that there are.
+
+        :param folders: Relative to the workspace
+        """
+        with self._in_root():
+            found = self._folders.describe(folders)
+        self._discovered = set(found.values())
+        self._index = {}
+
+    def take(self, packages: Mapping[str, Package]) -> None:
+        """
+        Take packages for all that there are, as they were identified before.
+
+        What colcon knows of them beyond this is not there in the build.
+
+        :param packages: By their folders, relative to the workspace
+        """
+        self._discovered = set(starmap(_descriptor, packages.items()))
+        self._index = {}
+
+    def mark(self) -> None:
+        """
+        Mark the build and install folders as colcon's, with their layout.
+
+        :raises WorkspaceError: when the workspace was built in another way
+        """
+        args = self._args
+        with self._in_root():
+            try:
+                check_and_mark_build_tool(args.build_base)
+                check_and_mark_install_layout(
+                    args.install_base, merge_install=args.merge_install
+                )
+            except RuntimeError as e:
+                raise WorkspaceError(str(e)) from e
+            except OSError as e:
+                raise WorkspaceError(f'cannot build: {e}') from e
+
+    def build(
+        self, names: Collection[str], environment: Mapping[str, str]
+    ) -> BuildResult:
+        """
+        Build packages, exactly these, in the order of their dependencies.
+
+        What they need beside must have been installed before. The output is
+        colcon's own.
+
+        :param names: The packages
+        :param environment: The variables that the build sees
+        :raises WorkspaceError: when a name is unknown or the workspace was
+          built in another way; nothing was made then
+        """
+        descriptors = self._needed(names)
+        self.mark()
+        if not all(hasattr(BuildVerb, helper) for helper in _HELPERS):
+            return self._build_by_command(descriptors, names, environment)
+        variables = self._variables(environment)
+        with self._in_root(), _changed(variables), _own_signals():
+            try:
+                return self._build(descriptors, frozenset(names))
+            except KeyboardInterrupt:
+                return BuildResult(INTERRUPTED, frozenset())
+            except RuntimeError as e:
+                raise WorkspaceError(str(e)) from e
+            except OSError as e:
+                raise WorkspaceError(f'cannot build: {e}') from e
+
+    def base_paths(self) -> tuple[Path, ...]:
+        """Get the folders that are crawled for packages."""
+        paths = getattr(self._args, 'base_paths', None) or ['.']
+        return tuple(self.root / path for path in paths)
+
+    def _parse(self) -> Any:
+        parser = create_parser(_NO_VARIABLES)
+        verbs = {'build': self._verb}
+        subparser = create_subparser(
+            parser, 'colcon', verbs, attribute='verb_name'
+        )
+        parsers = add_parsers_without_arguments(
+            parser, subparser, verbs, attribute='verb_name'
+        )
+        add_parser_arguments(parsers['build'], self._verb)
+        arguments = ['build', '--symlink-install', *self.build_arguments]
+        output = io.StringIO()
+        try:
+            with redirect_stderr(output), redirect_stdout(output):
+                return parser.parse_args(args=arguments)
+        except SystemExit:
+            raise WorkspaceError(self._refused(output.getvalue())) from None
+
+    def _refused(self, output: str) -> str:
+        given = ' '.join(self.build_arguments)
+        reason = output.rpartition(' error: ')[2].strip()
+        if ' error: ' not in output:
+            reason = 'they do not ask for a build'
+        return f"colcon build does not take the arguments '{given}': {reason}"
+
+    def _follow_layout(self) -> None:
+        # colcon would refuse to build; the layout needs to be chosen once only
+        self._merge_is_asked = bool(self._args.merge_install)
+        self._args.merge_install = self._merge_is_asked or is_merged(
+            self.install_base
+        )
+
+    def _descriptors(self) -> set[Any]:
+        if self._discovered is None:
+            with self._in_root():
+                self._discovered = self._discover()
+        selected = set(self._selected.values())
+        return self._discovered | selected
+
+    def _discover(self) -> set[Any]:
+        try:
+            found: set[Any] = get_package_descriptors(
+                self._args,
+                additional_argument_names=self._verb.task_argument_destinations,
+                discovery_extensions=self._folders.discovery,
+            )
+        except SystemExit as e:
+            raise WorkspaceError(f'colcon build: {e}') from None
+        except (RuntimeError, AssertionError) as e:
+            raise WorkspaceError(str(e)) from e
+        return found
+
+    def _by_name(self) -> dict[str, Any]:
+        descriptors = self._descriptors()
+        if len(self._index) != len(descriptors):
+            self._index = {desc.name: desc for desc in descriptors}
+        return self._index
+
+    def _select_one(self, folder: Path) -> str | None:
+        real = os.path.realpath(folder)
+        for desc in self._descriptors():
+            if os.path.realpath(self.root / desc.path) == real:
+                return str(desc.name)
+        try:
+            desc = identify(get_package_identification_extensions(), real)
+        except IgnoreLocationException:
+            return None
+        if not desc:
+            return None
+        with self._in_root():
+            self._folders.augment({desc})
+        self._selected[real] = desc
+        return str(desc.name)
+
+    @property
+    def _tasks(self) -> set[str]:
+        return set(self._verb.task_argument_destinations.values())
+
+    def _metadata(self, desc: Any) -> str:
+        tasks = self._tasks
+        own = {k: v for k, v in desc.metadata.items() if k in tasks}
+        return _text([own, sorted(map(str, desc.hooks))])
+
+    def _needed(self, names: Collection[str]) -> set[Any]:
+        packages = self.packages()
+        unknown = sorted(set(names) - {package.name for package in packages})
+        if unknown:
+            raise WorkspaceError(
+                f"no package '{unknown[0]}' in the workspace {self.root}"
+            )
+        needed = set(closure(packages, names))
+        return {desc for desc in self._descriptors() if desc.name in needed}
+
+    def _build(
+        self, descriptors: set[Any], names: frozenset[str]
+    ) -> BuildResult:
+        args = self._args
+        self._verb._create_paths(args)
+        jobs, _ = self._verb._get_jobs(
+            args, self._decorators(descriptors, names), str(self.install_base)
+        )
+        context = CommandContext(command_name='colcon', args=args)
+        on_error = (
+            OnError.skip_downstream
+            if args.continue_on_error
+            else OnError.interrupt
+        )
+        rc = execute_jobs(context, jobs, on_error=on_error)
+        # also after a failed build, as colcon does
+        self._verb._create_prefix_scripts(
+            str(self.install_base), args.merge_install
+        )
+        built = _succeeded(jobs.values())
+        return BuildResult(_exit_code(rc), built, _failed(jobs.values()))
+
+    def _decorators(self, descriptors: set[Any], names: frozenset[str]) -> Any:
+        try:
+            decorators = topological_order_packages(
+                descriptors,
+                direct_categories=_DIRECT,
+                recursive_categories=_RECURSIVE,
+            )
+        except AssertionError as e:
+            raise WorkspaceError(str(e)) from e
+        for decorator in decorators:
+            decorator.selected = decorator.descriptor.name in names
+        return decorators
+
+    def _build_by_command(
+        self,
+        descriptors: set[Any],
+        names: Collection[str],
+        environment: Mapping[str, str],
+    ) -> BuildResult:
+        paths = sorted(
+            str(self.root / desc.path)
+            for desc in descriptors
+            if desc.name in names
+        )
+        main = 'import sys, colcon_core.command as c; sys.exit(c.main())'
+        command = [sys.executable, '-c', main, 'build', '--symlink-install']
+        command += [*self.build_arguments, '--base-paths', '--paths', *paths]
+        with subprocess.Popen(
+            command, cwd=self.root, env=self._variables(environment)
+        ) as process:
+            try:
+                returncode = process.wait()
+            except KeyboardInterrupt:
+                process.wait()
+                returncode = INTERRUPTED
+        built = frozenset(names) if returncode == 0 else frozenset[str]()
+        return BuildResult(returncode, built)
+
+    def _variables(self, environment: Mapping[str, str]) -> dict[str, str]:
+        marked = dict(environment) | mark(self.build_base)
+        return dict([_INSTALL_MODE]) | marked
+
+    @contextmanager
+    def _in_root(self) -> Iterator[None]:
+        previous = os.getcwd()
+        with _fixed_log_path():
+            os.chdir(self.root)
+            try:
+                yield
+            finally:
+                os.chdir(previous)
+
+
+def _text(value: Any) -> str:
+    return json.dumps(value, default=str, sort_keys=True)
+
+
+def expand_template(
+    template: Path, destination: Path, values: Mapping[str, Any]
+) -> None:
+    """
+    Make a file of a template, as colcon makes its scripts.
+
+    :param template: A template of EmPy
+    :param destination: The file; its folder is made if necessary
+    :param values: What the template refers to
+    :raises OSError: if the file cannot be written
+    """
+    # EmPy is needed to make things only
+    from colcon_core.shell import template as templates
+
+    templates.expand_template(template, destination, dict(values))
+
+
+def _package(desc: Any, root: Path) -> Package:
+    return Package(
+        name=str(desc.name),
+        path=Path(os.path.normpath(root / desc.path)),
+        type=str(desc.type),
+        build_depends=_names(desc, 'build'),
+        run_depends=_names(desc, 'run'),
+    )
+
+
+def _descriptor(folder: str, package: Package) -> Any:
+    desc = PackageDescriptor(folder)
+    desc.name = package.name
+    desc.type = package.type
+    desc.dependencies['build'] |= package.build_depends
+    desc.dependencies['run'] |= package.run_depends
+    return desc
+
+
+def _names(desc: Any, category: str) -> frozenset[str]:
+    return frozenset(str(name) for name in desc.dependencies.get(category, ()))
+
+
+def _expand(text: str, base: Path) -> tuple[Path, list[Path]]:
+    path = Path(os.path.normpath(base / Path(text).expanduser()))
+    if has_magic(text) and not path.exists():
+        return path, [Path(p) for p in sorted(glob(str(path)))]
+    if not path.exists():
+        raise WorkspaceError(f"--paths: there is no folder '{text}'")
+    return path.parent, [path]
+
+
+def _no_package(text: str) -> str:
+    folder = text.rstrip('/*') or '.'
+    return (
+        f"--paths: there is no package at '{text}': name a folder that has a "
+        f"package.xml or a CMakeLists.txt itself, or '{folder}/*' for all "
+        'packages in a folder'
+    )
+
+
+def _exit_code(returncode: Any) -> int:
+    # make fails with 2 as well, which is the number of SIGINT
+    if isinstance(returncode, signal.Signals) or returncode == -signal.SIGINT:
+        return INTERRUPTED
+    return returncode if isinstance(returncode, int) else 1
+
+
+def _succeeded(jobs: Iterable[Any]) -> frozenset[str]:
+    outcome: dict[str, bool] = {}
+    for job in jobs:
+        name = str(job.task_context.pkg.name)
+        outcome[name] = outcome.get(name, True) and job.returncode == 0
+    return frozenset(name for name, good in outcome.items() if good)
+
+
+def _failed(jobs: Iterable[Any]) -> frozenset[str]:
+    # those that were not begun have no return code, and those that were not
+    # ended one of their own
+    return frozenset(
+        str(job.task_context.pkg.name)
+        for job in jobs
+        if job.returncode not in (None, 0, SIGINT_RESULT)
+    )
+
+
+@contextmanager
+def _changed(variables: Mapping[str, str]) -> Iterator[None]:
+    previous = dict(os.environ)
+    try:
+        os.environ.clear()
+        os.environ.update(variables)
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(previous)
+
+
+@contextmanager
+def _fixed_log_path() -> Iterator[None]:
+    # the running command may log to a folder relative to where it was started
+    # or named by a variable: neither a chdir nor another environment moves it
+    previous = location._log_base_path
+    path = location.get_log_path()
+    base = os.devnull if path is None else str(path.parent.absolute())
+    location._log_base_path = base
+    try:
+        yield
+    finally:
+        location._log_base_path = previous
+
+
+@contextmanager
+def _own_signals() -> Iterator[None]:
+    # after Ctrl-C colcon's executors leave SIGINT ignored for good
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    previous = signal.getsignal(signal.SIGINT)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, previous)

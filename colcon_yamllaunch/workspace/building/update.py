@@ -1,0 +1,325 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Bringing the packages that a launch needs up to date."""
+
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Mapping
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Protocol
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.workspace.building.build_lock import build_lock
+from colcon_yamllaunch.workspace.building.build_report import before_build
+from colcon_yamllaunch.workspace.building.build_report import setup_missing
+from colcon_yamllaunch.workspace.freshness.build_context import build_of
+from colcon_yamllaunch.workspace.freshness.build_context import Conditions
+from colcon_yamllaunch.workspace.freshness.build_context import how_after
+from colcon_yamllaunch.workspace.freshness.build_context import (
+    relevant_environment,
+)
+from colcon_yamllaunch.workspace.freshness.build_decision import Decision
+from colcon_yamllaunch.workspace.freshness.build_decision import How
+from colcon_yamllaunch.workspace.freshness.build_decision import Reason
+from colcon_yamllaunch.workspace.freshness.freshness import Attempt
+from colcon_yamllaunch.workspace.freshness.freshness import Freshness
+from colcon_yamllaunch.workspace.freshness.relocated import moved_packages
+from colcon_yamllaunch.workspace.freshness.relocated import remove_builds
+from colcon_yamllaunch.workspace.packages.closure import build_closure
+from colcon_yamllaunch.workspace.packages.closure import closure
+from colcon_yamllaunch.workspace.packages.closure import index
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+
+class Result(Protocol):
+    """How a build ended, as `colcon.BuildResult`."""
+
+    @property
+    def returncode(self) -> int:
+        """0 when all went well."""
+
+    @property
+    def built(self) -> frozenset[str]:
+        """The packages that were built successfully."""
+
+    @property
+    def failed(self) -> frozenset[str]:
+        """Those that were begun in vain, as far as is known."""
+
+
+class Builder(Protocol):
+    """What builds packages, as `colcon.Colcon`."""
+
+    build_base: Path
+    install_base: Path
+
+    @property
+    def merge_install(self) -> bool:
+        """Whether all packages are installed into one prefix."""
+
+    def packages(self) -> tuple[Package, ...]:
+        """Get all packages of the workspace."""
+
+    def settings(self, name: str) -> dict[str, str]:
+        """Get the arguments that a package is built with."""
+
+    def mark(self) -> None:
+        """Refuse a workspace that was built in another way."""
+
+    def build(
+        self, names: Collection[str], environment: Mapping[str, str]
+    ) -> Result:
+        """Build exactly these packages."""
+
+
+@dataclass(frozen=True, slots=True)
+class Update:
+    """
+    What was done to bring packages up to date.
+
+    :param returncode: 0, or that of the build
+    :param decisions: What was decided of each package, in build order
+    :param built: The packages that were built successfully
+    :param failed: Those that were begun in vain, as far as is known
+    :param waited: Whether another launch has built in the meantime
+    """
+
+    returncode: int
+    decisions: tuple[Decision, ...] = ()
+    built: frozenset[str] = frozenset()
+    failed: frozenset[str] = frozenset()
+    waited: bool = False
+
+    @property
+    def has_news(self) -> bool:
+        """Whether the install space may be another one than before."""
+        return self.waited or any(d.is_stale for d in self.decisions)
+
+    @property
+    def stale(self) -> tuple[tuple[str, str], ...]:
+        """The packages that had to be built, each with the first reason."""
+        return tuple((d.name, d.reason) for d in self.decisions if d.is_stale)
+
+    @property
+    def fresh(self) -> tuple[str, ...]:
+        """The packages that were up to date."""
+        return tuple(d.name for d in self.decisions if not d.is_stale)
+
+
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """The part of the parameters that decides what is built."""
+
+    names: Collection[str]
+    exactly: bool = False
+    force: bool = False
+    built: Collection[str] = ()
+
+
+def bring_up_to_date(
+    colcon: Builder,
+    wanted: Collection[str],
+    environment: Mapping[str, str],
+    announce: Callable[[str], None],
+    force: bool = False,
+    exactly: bool = False,
+    notes: Sequence[str] = (),
+    built: Collection[str] = (),
+    explain: Callable[[Sequence[Decision]], None] | None = None,
+) -> Update:
+    """
+    Build what is not up to date of some packages and of what they need.
+
+    Another launch that builds in this workspace is waited for.
+
+    :param colcon: What builds
+    :param wanted: Names of packages; those that are not in the workspace are
+      left out
+    :param environment: The variables of the build
+    :param announce: Is called with a line that the user should see at once
+    :param force: Whether to build those that are up to date as well
+    :param exactly: Whether what they need is left as it is
+    :param notes: Lines that the user should see before a build
+    :param built: Packages that are not forced, as they have just been built
+    :param explain: Is called with what was decided
+    :raises WorkspaceError: when the build cannot start
+    """
+    asked = _Wanted(wanted, exactly, force, built)
+    needed = _needed(colcon, asked)
+    if not needed:
+        return Update(0)
+    with build_lock(colcon.build_base, announce) as lock:
+        _forget_moved(colcon, needed, announce)
+        work = _Work(colcon, environment)
+        decisions = work.decide(needed, asked)
+        if explain is not None:
+            explain(decisions)
+        stale = [d for d in decisions if d.is_stale]
+        if not stale:
+            return Update(0, decisions, waited=lock.waited)
+        fresh = len(decisions) - len(stale)
+        for line in (*notes, before_build(stale, fresh)):
+            announce(line)
+        lock.tell(f'builds {", ".join(d.name for d in stale)}')
+        by_name = {package.name: package for package in needed}
+        result = work.build([(by_name[d.name], d.how) for d in stale])
+        for line in setup_missing(by_name[name] for name in result.failed):
+            announce(line)
+        return Update(
+            result.returncode, decisions, result.built, result.failed
+        )
+
+
+def decide(
+    colcon: Builder,
+    wanted: Collection[str],
+    environment: Mapping[str, str],
+    announce: Callable[[str], None],
+    force: bool = False,
+    exactly: bool = False,
+) -> tuple[Decision, ...]:
+    """
+    Decide what would be built, and build nothing.
+
+    The parameters are those of :func:`bring_up_to_date`.
+    """
+    asked = _Wanted(wanted, exactly, force)
+    needed = _needed(colcon, asked)
+    if not needed:
+        return ()
+    with build_lock(colcon.build_base, announce):
+        return _Work(colcon, environment).decide(needed, asked)
+
+
+def _needed(colcon: Builder, wanted: _Wanted) -> list[Package]:
+    packages = colcon.packages()
+    names = closure(packages, wanted.names)
+    if wanted.exactly:
+        names = [name for name in names if name in wanted.names]
+    by_name = {package.name: package for package in packages}
+    return [by_name[name] for name in names]
+
+
+def _forget_moved(
+    colcon: Builder,
+    needed: Sequence[Package],
+    announce: Callable[[str], None],
+) -> None:
+    moved = moved_packages(needed, colcon.build_base)
+    if not moved:
+        return
+    place = next(iter(moved.values()))
+    announce(
+        f'the workspace was moved or copied since it was built ({place}): '
+        f'building anew what belongs to the old place: {", ".join(moved)}'
+    )
+    remove_builds(
+        moved,
+        colcon.build_base,
+        colcon.install_base,
+        colcon.merge_install,
+    )
+
+
+class _Work:
+    """Deciding and building under the same conditions."""
+
+    def __init__(
+        self, colcon: Builder, environment: Mapping[str, str]
+    ) -> None:
+        self._colcon = colcon
+        self._known = index(colcon.packages())
+        self._environment = environment
+        self._relevant = relevant_environment(environment, colcon.install_base)
+        self._freshness = Freshness(
+            colcon.build_base, colcon.install_base, colcon.merge_install
+        )
+        self._underlays = PackageLocator(
+            (), colcon.install_base, colcon.merge_install, environment
+        )
+
+    def decide(
+        self, needed: Sequence[Package], wanted: _Wanted
+    ) -> tuple[Decision, ...]:
+        """Decide about packages that are given in build order."""
+        decisions: dict[str, Decision] = {}
+        for package in needed:
+            force = wanted.force and package.name not in wanted.built
+            decision = self._decide(package, decisions, force)
+            decisions[package.name] = decision
+        return tuple(decisions.values())
+
+    def build(self, stale: Sequence[tuple[Package, How]]) -> Result:
+        """Build packages and remember how that went."""
+        freshness = self._freshness
+        # before what was built is forgotten
+        self._colcon.mark()
+        begun: dict[str, Attempt] = {}
+        built: frozenset[str] = frozenset()
+        try:
+            for package, how in stale:
+                begun[package.name] = freshness.prepare(package, how)
+            result = self._colcon.build(list(begun), self._environment)
+            built = result.built
+        finally:
+            for name, attempt in begun.items():
+                if name in built:
+                    freshness.finish(attempt, self._conditions(name))
+                else:
+                    freshness.give_up(attempt)
+        return result
+
+    def _decide(
+        self, package: Package, before: Mapping[str, Decision], force: bool
+    ) -> Decision:
+        needed, _ = build_closure(self._known, package.name)
+        decision = self._freshness.decide(
+            package,
+            self._conditions(package.name),
+            [
+                _after(other)
+                for other in before.values()
+                if other.is_stale and other.name in needed
+            ],
+        )
+        if not force:
+            return decision
+        asked = Reason('asked for', How.CONFIGURE)
+        return replace(decision, reasons=(asked, *decision.reasons))
+
+    def _conditions(self, name: str) -> Conditions:
+        own, others = build_closure(self._known, name)
+        dependencies: dict[str, str | None] = {}
+        for needed in sorted(own):
+            dependencies[needed] = self._freshness.last_build(needed)
+        for needed in sorted(others):
+            build = self._build_in_underlay(needed)
+            if build is not None:
+                dependencies[needed] = build
+        return Conditions(
+            self._colcon.settings(name), self._relevant, dependencies
+        )
+
+    def _build_in_underlay(self, name: str) -> str | None:
+        """Tell which build of a package an underlay has."""
+        share = self._underlays.share(name)
+        if share is None:
+            return None
+        # colcon writes the script at each build, installers the manifest
+        times = []
+        for file in ('package.sh', 'package.xml'):
+            with suppress(OSError):
+                times.append(Path(share, file).stat().st_mtime_ns)
+        return build_of(' '.join([share, *map(str, times)]), '', '')
+
+
+def _after(dependency: Decision) -> Reason:
+    """Get the reason to build a package again after one that it needs."""
+    is_new = dependency.built_at is None or dependency.how is How.AFRESH
+    how = how_after(How.AFRESH if is_new else dependency.how)
+    return Reason(f'{dependency.name} is built', how)

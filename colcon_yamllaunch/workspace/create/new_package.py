@@ -1,0 +1,171 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Making a package."""
+
+from collections.abc import Mapping
+from pathlib import Path
+import shutil
+import time
+from typing import Any
+from xml.sax.saxutils import escape
+from xml.sax.saxutils import quoteattr
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.workspace.building.colcon_adapter import expand_template
+from colcon_yamllaunch.workspace.create.package_name import class_name
+from colcon_yamllaunch.workspace.create.package_name import module_name
+from colcon_yamllaunch.workspace.packages.manifest import manifest_error
+
+#: The licenses, as SPDX calls them, whose texts are known.
+LICENSES = ('Apache-2.0', 'BSD-3-Clause', 'MIT')
+#: What `ros2 pkg create` writes where no license was chosen, too: tools that
+#: release packages know it.
+NO_LICENSE = 'TODO: License declaration'
+
+_TEMPLATES = Path(__file__).parent / 'template'
+
+
+@dataclass(frozen=True, slots=True)
+class NewPackage:
+    """
+    A package that is to be made.
+
+    :param name: Its name
+    :param build_type: `ament_cmake`, `ament_python` or `cmake`
+    :param node: The name of its node, which is written in Python
+    :param maintainer_name: Who looks after it
+    :param maintainer_email: The address of this person
+    :param dependencies: The packages that it needs to be built and to run
+    :param license: Such as `MIT`, by SPDX
+    :param description: What it is for
+    """
+
+    name: str
+    build_type: str
+    node: str
+    maintainer_name: str
+    maintainer_email: str
+    dependencies: tuple[str, ...]
+    license: str
+    description: str
+
+    @property
+    def is_ros(self) -> bool:
+        """Whether its node is one of ROS."""
+        return 'rclpy' in self.dependencies
+
+    @property
+    def executable(self) -> str:
+        """The name by which its node is run and launched."""
+        suffix = '' if self.build_type == 'ament_python' else '.py'
+        return f'{self.node}{suffix}'
+
+    @property
+    def launch_file(self) -> str:
+        """The name of its launch file."""
+        return f'{self.name}.launch.yaml'
+
+    def files(self) -> dict[str, str]:
+        """
+        Return what it consists of.
+
+        :returns: For each file, by its path in the package, the template that
+          it is made of; the template of an empty file is empty
+        """
+        config, template = 'ini', 'settings.ini'
+        if self.is_ros:
+            config, template = 'yaml', 'parameters.yaml'
+        files = {
+            'package.xml': 'package.xml',
+            **self._code(),
+            f'launch/{self.launch_file}': 'launch.yaml',
+            f'config/{self.name}.{config}': template,
+            f'test/test_{self.node}.py': 'test_node.py',
+        }
+        if self.license in LICENSES:
+            files['LICENSE'] = f'license_{self.license}'
+        return files
+
+    def _code(self) -> dict[str, str]:
+        node = 'ros_node.py' if self.is_ros else 'plain_node.py'
+        if self.build_type != 'ament_python':
+            return {
+                'CMakeLists.txt': 'CMakeLists.txt',
+                f'scripts/{self.node}.py': node,
+            }
+        module = module_name(self.name)
+        return {
+            'setup.py': 'setup.py',
+            'setup.cfg': 'setup.cfg',
+            f'resource/{self.name}': '',
+            f'{module}/__init__.py': '',
+            f'{module}/{self.node}.py': node,
+        }
+
+
+def make_package(package: NewPackage, folder: Path) -> None:
+    """
+    Write all files of a package.
+
+    :param package: The package
+    :param folder: Where to; it must not be there yet
+    :raises WorkspaceError: if it is there, cannot be written or would be
+      invalid; then nothing is left of it
+    """
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir()
+    except FileExistsError as e:
+        raise WorkspaceError(
+            f'{e.filename} is there already: nothing was written'
+        ) from e
+    except OSError as e:
+        raise WorkspaceError(f'cannot make {folder}: {e.strerror}') from e
+    try:
+        _write(package, folder)
+    except OSError as e:
+        shutil.rmtree(folder)
+        raise WorkspaceError(f'cannot write {folder}: {e.strerror}') from e
+    except BaseException:
+        shutil.rmtree(folder)
+        raise
+
+
+def _write(package: NewPackage, folder: Path) -> None:
+    values = _values(package)
+    for path, template in package.files().items():
+        file = folder / path
+        if template:
+            expand_template(_TEMPLATES / f'{template}.em', file, values)
+        else:
+            file.parent.mkdir(exist_ok=True)
+            file.touch()
+        if file.parent.name == 'scripts':
+            _make_executable(file)
+    reason = manifest_error(folder)
+    if reason is not None:
+        # catkin_pkg names the file, which will not be there
+        reason = reason.rpartition("package.xml': ")[2]
+        raise WorkspaceError(f'package.xml would be invalid: {reason}')
+
+
+def _values(package: NewPackage) -> Mapping[str, Any]:
+    fields = {name: getattr(package, name) for name in package.__slots__}
+    return fields | {
+        'class_name': class_name(package.node),
+        'executable': package.executable,
+        'is_ros': package.is_ros,
+        'is_script': package.build_type != 'ament_python',
+        'module': module_name(package.name),
+        'xml': escape,
+        'xml_attribute': quoteattr,
+        'year': time.strftime('%Y'),
+    }
+
+
+def _make_executable(file: Path) -> None:
+    """Let everyone run a file who may read it."""
+    mode = file.stat().st_mode
+    file.chmod(mode | (mode & 0o444) >> 2)

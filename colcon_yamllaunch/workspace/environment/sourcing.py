@@ -1,0 +1,203 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The environment that a setup script makes."""
+
+from collections.abc import Mapping
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import field
+import os
+from pathlib import Path
+import select
+import shutil
+import signal
+import subprocess
+import tempfile
+from typing import IO
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.frozen import dataclass
+
+#: How long a setup script may take (seconds). With hundreds of packages on a
+#: small board it takes some ten.
+SOURCE_TIMEOUT = 120.0
+#: How much of a script's output is shown when something went wrong (lines).
+SHOWN_LINES = 12
+
+#: Variables by which bash starts in another way than a fresh one would. The
+#: options matter: colcon's scripts fail under `set -u`.
+_BASH_VARIABLES = ('BASH_ENV', 'SHELLOPTS', 'BASHOPTS', 'POSIXLY_CORRECT')
+#: Variables that bash sets for itself.
+OWN_VARIABLES = ('SHLVL', '_', 'PWD', 'OLDPWD')
+#: The script is called with the setup script, the `env` command and the
+#: number of the descriptor for the result.
+SCRIPT = """\
+setup=$1 env=$2 result=$3
+set --
+source "$setup" 1>&2
+code=$?
+[ "$code" = 0 ] || exit "$code"
+exec "$env" -0 >&"$result"
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Environment:
+    """
+    What a setup script made of an environment.
+
+    :param variables: All variables
+    :param messages: What the script printed
+    :param arrived: Packages that are known to be brought in by it
+    :param notes: What the user should know about it, a line each
+    """
+
+    variables: Mapping[str, str]
+    messages: str = field(default='', compare=False)
+    arrived: frozenset[str] = field(default=frozenset(), compare=False)
+    notes: tuple[str, ...] = field(default=(), compare=False)
+
+
+def source(
+    setup: Path,
+    environment: Mapping[str, str],
+    timeout: float = SOURCE_TIMEOUT,
+) -> Environment:
+    """
+    Get the environment that `source SETUP` makes in a fresh bash.
+
+    :param setup: The script
+    :param environment: The variables before; left as they are
+    :param timeout: Seconds that the script may take
+    :raises WorkspaceError: when it is missing, fails or takes too long
+    """
+    bash, env = programs(environment)
+    if not setup.is_file():
+        raise WorkspaceError(_no_setup(setup))
+    with tempfile.TemporaryFile() as result, tempfile.TemporaryFile() as log:
+        returncode = _run(
+            [
+                bash,
+                *('--noprofile', '--norc', '-c', SCRIPT, 'colcon launch'),
+                *(str(setup), env, str(result.fileno())),
+            ],
+            _without(environment, _BASH_VARIABLES),
+            result,
+            log,
+            timeout,
+        )
+        output, messages = _content(result), os.fsdecode(_content(log))
+    if returncode is None:
+        reason = f'did not end within {timeout:g} s'
+    elif returncode:
+        reason = f'failed with exit code {returncode}'
+    elif not output:
+        reason = 'ended the shell'
+    else:
+        return Environment(_variables(output, environment), messages)
+    raise WorkspaceError(
+        f'the setup script {setup} {reason}{shown_messages(messages)}'
+    )
+
+
+def shown_messages(messages: str) -> str:
+    """Get the end of a script's output, to be put behind an error."""
+    lines = messages.rstrip().splitlines()
+    if not lines:
+        return ''
+    return ''.join(f'\n  {line}' for line in ['', *lines[-SHOWN_LINES:]][1:])
+
+
+def programs(environment: Mapping[str, str]) -> tuple[str, str]:
+    """
+    Find the programs that source a script: bash and env.
+
+    :raises WorkspaceError: when one is missing
+    """
+    path = environment.get('PATH', os.defpath)
+    found = []
+    for name in ('bash', 'env'):
+        program = shutil.which(name, path=path)
+        program = program or shutil.which(name, path=os.defpath)
+        if program is None:
+            raise WorkspaceError(
+                f"the program '{name}' is needed to source setup.bash, and "
+                'it is not on the PATH: install it'
+            )
+        found.append(program)
+    return found[0], found[1]
+
+
+def _no_setup(setup: Path) -> str:
+    if not setup.with_suffix('.sh').is_file():
+        return f'there is no {setup}: build the workspace first'
+    return (
+        f'there is no {setup}, only a setup.sh: install the package '
+        'colcon-bash (pip install colcon-bash), then build again'
+    )
+
+
+def _run(
+    command: Sequence[str],
+    environment: Mapping[str, str],
+    result: IO[bytes],
+    log: IO[bytes],
+    timeout: float,
+) -> int | None:
+    # files, not pipes: a process that a script left behind keeps a pipe open
+    with subprocess.Popen(
+        command,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=log,
+        stderr=log,
+        pass_fds=(result.fileno(),),
+        start_new_session=True,
+    ) as process:
+        try:
+            return _wait(process, timeout)
+        except subprocess.TimeoutExpired:
+            return None
+        finally:
+            if process.returncode is None:
+                with suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
+
+
+def _wait(process: subprocess.Popen[bytes], timeout: float) -> int:
+    # Popen.wait() with a time-out looks only now and then
+    with suppress(OSError, AttributeError):
+        descriptor = os.pidfd_open(process.pid)
+        try:
+            poll = select.poll()
+            poll.register(descriptor, select.POLLIN)
+            if not poll.poll(timeout * 1000):
+                raise subprocess.TimeoutExpired(process.args, timeout)
+        finally:
+            os.close(descriptor)
+    return process.wait(timeout)
+
+
+def _content(file: IO[bytes]) -> bytes:
+    file.seek(0)
+    return file.read()
+
+
+def _variables(output: bytes, before: Mapping[str, str]) -> Mapping[str, str]:
+    variables = {}
+    for entry in output.split(b'\0'):
+        name, separator, value = os.fsdecode(entry).partition('=')
+        if separator:
+            variables[name] = value
+    for name in OWN_VARIABLES:
+        variables.pop(name, None)
+    kept = (*OWN_VARIABLES, *_BASH_VARIABLES)
+    restored = {name: before[name] for name in kept if name in before}
+    return {**restored, **variables}
+
+
+def _without(
+    environment: Mapping[str, str], names: Sequence[str]
+) -> dict[str, str]:
+    return {k: v for k, v in environment.items() if k not in names}

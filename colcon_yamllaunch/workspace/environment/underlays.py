@@ -1,0 +1,154 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Underlays: the prefixes that a workspace was built on top of.
+
+Each build writes `install/setup.bash` anew, chaining the underlays of the
+shell that it runs in. Built from a shell where none is sourced, a workspace
+would lose them.
+"""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from pathlib import Path
+import re
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.workspace.environment.sourcing import Environment
+from colcon_yamllaunch.workspace.environment.sourcing import source
+
+#: How colcon names a chained prefix in setup.bash and setup.sh.
+_CHAINED = re.compile(r'^COLCON_CURRENT_PREFIX="([^"$`]+)"$', re.M)
+
+
+@dataclass(frozen=True, slots=True)
+class BuildEnvironment:
+    """
+    The environment for a build.
+
+    :param variables: All variables
+    :param notes: What the user should know about it, a line each
+    """
+
+    variables: Mapping[str, str]
+    notes: tuple[str, ...] = ()
+
+
+def build_environment(
+    environment: Mapping[str, str],
+    install_base: Path,
+    sourcing: Callable[[Path, Mapping[str, str]], Environment] = source,
+) -> BuildEnvironment:
+    """
+    Get the environment to build in, with the underlays that must survive.
+
+    A shell with underlays is followed, as `colcon build` does; one without
+    gets those that the workspace was built with before.
+
+    :param environment: The caller's
+    :param install_base: The install folder of the workspace
+    :param sourcing: What sources a script
+    :raises WorkspaceError: when an underlay's script fails
+    """
+    chained = chained_underlays(install_base)
+    sourced = sourced_underlays(environment, install_base)
+    if not chained:
+        return BuildEnvironment(environment)
+    if sourced:
+        return BuildEnvironment(environment, _difference(chained, sourced))
+    notes = []
+    used = []
+    for prefix in chained:
+        script = prefix / 'local_setup.bash'
+        if script.is_file():
+            environment = sourcing(script, environment).variables
+            used.append(str(prefix))
+        else:
+            notes.append(gone_note(prefix))
+    if used:
+        notes.append(
+            'no underlay is sourced in this shell: building on top of '
+            f'{", ".join(used)} as before'
+        )
+    return BuildEnvironment(environment, tuple(notes))
+
+
+def chained_underlays(install_base: Path) -> list[Path]:
+    """
+    Get the underlays that the workspace's setup script sources first.
+
+    :param install_base: The install folder of the workspace
+    :returns: The prefixes in the order in which they are sourced
+    """
+    for name in ('setup.bash', 'setup.sh'):
+        try:
+            text = (install_base / name).read_text('utf-8', errors='replace')
+        except OSError:
+            continue
+        prefixes = [Path(prefix) for prefix in _CHAINED.findall(text)]
+        return [path for path in prefixes if path != install_base]
+    return []
+
+
+def gone_underlays(install_base: Path) -> list[Path]:
+    """
+    Get the underlays of the workspace that are not there any more.
+
+    bash returns 0 nevertheless when it sources the workspace.
+
+    :param install_base: The install folder of the workspace
+    """
+    return [
+        prefix
+        for prefix in chained_underlays(install_base)
+        if not (prefix / 'local_setup.bash').is_file()
+    ]
+
+
+def gone_note(prefix: Path) -> str:
+    """Tell the user of an underlay that is not there any more."""
+    return (
+        f'the workspace was built on top of {prefix}, which is not '
+        'there any more: source its successor if it has one'
+    )
+
+
+def sourced_underlays(
+    environment: Mapping[str, str], install_base: Path
+) -> list[Path]:
+    """
+    Get the underlays that colcon would chain in an environment.
+
+    The rules are those of the `colcon_core.prefix_path` extensions of
+    colcon-core and colcon-ros: the entries of COLCON_PREFIX_PATH, then those
+    of AMENT_PREFIX_PATH that have a setup script of their own or belong to an
+    isolated install space.
+
+    :param environment: The environment
+    :param install_base: The workspace's own, which is no underlay
+    """
+    prefixes = [
+        Path(entry)
+        for entry in split_path(environment.get('COLCON_PREFIX_PATH'))
+        if Path(entry).exists()
+    ]
+    for entry in split_path(environment.get('AMENT_PREFIX_PATH')):
+        path = Path(entry)
+        if any(path.glob('local_setup.*')):
+            prefixes.append(path)
+        elif (path.parent / '.colcon_install_layout').is_file():
+            prefixes.append(path.parent)
+    return [p for p in dict.fromkeys(prefixes) if p != install_base]
+
+
+def _difference(chained: list[Path], sourced: list[Path]) -> tuple[str, ...]:
+    lost = [str(path) for path in chained if path not in sourced]
+    if not lost:
+        return ()
+    return (
+        f'the workspace was built on top of {", ".join(lost)}, which is not '
+        'sourced in this shell: a build follows the shell. Source it and '
+        'launch again if it is still needed',
+    )

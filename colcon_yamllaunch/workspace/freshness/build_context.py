@@ -1,0 +1,163 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What the outcome of a build depends on beside the package's own source."""
+
+from collections.abc import Iterator
+from collections.abc import Mapping
+import os
+from pathlib import Path
+import platform
+import shlex
+import shutil
+import sys
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.workspace.freshness.build_decision import How
+from colcon_yamllaunch.workspace.freshness.build_decision import Reason
+
+_PREFIX_PATHS = (
+    'COLCON_PREFIX_PATH',
+    'AMENT_PREFIX_PATH',
+    'CMAKE_PREFIX_PATH',
+)
+_VARIABLES = frozenset(
+    ('CC', 'CXX', 'FC', 'CUDACXX', 'CUDAHOSTCXX', 'CPATH', 'LIBRARY_PATH')
+) | frozenset(
+    ('CFLAGS', 'CXXFLAGS', 'CPPFLAGS', 'FFLAGS', 'LDFLAGS', 'PKG_CONFIG_PATH')
+)
+#: What builds call, with the variable that may name another one.
+_PROGRAMS = (('cc', 'CC'), ('c++', 'CXX'), ('cmake', ''), ('python3', ''))
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """
+    What a package's build depends on beside its own source.
+
+    :param settings: The arguments of the build, by name
+    :param environment: The variables that a build may read, and the programs
+      that it calls
+    :param dependencies: The last build of each needed package, as
+      :func:`build_of` tells it, or None where that is not known
+    """
+
+    settings: Mapping[str, str]
+    environment: Mapping[str, str]
+    dependencies: Mapping[str, str | None]
+
+
+def build_of(origin: str, shape: str, build: str) -> str:
+    """
+    Name a build of a package.
+
+    :param origin: The last build that was made from scratch
+    :param shape: The last build that may have changed more than compiled code
+    :param build: The last build
+    """
+    return f'{origin}\n{shape}\n{build}'
+
+
+def condition_changes(before: Conditions, now: Conditions) -> Iterator[Reason]:
+    """
+    Iterate over what became different for a package.
+
+    A build tool does not forget earlier arguments, compilers or packages that
+    it found, so these take a build from scratch.
+    """
+    for name in _changes(before.settings, now.settings):
+        text = f'build arguments changed ({name})'
+        yield Reason(text, How.AFRESH)
+    for name in _changes(before.environment, now.environment):
+        yield Reason(f'{name} changed in the environment', How.AFRESH)
+    for name in _changes(before.dependencies, now.dependencies):
+        how = _how(before.dependencies.get(name), now.dependencies.get(name))
+        if name not in now.dependencies:
+            text = f'{name} is no longer among what it is built on'
+        elif name not in before.dependencies:
+            text = f'{name} is new among what it is built on'
+        else:
+            text = f'{name} was rebuilt'
+        yield Reason(text, how)
+
+
+def how_after(how: How) -> How:
+    """
+    Tell how a package is built after one that it needs.
+
+    :param how: How that one was built
+    """
+    if how is How.AFRESH:
+        # its files may be older than what was compiled with those before
+        return How.AFRESH
+    # CMake does not know all files that it was made to read
+    return How.COMPILE if how is How.COMPILE else How.CONFIGURE
+
+
+def relevant_environment(
+    environment: Mapping[str, str], install_base: Path
+) -> dict[str, str]:
+    """
+    Get the part of an environment that the outcome of a build depends on.
+
+    The workspace's own install space is left out: whether the user sourced it
+    makes no difference. Programs are told apart by place, size and time.
+
+    :param environment: The environment of the build
+    :param install_base: The install folder of the workspace
+    """
+    relevant = {'python': f'{sys.executable} {platform.python_version()}'}
+    for name, value in environment.items():
+        if (
+            name in _PREFIX_PATHS
+            or name in _VARIABLES
+            or name.startswith('CMAKE_')
+        ):
+            relevant[name] = _without_own(value, install_base)
+    for program, variable in _PROGRAMS:
+        relevant[program] = _program(program, variable, environment)
+    return {name: value for name, value in relevant.items() if value}
+
+
+def _without_own(value: str, install_base: Path) -> str:
+    return os.pathsep.join(
+        entry
+        for entry in value.split(os.pathsep)
+        if entry and not Path(entry).is_relative_to(install_base)
+    )
+
+
+def _program(name: str, variable: str, environment: Mapping[str, str]) -> str:
+    try:
+        words = shlex.split(environment.get(variable, '')) or [name]
+    except ValueError:
+        words = [name]
+    path = shutil.which(words[0], path=environment.get('PATH', os.defpath))
+    if path is None:
+        return ''
+    real = os.path.realpath(path)
+    try:
+        status = os.stat(real)
+    except OSError:
+        return real
+    return f'{real} {status.st_size} {status.st_mtime_ns}'
+
+
+def _changes(
+    before: Mapping[str, str | None], now: Mapping[str, str | None]
+) -> Iterator[str]:
+    for name in sorted({*before, *now}):
+        value = now.get(name)
+        # what is not known is not even equal to itself
+        if value is None or before.get(name) != value:
+            yield name
+
+
+def _how(before: str | None, now: str | None) -> How:
+    if before is None or now is None:
+        return How.CONFIGURE
+    origin, shape, _ = now.split('\n')
+    before_origin, before_shape, _ = before.split('\n')
+    if origin != before_origin:
+        return how_after(How.AFRESH)
+    return how_after(How.COMPILE if shape == before_shape else How.BUILD)

@@ -1,0 +1,205 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What builds leave in the build and install space, package by package."""
+
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Mapping
+from contextlib import suppress
+import os
+from pathlib import Path
+
+from colcon_yamllaunch.common.removal import remove_folder
+from colcon_yamllaunch.workspace.freshness.source_links import tree
+from colcon_yamllaunch.workspace.packages.package import prefix_of
+from colcon_yamllaunch.workspace.packages.source_files import digest
+
+#: Where each package of a merged install space has files of its own.
+_OWN_FOLDERS = ('share/{}', 'lib/{}', 'include/{}')
+#: Lists of what was installed: those of CMake, of ament_cmake for links, and
+#: of colcon for Python packages.
+_MANIFESTS = ('install_manifest.txt', 'symlink_install_manifest.txt')
+_PYTHON_MANIFEST = 'install.log'
+#: colcon writes these whenever it builds a package (colcon-core,
+#: colcon-cmake, colcon-package-selection).
+ARGUMENTS = 'cmake_args.last'
+_TRACES = (
+    'colcon_command_prefix_build.sh',
+    'colcon_command_prefix_setup_py.sh',
+    ARGUMENTS,
+    'colcon_build.rc',
+)
+#: Why something is removed, where that fails.
+_AFRESH = ' to build it from scratch'
+
+
+class Products:
+    """
+    The products of a workspace.
+
+    :param build_base: The build folder of the workspace
+    :param install_base: The install folder of the workspace
+    :param merge_install: Whether all packages are installed into one prefix
+    """
+
+    def __init__(
+        self, build_base: Path, install_base: Path, merge_install: bool
+    ) -> None:
+        self.build_base = build_base
+        self.install_base = install_base
+        self.merge_install = merge_install
+
+    def build(self, name: str) -> Path:
+        """Get a package's folder in the build space."""
+        return self.build_base / name
+
+    def folders(self, name: str) -> list[Path]:
+        """Get a package's own folders in the install space."""
+        if not self.merge_install:
+            return [self.install_base / name]
+        own = [folder.format(name) for folder in _OWN_FOLDERS]
+        return [self.install_base / folder for folder in own]
+
+    def installed(self, name: str, known: Iterable[str] = ()) -> list[Path]:
+        """
+        Get the files and links that a package has installed.
+
+        :param name: The package
+        :param known: Those that it is known to have installed before, relative
+          to the install space
+        """
+        found = {p for folder in self.folders(name) for p in tree(folder)}
+        found |= self.listed(name, python=True)
+        earlier = (self.install_base / relative for relative in known)
+        found.update(path for path in earlier if _exists(path))
+        return sorted(p for p in found if p.suffix != '.pyc')
+
+    def states(self, name: str, known: Iterable[str]) -> dict[str, str]:
+        """
+        Tell what each installed file is like, by its relative path.
+
+        The parameters are those of :meth:`installed`.
+        """
+        return {
+            os.path.relpath(path, self.install_base): _state(path)
+            for path in self.installed(name, known)
+            if path.exists()
+        }
+
+    def listed(self, name: str, *, python: bool = False) -> set[Path]:
+        """
+        Get what the last installation of a package says it installed.
+
+        CMake leaves out links that were there before.
+        """
+        manifests = (*_MANIFESTS, _PYTHON_MANIFEST) if python else _MANIFESTS
+        paths: set[Path] = set()
+        for manifest in manifests:
+            with suppress(OSError, UnicodeDecodeError):
+                text = (self.build(name) / manifest).read_text('utf-8')
+                paths.update(map(Path, text.splitlines()))
+        base = self.install_base
+        return {p for p in paths if p.is_relative_to(base) and _exists(p)}
+
+    def traces(self, name: str) -> dict[str, int]:
+        """Get when colcon wrote what it leaves at each build."""
+        prefix = prefix_of(name, self.install_base, self.merge_install)
+        paths = [self.build(name) / trace for trace in _TRACES]
+        paths.append(prefix / 'share' / name / 'package.sh')
+        traces = {}
+        for path in paths:
+            with suppress(OSError):
+                traces[str(path)] = path.stat().st_mtime_ns
+        return traces
+
+    def forget_configuration(self, name: str) -> None:
+        """Have CMake start without what it remembers of earlier runs."""
+        (self.build(name) / 'CMakeCache.txt').unlink(missing_ok=True)
+
+    def remove_build(self, name: str) -> None:
+        """
+        Remove a package's folder in the build space.
+
+        :raises WorkspaceError: when something cannot be removed
+        """
+        remove_folder(self.build(name), _AFRESH)
+
+    def remove_installed(self, name: str, known: Iterable[str]) -> None:
+        """
+        Remove what a package installed.
+
+        :param name: The package
+        :param known: As for :meth:`installed`
+        :raises WorkspaceError: when something cannot be removed
+        """
+        files = self.installed(name, known)
+        for folder in self.folders(name):
+            remove_folder(folder, _AFRESH)
+        self.remove_files(files)
+
+    def remove_files(self, files: Iterable[Path]) -> None:
+        """Remove files from the install space, and folders left empty."""
+        for path in files:
+            with suppress(OSError):
+                path.unlink()
+            for folder in path.parents:
+                if not folder.is_relative_to(self.install_base):
+                    break
+                try:
+                    folder.rmdir()
+                except OSError:
+                    break
+
+    def take_links(self, name: str, known: Iterable[str]) -> dict[Path, Path]:
+        """
+        Remove the links that a package installed, and return their targets.
+
+        Those that are still to be there are made again by the next build. The
+        parameters are those of :meth:`installed`.
+        """
+        paths = self.installed(name, known)
+        links = {path: path.readlink() for path in paths if path.is_symlink()}
+        self.remove_files(links)
+        return links
+
+    def put_back(self, links: Mapping[Path, Path]) -> None:
+        """Make links again that :meth:`take_links` removed."""
+        for path, target in links.items():
+            with suppress(OSError):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.symlink_to(target)
+
+    def prune(self, name: str, before: Collection[Path]) -> None:
+        """
+        Remove files that a package installed before but does not any more.
+
+        :param name: The package, which was just installed
+        :param before: What :meth:`listed` returned before the build, which
+          began without links
+        """
+        old = set(before) - self.listed(name)
+        if not old:
+            return
+        if self.merge_install:
+            for other in _folders(self.build_base):
+                old -= self.listed(other)
+        self.remove_files(old)
+
+
+def _state(path: Path) -> str:
+    if path.is_symlink():
+        return f'link to {path.readlink()}'
+    status = path.stat()
+    content = digest(path, status.st_size)
+    return content or f'{status.st_size} {status.st_mtime_ns}'
+
+
+def _exists(path: Path) -> bool:
+    return os.path.lexists(path)
+
+
+def _folders(base: Path) -> list[str]:
+    with suppress(OSError):
+        return [entry.name for entry in base.iterdir() if entry.is_dir()]
+    return []

@@ -1,0 +1,385 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Whether what was built last still is what a build would give now.
+
+The measure is a build from scratch: where the build tools would give another
+outcome than that, because they compare times or keep earlier answers, less of
+the last build is kept. In doubt a package is built.
+"""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from dataclasses import field
+from dataclasses import replace
+from pathlib import Path
+import time
+import uuid
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.workspace.freshness.build_context import build_of
+from colcon_yamllaunch.workspace.freshness.build_context import (
+    condition_changes,
+)
+from colcon_yamllaunch.workspace.freshness.build_context import Conditions
+from colcon_yamllaunch.workspace.freshness.build_decision import Decision
+from colcon_yamllaunch.workspace.freshness.build_decision import How
+from colcon_yamllaunch.workspace.freshness.build_decision import Reason
+from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
+from colcon_yamllaunch.workspace.freshness.build_products import ARGUMENTS
+from colcon_yamllaunch.workspace.freshness.build_products import Products
+from colcon_yamllaunch.workspace.freshness.build_record import (
+    DamagedRecordError,
+)
+from colcon_yamllaunch.workspace.freshness.build_record import read_record
+from colcon_yamllaunch.workspace.freshness.build_record import Record
+from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
+from colcon_yamllaunch.workspace.freshness.build_record import write_record
+from colcon_yamllaunch.workspace.freshness.source_links import (
+    INTERFACE_SUFFIXES,
+)
+from colcon_yamllaunch.workspace.freshness.source_links import link_project
+from colcon_yamllaunch.workspace.freshness.source_links import live_files
+from colcon_yamllaunch.workspace.freshness.source_links import remove_dangling
+from colcon_yamllaunch.workspace.freshness.source_links import SOURCE_SUFFIXES
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.source_files import Change
+from colcon_yamllaunch.workspace.packages.source_files import changes
+from colcon_yamllaunch.workspace.packages.source_files import FileState
+from colcon_yamllaunch.workspace.packages.source_files import Kind
+from colcon_yamllaunch.workspace.packages.source_files import snapshot
+from colcon_yamllaunch.workspace.packages.source_files import states_of
+
+#: What colcon writes for all packages together (colcon-core).
+_PREFIX_SCRIPTS = ('setup.sh', 'local_setup.sh', '_local_setup_util_sh.py')
+_UNKNOWN = 'there is no record of a successful build of it'
+_FAILED = 'no successful build: the last one failed or was interrupted'
+_CUT_OFF = 'no successful build: the last one was cut off'
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """
+    A build that has begun.
+
+    :param package: What is built
+    :param record: The record so far
+    :param listed: What the last installation listed
+    :param links: The links that were removed, with their targets
+    """
+
+    package: Package
+    record: Record
+    listed: frozenset[Path] = frozenset()
+    links: Mapping[Path, Path] = field(default_factory=dict)
+
+
+class Freshness:
+    """
+    The records of a workspace.
+
+    :param build_base: The build folder of the workspace
+    :param install_base: The install folder of the workspace
+    :param merge_install: Whether all packages are installed into one prefix
+    """
+
+    def __init__(
+        self, build_base: Path, install_base: Path, merge_install: bool
+    ) -> None:
+        self._products = Products(build_base, install_base, merge_install)
+        self._records: dict[str, Record | None] = {}
+
+    def decide(
+        self,
+        package: Package,
+        conditions: Conditions,
+        before: Iterable[Reason] = (),
+    ) -> Decision:
+        """
+        Decide whether a package has to be built, and why.
+
+        :param package: The package
+        :param conditions: Those that hold now
+        :param before: Reasons that follow from packages that are built before;
+          one that was never built needs none of them
+        """
+        name = package.name
+        try:
+            record = self._record(name)
+        except DamagedRecordError:
+            return Decision(name, (Reason(_UNKNOWN, How.AFRESH),))
+        if record is None:
+            return Decision(name, (self._unknown(name),))
+        reasons = [*self._reasons(package, record, conditions)]
+        if record.built_at:
+            reasons += _of_others(record, before)
+        return Decision(name, tuple(reasons), record.built_at or None)
+
+    def prepare(self, package: Package, how: How) -> Attempt:
+        """
+        Get ready for a build: remove what must not stay, look at the source.
+
+        Links to source files that are gone are removed, as builds trip over
+        them.
+
+        :param package: The package
+        :param how: What is to stay
+        :returns: For :meth:`finish` or :meth:`give_up`
+        :raises WorkspaceError: when something cannot be removed
+        """
+        name = package.name
+        before = self._known_record(name)
+        known = before or Record(str(package.path), {})
+        files = snapshot(package.path, known.files)
+        self._records.pop(name, None)
+        record = replace(
+            known,
+            source=str(package.path),
+            files=files | _outside(known),
+            how=int(how),
+            id=uuid.uuid4().hex,
+            succeeded=False,
+            finished=0,
+        )
+        if how >= How.AFRESH or before is None:
+            record = replace(record, origin=record.id, shape=record.id)
+        elif how > How.COMPILE:
+            record = replace(record, shape=record.id)
+        write_record(self._path(name), record)
+        listed = frozenset(self._products.listed(name))
+        links = self._make_room(package, how, known)
+        write_record(self._path(name), record)
+        if package.type.endswith('python'):
+            link_project(package.path, self._products.build(name))
+        return Attempt(package, record, listed, links)
+
+    def finish(self, attempt: Attempt, conditions: Conditions) -> None:
+        """
+        Write down that a package was built successfully.
+
+        :param attempt: What :meth:`prepare` returned before the build
+        :param conditions: Those that the build took place under
+        """
+        package, record = attempt.package, attempt.record
+        name = package.name
+        products = self._products
+        if record.how >= How.CONFIGURE:
+            products.prune(name, attempt.listed)
+        build = products.build(name)
+        inputs = BuildInputs(package.path, build)
+        own = (package.path, products.build_base, products.install_base)
+        started = self._path(name).stat().st_mtime_ns
+        files = {
+            key: state
+            for key, state in record.files.items()
+            if not Path(key).is_absolute()
+        }
+        now = time.time_ns()
+        installed = products.installed(name)
+        self._write(
+            name,
+            replace(
+                record,
+                files=files | states_of(inputs.outside(own), started),
+                succeeded=True,
+                finished=now,
+                built_at=now,
+                live=live_files(package.path, files, build, installed, inputs),
+                installed=products.states(name, record.installed),
+                traces=products.traces(name),
+                arguments=self._arguments(name),
+                settings=dict(conditions.settings),
+                environment=dict(conditions.environment),
+                dependencies=dict(conditions.dependencies),
+            ),
+        )
+
+    def give_up(self, attempt: Attempt) -> None:
+        """Write down that the build of a package ended without success."""
+        self._products.put_back(attempt.links)
+        record = replace(attempt.record, finished=time.time_ns())
+        self._write(attempt.package.name, record)
+
+    def last_build(self, name: str) -> str | None:
+        """Tell a package's last successful build; None if not known."""
+        record = self._known_record(name)
+        if record is None or not record.succeeded:
+            return None
+        return build_of(record.origin, record.shape, record.id)
+
+    def _path(self, name: str) -> Path:
+        return self._products.build(name) / RECORD_NAME
+
+    def _record(self, name: str) -> Record | None:
+        if name not in self._records:
+            self._records[name] = read_record(self._path(name))
+        return self._records[name]
+
+    def _known_record(self, name: str) -> Record | None:
+        try:
+            return self._record(name)
+        except DamagedRecordError:
+            return None
+
+    def _write(self, name: str, record: Record) -> None:
+        write_record(self._path(name), record)
+        self._records.pop(name, None)
+
+    def _unknown(self, name: str) -> Reason:
+        if self._products.build(name).is_dir():
+            return Reason(_UNKNOWN, How.CONFIGURE)
+        return Reason('never built')
+
+    def _reasons(
+        self, package: Package, record: Record, conditions: Conditions
+    ) -> Iterator[Reason]:
+        if record.source != str(package.path):
+            text = f'it was built from {record.source}'
+            yield Reason(text, How.AFRESH)
+            return
+        if not record.succeeded:
+            yield self._unsuccessful(package.name, record)
+        if record.built_at:
+            found = condition_changes(record.conditions, conditions)
+            yield from _of_others(record, found)
+        edits = changes(package.path, record.files, record.live)
+        yield from self._changed_source(package, record, edits)
+        if record.succeeded:
+            yield from self._changed_install(package.name, record, edits)
+
+    def _unsuccessful(self, name: str, record: Record) -> Reason:
+        if not record.finished:
+            was_begun = record.traces != self._products.traces(name)
+            # a compiler that was killed leaves files that look complete
+            how = How.AFRESH if was_begun else How.CONFIGURE
+            return Reason(_CUT_OFF, how)
+        if _generates(record) and not record.built_at:
+            # nothing tells what it was generated from
+            return Reason(_FAILED, How.AFRESH)
+        return Reason(_FAILED, min(How(record.how), How.CONFIGURE))
+
+    def _changed_source(
+        self, package: Package, record: Record, found: tuple[Change, ...]
+    ) -> Iterator[Reason]:
+        if not found:
+            return
+        build = self._products.build(package.name)
+        inputs = BuildInputs(package.path, build)
+        generates = _generates(record)
+        for change in found:
+            how = _how_to_build(change, package, record, inputs)
+            if generates and how > How.BUILD:
+                how = How.AFRESH
+            yield Reason(str(change), how)
+
+    def _changed_install(
+        self, name: str, record: Record, found: tuple[Change, ...]
+    ) -> Iterator[Reason]:
+        if record.traces != self._products.traces(name):
+            how = self._built_by_others(name, record, bool(found))
+            if how is not None:
+                yield Reason('something else built it since', how)
+                return
+        if found:
+            # a link in the install space may be gone because its target is
+            return
+        base = self._products.install_base
+        for relative in (*_PREFIX_SCRIPTS, *record.installed):
+            if not (base / relative).exists():
+                yield Reason(f'{relative} is missing in {base}')
+                return
+
+    def _built_by_others(
+        self, name: str, record: Record, is_changed: bool
+    ) -> How | None:
+        """Tell how to build what others built; None if it is the same."""
+        if self._arguments(name) != record.arguments:
+            return How.REINSTALL
+        if self._products.states(name, record.installed) != record.installed:
+            # unless the source explains it, they had another source
+            return How.BUILD if is_changed else How.AFRESH
+        if is_changed:
+            return How.BUILD
+        same = replace(record, traces=self._products.traces(name))
+        self._write(name, same)
+        return None
+
+    def _arguments(self, name: str) -> str:
+        try:
+            path = self._products.build(name) / ARGUMENTS
+            return path.read_text(encoding='utf-8', errors='replace')
+        except OSError:
+            return ''
+
+    def _make_room(
+        self, package: Package, how: How, known: Record
+    ) -> Mapping[Path, Path]:
+        products = self._products
+        name = package.name
+        for folder in (*products.folders(name), products.build(name)):
+            remove_dangling(folder, package.path)
+        if how >= How.REINSTALL:
+            products.remove_installed(name, known.installed)
+        if how >= How.AFRESH:
+            products.remove_build(name)
+        elif how >= How.CONFIGURE:
+            products.forget_configuration(name)
+            return products.take_links(name, known.installed)
+        return {}
+
+
+def _how_to_build(
+    change: Change, package: Package, record: Record, inputs: BuildInputs
+) -> How:
+    if package.type.endswith('python'):
+        return _how_to_build_python(change, record)
+    reads = inputs.reads(change.path)
+    if change.kind is Kind.DELETED and reads:
+        # what was made from it is still there
+        return How.AFRESH
+    if change.kind is not Kind.CHANGED:
+        return How.CONFIGURE
+    if change.mtime <= record.finished:
+        # build tools take it for older than what they made of it
+        return How.AFRESH
+    name = Path(change.path).name
+    if name == 'CMakeLists.txt' or name.endswith('.cmake'):
+        # the cache keeps the defaults of options
+        return How.CONFIGURE
+    if not inputs.compiles(change.path):
+        return How.CONFIGURE
+    is_code = Path(name).suffix.lower() in SOURCE_SUFFIXES
+    return How.COMPILE if is_code else How.BUILD
+
+
+def _how_to_build_python(change: Change, record: Record) -> How:
+    is_newer = change.kind is Kind.CHANGED and change.mtime > record.finished
+    is_code = change.path not in ('setup.py', 'setup.cfg', 'pyproject.toml')
+    # setuptools keeps deleted modules, and compares times
+    return How.BUILD if is_newer and is_code else How.AFRESH
+
+
+def _generates(record: Record) -> bool:
+    return any(name.endswith(INTERFACE_SUFFIXES) for name in record.files)
+
+
+def _of_others(record: Record, found: Iterable[Reason]) -> Iterator[Reason]:
+    """Get reasons from beyond a package as they concern its last build."""
+    generates = _generates(record)
+    for reason in found:
+        if generates and reason.how > How.COMPILE:
+            # rosidl does not compute the hashes of types again when a type
+            # of another package that they contain changed
+            yield replace(reason, how=How.AFRESH)
+        else:
+            yield reason
+
+
+def _outside(record: Record) -> dict[str, FileState]:
+    return {
+        name: state
+        for name, state in record.files.items()
+        if Path(name).is_absolute()
+    }

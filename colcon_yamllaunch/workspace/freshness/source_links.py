@@ -1,0 +1,169 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Symbolic links from where a package is built and installed to its source."""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from contextlib import suppress
+import os
+from pathlib import Path
+import re
+
+from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
+
+#: What is compiled, configured or generated from, wherever it is linked to.
+_HEADERS = ('.h', '.hh', '.hpp', '.hxx', '.inl', '.ipp', '.tpp', '.cuh')
+#: What only compilers read.
+SOURCE_SUFFIXES = frozenset(
+    ('.c', '.cc', '.cpp', '.cxx', '.cu', '.s', '.f', '.f90', '.rs')
+)
+_TEMPLATES = ('.cmake', '.in', '.em', '.ui', '.qrc', '.proto', '.pyx', '.pxd')
+#: Interfaces that code is generated from.
+INTERFACE_SUFFIXES = ('.msg', '.srv', '.action', '.idl')
+#: The metadata of a package in pyproject.toml (PEP 621); not compiled, as each
+#: launch imports this module and few builds need it.
+_PROJECT_TABLE = r'(?m)^\s*\[\s*project\s*\]'
+COMPILED_SUFFIXES = frozenset(
+    (*_HEADERS, *SOURCE_SUFFIXES, *_TEMPLATES, *INTERFACE_SUFFIXES)
+)
+COMPILED_NAMES = frozenset(
+    ('CMakeLists.txt', 'CMakePresets.json', 'Makefile', 'package.xml')
+) | frozenset(('setup.py', 'setup.cfg', 'pyproject.toml'))
+
+
+def live_files(
+    source: Path,
+    files: Iterable[str],
+    build: Path,
+    installed: Iterable[Path],
+    inputs: BuildInputs,
+) -> frozenset[str]:
+    """
+    Get the source files whose edits show at once, without another build.
+
+    A file is live when it is reached by a link from the install space, or by
+    a linked folder in the build space (Python packages), and when no copy of
+    it was installed and the build itself does not read it. In doubt it is not.
+
+    :param source: The package's source
+    :param files: Its files, relative to it
+    :param build: The package's folder in the build space
+    :param installed: The files of the package in the install space
+    :param inputs: What the build read
+    """
+    real = Path(os.path.realpath(source))
+    linked, folders, copies = _links(real, build, installed)
+    live = {
+        relative
+        for relative in files
+        if _is_linked(relative, linked, folders)
+        and not _is_compiled(relative)
+        and Path(relative).name not in copies
+    }
+    read = {relative for relative in live if inputs.reads(relative)}
+    # a program that the build runs may import what lies beside it
+    folders = {os.path.dirname(r) for r in read if r.endswith('.py')}
+    return frozenset(
+        relative
+        for relative in live - read
+        if not relative.endswith('.py')
+        or os.path.dirname(relative) not in folders
+    )
+
+
+def link_project(source: Path, build: Path) -> None:
+    """
+    Link the pyproject.toml of a Python package into its build folder.
+
+    With `--symlink-install` colcon-core runs setuptools there, and links
+    setup.py and setup.cfg only. Where setup.py is but a call of `setup()` and
+    the metadata is in pyproject.toml, setuptools would not find it.
+
+    :param source: The package's source
+    :param build: The package's folder in the build space, which exists
+    """
+    project = source / 'pyproject.toml'
+    link = build / project.name
+    if os.path.lexists(link):
+        return
+    try:
+        setup = (source / 'setup.py').read_text('utf-8', errors='replace')
+        text = project.read_text('utf-8', errors='replace')
+    except OSError:
+        return
+    if 'setup()' in setup and re.search(_PROJECT_TABLE, text):
+        with suppress(OSError):
+            link.symlink_to(project)
+
+
+def remove_dangling(folder: Path, source: Path) -> list[Path]:
+    """
+    Remove links into a package's source whose files are gone.
+
+    A build after a linked file was deleted may trip over them, or leaves them
+    (colcon-core issue 692).
+
+    :param folder: Where to look, below the build or install space
+    :param source: The package's source
+    :returns: What was removed
+    """
+    removed = []
+    for path in list(tree(folder)):
+        if not path.is_symlink() or path.exists():
+            continue
+        if Path(os.path.realpath(path)).is_relative_to(
+            os.path.realpath(source)
+        ):
+            path.unlink()
+            removed.append(path)
+    return removed
+
+
+def tree(folder: Path) -> Iterator[Path]:
+    """Iterate over what is below a folder and is not a real folder."""
+    for current, folders, files in os.walk(folder):
+        for name in files:
+            yield Path(current, name)
+        for name in folders:
+            if (path := Path(current, name)).is_symlink():
+                yield path
+
+
+def _links(
+    source: Path, build: Path, installed: Iterable[Path]
+) -> tuple[set[str], set[str], set[str]]:
+    linked: set[str] = set()
+    folders: set[str] = set()
+    copies: set[str] = set()
+    for path in installed:
+        if path.is_symlink():
+            _add(path, source, linked, folders)
+        else:
+            copies.add(path.name)
+    for path in build.iterdir() if build.is_dir() else ():
+        if path.is_symlink() and path.is_dir():
+            _add(path, source, linked, folders)
+    return linked, folders, copies
+
+
+def _add(
+    path: Path, source: Path, linked: set[str], folders: set[str]
+) -> None:
+    target = Path(os.path.realpath(path))
+    if target.is_relative_to(source):
+        where = folders if target.is_dir() else linked
+        where.add(str(target.relative_to(source)))
+
+
+def _is_linked(relative: str, linked: set[str], folders: set[str]) -> bool:
+    if relative in linked:
+        return True
+    return any(str(parent) in folders for parent in Path(relative).parents)
+
+
+def _is_compiled(relative: str) -> bool:
+    path = Path(relative)
+    if path.name in COMPILED_NAMES:
+        return True
+    return path.suffix.lower() in COMPILED_SUFFIXES

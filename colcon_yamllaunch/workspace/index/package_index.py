@@ -1,0 +1,273 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Finding the packages of a workspace fast.
+
+Folders are visited in the order and by the rules of colcon-recursive-crawl:
+what colcon says is ignored or a package is not looked into, nor are folders
+whose names start with a dot, and no folder is visited twice. What a folder is
+says colcon itself; its answer is remembered with what it came from, so that
+colcon is asked about new and changed folders only.
+"""
+
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Mapping
+from collections.abc import Sequence
+import os
+from pathlib import Path
+from typing import Any
+from typing import Protocol
+
+from colcon_yamllaunch.common.file_states import state_from
+from colcon_yamllaunch.common.file_states import state_of
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package_folder import candidates
+from colcon_yamllaunch.workspace.packages.package_folder import conditions
+from colcon_yamllaunch.workspace.packages.package_folder import content
+from colcon_yamllaunch.workspace.packages.package_folder import (
+    has_ignore_marker,
+)
+from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
+from colcon_yamllaunch.workspace.packages.package_folder import is_certain
+from colcon_yamllaunch.workspace.packages.package_folder import MARKERS
+from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
+from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
+from colcon_yamllaunch.workspace.packages.package_folder import relevant
+from colcon_yamllaunch.workspace.packages.package_folder import settled
+
+#: What colcon said about a folder, and what that depends on; as in JSON.
+Entry = dict[str, Any]
+
+_KINDS = (PACKAGE, IGNORED, PLAIN)
+
+
+class Identifier(Protocol):
+    """What knows packages, as `colcon.Colcon`."""
+
+    def identify(self, folder: str) -> str:
+        """Say what a folder is: one of the kinds of `folder`."""
+
+    def type_of(self, folder: str) -> str:
+        """Get the type of the package in a folder, empty if there is none."""
+
+    def describe(self) -> Mapping[str, tuple[Package, str]]:
+        """Get the packages that were identified, with their own settings."""
+
+
+class PackageIndex:
+    """
+    What the folders of a workspace are.
+
+    :param root: The workspace
+    :param base_paths: Where to look, relative to the workspace
+    :param environment: The variables of conditions in manifests
+    :param everywhere: Whether any folder may be a package, because files
+      elsewhere may say so
+    """
+
+    def __init__(
+        self,
+        root: Path,
+        base_paths: Sequence[str],
+        environment: Mapping[str, str],
+        everywhere: bool = False,
+    ) -> None:
+        self._root = str(root)
+        self._base_paths = tuple(base_paths)
+        self._environment = environment
+        self._everywhere = everywhere
+        self._entries: dict[str, Entry] = {}
+        self._has_learned = False
+        #: Whether anything is not as it was known before.
+        self.changed = False
+
+    def find(
+        self, known: Mapping[str, Entry], ask: Callable[[], Identifier]
+    ) -> None:
+        """
+        Look at all folders.
+
+        :param known: The entries of an earlier time
+        :param ask: Gets what is asked about all that is not known
+        """
+        self._crawl(known, ask)
+        if self._is_different(known) and self._has_groups(known):
+            # members of a group may be anywhere
+            self._crawl({}, ask)
+        if self._has_learned:
+            self._complete(ask())
+
+    def packages(self) -> dict[str, Package]:
+        """Get the packages by the folder that colcon knows them by."""
+        return {
+            folder: _package(entry)
+            for folder, entry in self._entries.items()
+            if entry['kind'] == PACKAGE
+        }
+
+    def metadata(self) -> dict[str, str]:
+        """Get the packages' own settings, by name, where there are any."""
+        return {
+            entry['name']: entry['metadata']
+            for entry in self._entries.values()
+            if entry['kind'] == PACKAGE and entry['metadata']
+        }
+
+    def memory(self) -> dict[str, Entry]:
+        """Get the entries that may be relied on later."""
+        return {
+            folder: entry
+            for folder, entry in self._entries.items()
+            if entry['files'] is not None
+        }
+
+    def _crawl(
+        self, known: Mapping[str, Entry], ask: Callable[[], Identifier]
+    ) -> None:
+        self._entries = {}
+        seen: set[tuple[int, int]] = set()
+        pending = list(reversed(self._base_paths))
+        while pending:
+            folder = pending.pop()
+            path = os.path.join(self._root, folder)
+            try:
+                status = os.stat(path)
+            except OSError:
+                continue
+            place = (status.st_dev, status.st_ino)
+            if place not in seen:
+                seen.add(place)
+                below = self._visit(folder, path, status, known, ask)
+                pending += [os.path.join(folder, name) for name in below]
+
+    def _visit(
+        self,
+        folder: str,
+        path: str,
+        status: os.stat_result,
+        known: Mapping[str, Entry],
+        ask: Callable[[], Identifier],
+    ) -> list[str]:
+        """Say what a folder is; return what to visit below, last first."""
+        entry = self._recall(known.get(folder), path, status)
+        if entry is None or entry['kind'] == PLAIN:
+            if has_ignore_marker(path):
+                return []
+            there = content(path)
+            if there is None:
+                return []
+            names, below = there
+            if entry is None and self._may_be_package(names):
+                entry = self._learn(folder, path, names, ask())
+        if entry is not None:
+            self._entries[folder] = entry
+            if entry['kind'] != PLAIN:
+                return []
+        return sorted(below, reverse=True)
+
+    def _may_be_package(self, names: set[str]) -> bool:
+        return self._everywhere or not MARKERS.isdisjoint(names)
+
+    def _recall(
+        self, entry: Entry | None, path: str, status: os.stat_result
+    ) -> Entry | None:
+        try:
+            if entry is None or not self._holds(entry, path):
+                return None
+            return self._if_complete(entry, path, status)
+        except (KeyError, TypeError, AttributeError):
+            # damaged
+            return None
+
+    def _holds(self, entry: Entry, path: str) -> bool:
+        """Tell whether all that an answer came from is as it was."""
+        for name, value in entry['variables'].items():
+            if self._environment.get(name) != value:
+                return False
+        for name, state in entry['files'].items():
+            if state is None or state_of(f'{path}/{name}') != state:
+                return False
+        return _is_whole(entry)
+
+    def _if_complete(
+        self, entry: Entry, path: str, status: os.stat_result
+    ) -> Entry | None:
+        """Return the entry if nothing new would change the answer."""
+        folders = dict(entry['folders'])
+        if folders.pop('.', None) == state_from(status) and all(
+            state is not None and state_of(f'{path}/{name}') == state
+            for name, state in folders.items()
+        ):
+            return entry
+        # something was added or removed, which need not matter
+        names, _ = content(path) or (set(), [])
+        files, below = relevant(path, entry['type'], names)
+        if files != entry['files'].keys():
+            return None
+        self.changed = True
+        return entry | {'folders': settled(path, below)}
+
+    def _learn(
+        self, folder: str, path: str, names: set[str], identifier: Identifier
+    ) -> Entry:
+        self.changed = self._has_learned = True
+        # before colcon reads them, so that a change in between will show
+        before = candidates(path, names)
+        kind = identifier.identify(folder)
+        package_type = identifier.type_of(folder)
+        files, folders = relevant(path, package_type, names)
+        certain = is_certain(kind, package_type, names)
+        variables, groups = conditions(path)
+        return {
+            'kind': kind,
+            'type': package_type,
+            'files': {name: before.get(name) for name in sorted(files)}
+            if certain
+            else None,
+            'folders': {name: before.get(name) for name in folders},
+            'variables': {
+                name: self._environment.get(name) for name in sorted(variables)
+            },
+            'groups': groups,
+        }
+
+    def _is_different(self, known: Mapping[str, Entry]) -> bool:
+        vanished = any(folder not in self._entries for folder in known)
+        self.changed = self.changed or vanished
+        return self._has_learned or vanished
+
+    def _has_groups(self, known: Mapping[str, Entry]) -> bool:
+        entries = [*known.values(), *self._entries.values()]
+        return any(entry.get('groups', True) for entry in entries)
+
+    def _complete(self, identifier: Identifier) -> None:
+        for folder, (package, metadata) in identifier.describe().items():
+            entry = self._entries.get(folder, {})
+            entry['name'] = package.name
+            entry['path'] = str(package.path)
+            entry['build'] = sorted(package.build_depends)
+            entry['run'] = sorted(package.run_depends)
+            entry['metadata'] = metadata
+
+
+def _is_whole(entry: Entry) -> bool:
+    if entry['kind'] != PACKAGE:
+        return entry['kind'] in _KINDS
+    texts: Collection[object] = [
+        *(entry[key] for key in ('name', 'path', 'type', 'metadata')),
+        *entry['build'],
+        *entry['run'],
+    ]
+    return all(isinstance(text, str) for text in texts)
+
+
+def _package(entry: Entry) -> Package:
+    return Package(
+        name=entry['name'],
+        path=Path(entry['path']),
+        type=entry['type'],
+        build_depends=frozenset(entry['build']),
+        run_depends=frozenset(entry['run']),
+    )

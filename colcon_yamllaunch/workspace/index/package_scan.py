@@ -1,0 +1,158 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The packages of a workspace at a glance, as completion needs them.
+
+colcon is not asked, and nothing is written. What colcon said last holds as far
+as the folders are as they were; what a new or changed folder is shows the file
+that colcon would look at.
+"""
+
+from collections.abc import Mapping
+import os
+from pathlib import Path
+import re
+from typing import Any
+
+from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.workspace.building.build_arguments import BuildArguments
+from colcon_yamllaunch.workspace.building.build_arguments import decode
+from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
+from colcon_yamllaunch.workspace.index.colcon_cache import recall
+from colcon_yamllaunch.workspace.index.package_index import PackageIndex
+from colcon_yamllaunch.workspace.packages.manifest import manifest_name
+from colcon_yamllaunch.workspace.packages.package import is_merged
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
+from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
+from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+from colcon_yamllaunch.workspace.packages.workspace_root import is_ignored
+
+#: What `colcon build` does without arguments and defaults.
+_USUAL = BuildArguments('build', 'install', False, ('.',), {})
+
+_CMAKE_NAME = re.compile(r'^[^#\n]*\bproject\s*\(\s*"?([^\s")]+)', re.I | re.M)
+# also of package_name, a variable by custom (`ros2 pkg create`)
+_SETUP_NAME = re.compile(r'(?:\b|_)name\s*=\s*[\'"]([\w.-]+)[\'"]')
+_SETUP_CFG_NAME = re.compile(r'^name\s*=\s*([\w.-]+)', re.M)
+
+
+def glance(
+    root: Path | None, environment: Mapping[str, str]
+) -> PackageLocator:
+    """
+    Find the packages of a workspace, of its install space and the underlays.
+
+    :param root: The workspace, or None: then there are only the underlays
+    :param environment: The user's environment
+    """
+    if root is None:
+        return PackageLocator((), Path(), False, environment)
+    root = Path(os.path.realpath(root))
+    memory = recall(root)
+    arguments = _arguments(memory)
+    install_base = root / arguments.install_base
+    return PackageLocator(
+        _packages(root, arguments, memory),
+        install_base,
+        arguments.merge_install or is_merged(install_base),
+        _with_underlays(environment, install_base),
+    )
+
+
+def _arguments(memory: Mapping[str, Any]) -> BuildArguments:
+    try:
+        return decode(memory['arguments'])
+    except (KeyError, TypeError, ValueError):
+        return _USUAL
+
+
+def _packages(
+    root: Path, arguments: BuildArguments, memory: Mapping[str, Any]
+) -> list[Package]:
+    index = PackageIndex(root, arguments.base_paths, os.environ)
+    reader = _FolderReader(root)
+    index.find(memory.get('folders', {}), lambda: reader)
+    return list(index.packages().values())
+
+
+def _with_underlays(
+    environment: Mapping[str, str], install_base: Path
+) -> dict[str, str]:
+    """Add the prefixes that the workspace's setup script would add."""
+    chained = [str(path) for path in reversed(chained_underlays(install_base))]
+    added = {
+        'AMENT_PREFIX_PATH': chained,
+        'COLCON_PREFIX_PATH': [str(install_base), *chained],
+    }
+    return dict(environment) | {
+        name: os.pathsep.join((*paths, *split_path(environment.get(name))))
+        for name, paths in added.items()
+    }
+
+
+class _FolderReader:
+    """
+    Says what folders are, without colcon; see `index.Identifier`.
+
+    :param root: The workspace
+    """
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self._packages: dict[str, Package] = {}
+
+    def identify(self, folder: str) -> str:
+        path = Path(os.path.normpath(self._root / folder))
+        if is_ignored(path):
+            return IGNORED
+        for package_type, name_of in _NAMES:
+            name = name_of(path)
+            if name is not None:
+                self._packages[folder] = Package(name, path, package_type)
+                return PACKAGE
+        return PLAIN
+
+    def type_of(self, folder: str) -> str:
+        package = self._packages.get(folder)
+        return '' if package is None else package.type
+
+    def describe(self) -> Mapping[str, tuple[Package, str]]:
+        return {f: (package, '') for f, package in self._packages.items()}
+
+
+def _cmake_name(folder: Path) -> str | None:
+    text = _text(folder / 'CMakeLists.txt')
+    if text is None:
+        return None
+    match = _CMAKE_NAME.search(text)
+    # the name may come from a variable
+    return folder.name if match is None or '$' in match[1] else match[1]
+
+
+def _python_name(folder: Path) -> str | None:
+    setup = _text(folder / 'setup.py')
+    match = _SETUP_NAME.search(setup or '') or _SETUP_CFG_NAME.search(
+        _text(folder / 'setup.cfg') or ''
+    )
+    if match is None:
+        return None if setup is None else folder.name
+    return match[1]
+
+
+# in the order in which colcon asks its extensions; of a package with a
+# manifest, what builds it matters to nobody here
+_NAMES = (
+    ('ros.', manifest_name),
+    ('cmake', _cmake_name),
+    ('python', _python_name),
+)
+
+
+def _text(path: Path) -> str | None:
+    try:
+        return path.read_text(encoding='utf-8', errors='replace')
+    except OSError:
+        return None

@@ -1,0 +1,153 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Which packages of the workspace a launch needs."""
+
+from collections import deque
+from collections.abc import Iterable
+from collections.abc import Mapping
+from collections.abc import Sequence
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.workspace.packages.package import Package
+
+
+def closure(packages: Iterable[Package], wanted: Iterable[str]) -> list[str]:
+    """
+    Get the packages to be built, each after those that it needs.
+
+    These are the wanted ones and what they need to be built and to run,
+    transitively. Names that are not in the workspace are left out, as what
+    they stand for comes from an underlay. What only tests need is not in it.
+
+    :param packages: All packages of the workspace
+    :param wanted: The names that the launch uses
+    :raises WorkspaceError: when needed packages depend on each other in a
+      circle or when two have the same name
+    """
+    known = index(packages)
+    order: list[str] = []
+    done: set[str] = set()
+    for name in sorted(set(wanted)):
+        _visit(name, known, order, done)
+    return order
+
+
+def index(packages: Iterable[Package]) -> dict[str, list[Package]]:
+    """Get the packages by name; a name may be used more than once."""
+    known: dict[str, list[Package]] = {}
+    for package in packages:
+        known.setdefault(package.name, []).append(package)
+    return known
+
+
+def build_closure(
+    known: Mapping[str, Sequence[Package]], name: str
+) -> tuple[frozenset[str], frozenset[str]]:
+    """
+    Get the packages whose builds a package's build depends on.
+
+    These are its build dependencies with all that these need: a package
+    that builds on another one gets to see what that one exports.
+
+    :param known: All packages of the workspace, by name
+    :param name: The package
+    :returns: Those in the workspace, and the names of others
+    """
+    found: set[str] = set()
+    others: set[str] = set()
+    pending = [
+        needed
+        for package in known.get(name, ())
+        for needed in package.build_depends
+    ]
+    while pending:
+        current = pending.pop()
+        if current in found or current == name:
+            continue
+        if current not in known:
+            others.add(current)
+            continue
+        found.add(current)
+        for package in known[current]:
+            pending.extend(package.build_depends | package.run_depends)
+    return frozenset(found), frozenset(others)
+
+
+def needed_by(
+    packages: Iterable[Package], wanted: Iterable[str]
+) -> dict[str, tuple[str, ...]]:
+    """
+    Tell why packages are in the closure of those that the launch uses.
+
+    :param packages: All packages of the workspace
+    :param wanted: The names that the launch uses
+    :returns: For each package the shortest way to it: the names of a wanted
+      package, of one that this needs and so on, up to itself
+    """
+    known = index(packages)
+    ways: dict[str, tuple[str, ...]] = {
+        name: (name,) for name in sorted(set(wanted)) if name in known
+    }
+    pending = deque(ways)
+    while pending:
+        current = pending.popleft()
+        for package in known[current]:
+            for name in sorted(package.build_depends | package.run_depends):
+                if name in known and name not in ways:
+                    ways[name] = (*ways[current], name)
+                    pending.append(name)
+    return ways
+
+
+def _visit(
+    name: str,
+    known: dict[str, list[Package]],
+    order: list[str],
+    done: set[str],
+) -> None:
+    # depth first without recursion: a chain may be longer than Python's stack
+    path: list[tuple[str, list[str]]] = []
+    _enter(name, known, done, path)
+    while path:
+        current, pending = path[-1]
+        if not pending:
+            path.pop()
+            done.add(current)
+            order.append(current)
+            continue
+        needed = pending.pop()
+        names = [entry for entry, _ in path]
+        if needed in names:
+            raise _circle([*names[names.index(needed) :], needed])
+        _enter(needed, known, done, path)
+
+
+def _enter(
+    name: str,
+    known: dict[str, list[Package]],
+    done: set[str],
+    path: list[tuple[str, list[str]]],
+) -> None:
+    if name in done or name not in known:
+        return
+    package = _only(known[name])
+    needed = (package.build_depends | package.run_depends) - {name}
+    path.append((name, sorted(needed, reverse=True)))
+
+
+def _only(packages: list[Package]) -> Package:
+    if len({package.path for package in packages}) == 1:
+        return packages[0]
+    paths = ''.join(f'\n  {path}' for path in sorted(p.path for p in packages))
+    raise WorkspaceError(
+        f"several packages are named '{packages[0].name}':{paths}\n"
+        'Rename all but one, or put a file COLCON_IGNORE into the others'
+    )
+
+
+def _circle(names: list[str]) -> WorkspaceError:
+    return WorkspaceError(
+        f'packages depend on each other in a circle: {" -> ".join(names)}\n'
+        'Remove one of these dependencies from its package.xml'
+    )

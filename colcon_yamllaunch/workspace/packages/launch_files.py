@@ -1,0 +1,147 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Choosing a launch file of a package."""
+
+from collections.abc import Callable
+from collections.abc import Sequence
+from pathlib import Path
+from pathlib import PurePosixPath
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.workspace.packages.missing_files import LISTED
+from colcon_yamllaunch.workspace.packages.missing_files import nearest
+from colcon_yamllaunch.workspace.packages.source_files import source_files
+
+#: The names of launch files end in these, longer ones first.
+LAUNCH_SUFFIXES = (
+    '.launch.yaml',
+    '.launch.yml',
+    '.launch.xml',
+    '.launch.py',
+    '.yaml',
+    '.yml',
+    '.xml',
+    '.py',
+)
+_YAML_SUFFIXES = ('.yaml', '.yml')
+_MANIFEST = 'package.xml'
+
+
+def find_launch_files(folder: Path) -> tuple[str, ...]:
+    """
+    Find what may be a launch file of a package.
+
+    Outside of folders named `launch` a file that ends in `.py` must end in
+    `.launch.py` to count.
+
+    :param folder: The package's source or its share folder
+    :returns: Paths relative to the folder, likely ones first
+    """
+    files = [
+        path.as_posix()
+        for path in (Path(name) for name, _ in source_files(folder))
+        if _may_be_launch_file(path)
+    ]
+    return tuple(sorted(files, key=lambda f: (not _is_likely(f), f)))
+
+
+def launch_file_names(package: str, files: Sequence[str]) -> list[str]:
+    """
+    Get the shortest names that mean the likely launch files of a package.
+
+    :param package: The name of the package
+    :param files: As :func:`find_launch_files` returns them
+    :returns: For each likely one, or where there are none for each file, its
+      name with extension if that is clear, else its path
+    """
+    names = []
+    for file in [f for f in files if _is_likely(f)] or files:
+        name = PurePosixPath(file).name
+        try:
+            is_clear = choose_launch_file(package, files, name) == file
+        except WorkspaceError:
+            is_clear = False
+        names.append(name if is_clear else file)
+    return names
+
+
+def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
+    """
+    Choose the launch file that the user means.
+
+    It may be named by its path in the package, by the end of this path, and
+    without extension. A likely launch file goes before another YAML file.
+
+    :param package: The name of the package, for messages
+    :param files: As :func:`find_launch_files` returns them
+    :param wanted: What the user gave
+    :returns: One of the files
+    :raises WorkspaceError: when none or more than one fits
+    """
+    name = PurePosixPath(wanted).as_posix()
+    for matches in (_is_path, _is_end, _is_end_without_suffix):
+        fitting = [f for f in files if matches(f, name)]
+        if fitting:
+            return _only(package, fitting, wanted)
+    raise WorkspaceError(_nothing(package, files, wanted))
+
+
+def _only(package: str, fitting: list[str], wanted: str) -> str:
+    conditions: tuple[Callable[[str], bool], ...] = (_is_likely, _is_yaml)
+    for is_better in conditions:
+        fitting = [f for f in fitting if is_better(f)] or fitting
+    if len(fitting) == 1:
+        return fitting[0]
+    listed = ''.join(f'\n  {f}' for f in fitting)
+    raise WorkspaceError(
+        f"'{wanted}' may be one of these launch files of {package}:{listed}\n"
+        'Name one by its path'
+    )
+
+
+def _nothing(package: str, files: Sequence[str], wanted: str) -> str:
+    likely = [f for f in files if _is_likely(f)] or list(files)
+    if not likely:
+        return (
+            f'{package} has no launch files: put {wanted} into the folder '
+            'launch of the package'
+        )
+    by_name = {PurePosixPath(f).name: f for f in reversed(likely)}
+    order = nearest(PurePosixPath(wanted).name, by_name)
+    listed = [by_name[n] for n in order]
+    listed += [f for f in likely if f not in listed]
+    lines = ''.join(f'\n  {f}' for f in listed[:LISTED])
+    more = '\n  …' if len(listed) > LISTED else ''
+    return f"{package} has no launch file '{wanted}'. It has:{lines}{more}"
+
+
+def _may_be_launch_file(path: Path) -> bool:
+    if path.name == _MANIFEST or not path.name.endswith(LAUNCH_SUFFIXES):
+        return False
+    return path.suffix != '.py' or _is_likely(path.as_posix())
+
+
+def _is_likely(file: str) -> bool:
+    path = PurePosixPath(file)
+    return 'launch' in path.parent.parts or '.launch.' in path.name
+
+
+def _is_yaml(file: str) -> bool:
+    return file.endswith(_YAML_SUFFIXES)
+
+
+def _is_path(file: str, wanted: str) -> bool:
+    return file == wanted
+
+
+def _is_end(file: str, wanted: str) -> bool:
+    return f'/{file}'.endswith(f'/{wanted}')
+
+
+def _is_end_without_suffix(file: str, wanted: str) -> bool:
+    return any(
+        _is_end(file, f'{wanted}{suffix}')
+        for suffix in LAUNCH_SUFFIXES
+        if file.endswith(suffix)
+    )

@@ -1,0 +1,104 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Package manifests that colcon passes over without a word.
+
+Where a `package.xml` is invalid, colcon takes the folder for whatever else is
+there, say plain CMake, and then knows no dependencies (colcon-core issue 597).
+"""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+import os
+from pathlib import Path
+import re
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.workspace_root import is_ignored
+
+_NAME = re.compile(r'<name>\s*([^<\s]+)\s*</name>')
+_MANIFEST = 'package.xml'
+
+
+@dataclass(frozen=True, slots=True)
+class BrokenManifest:
+    """
+    A `package.xml` that cannot be used.
+
+    :param name: The package's name as far as it can be told
+    :param path: The folder that it is in
+    :param reason: What catkin_pkg says about it
+    """
+
+    name: str | None
+    path: Path
+    reason: str
+
+
+def invalid_manifest(package: Package) -> str | None:
+    """
+    Tell what is wrong with a package's manifest that colcon did not use.
+
+    :returns: The reason, or None when there is nothing to object to
+    """
+    if package.type.startswith('ros.'):
+        return None
+    return manifest_error(package.path)
+
+
+def broken_manifests(
+    base_paths: Iterable[Path], packages: Iterable[Package]
+) -> tuple[BrokenManifest, ...]:
+    """
+    Get the manifests in the workspace that make no package at all.
+
+    This crawls the workspace: it is for messages about unknown packages.
+
+    :param base_paths: The folders to crawl
+    :param packages: The packages that were found there
+    """
+    known = {os.path.realpath(package.path) for package in packages}
+    folders = [f for base in base_paths for f in _folders(base, known)]
+    return tuple(
+        BrokenManifest(manifest_name(folder), folder, reason)
+        for folder in folders
+        if (reason := manifest_error(folder)) is not None
+    )
+
+
+def manifest_error(folder: Path) -> str | None:
+    """Tell what is wrong with the manifest in a folder, if it has one."""
+    if not (folder / _MANIFEST).is_file():
+        return None
+    # takes long to import and is hardly ever needed
+    from catkin_pkg.package import InvalidPackage
+    from catkin_pkg.package import parse_package
+
+    try:
+        parse_package(str(folder)).get_build_type()
+    except (InvalidPackage, AssertionError, OSError, ValueError) as e:
+        return ' '.join(str(e).split())
+    return None
+
+
+def manifest_name(folder: Path) -> str | None:
+    """Get the name in a folder's manifest as far as it can be told."""
+    try:
+        text = (folder / _MANIFEST).read_text('utf-8', errors='replace')
+    except OSError:
+        return None
+    match = _NAME.search(text)
+    return match and match[1]
+
+
+def _folders(base: Path, known: set[str]) -> Iterator[Path]:
+    for current, folders, files in os.walk(base):
+        folder = Path(current)
+        if os.path.realpath(folder) in known or is_ignored(folder):
+            folders.clear()
+            continue
+        folders[:] = sorted(f for f in folders if not f.startswith('.'))
+        if _MANIFEST in files:
+            yield folder

@@ -1,0 +1,257 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What to do about a file that a launch needs and that is not installed."""
+
+from collections.abc import Iterable
+import os
+from pathlib import Path
+import re
+
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package_locator import is_executable
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+from colcon_yamllaunch.workspace.packages.source_files import source_files
+
+#: How many names are listed at most.
+LISTED = 10
+
+_SCRIPTS = ('.py', '.sh')
+_BUILD_FILES = ('CMakeLists.txt', 'setup.py', 'setup.cfg', 'pyproject.toml')
+
+
+def missing_executable(
+    locator: PackageLocator, package: str, name: str
+) -> str | None:
+    """
+    Explain why a package has no such program, with the cure.
+
+    :param locator: The packages as they are after the build
+    :param package: The package
+    :param name: The program as the launch file names it
+    :returns: The explanation, or None when the program is there
+    """
+    prefix = locator.prefix(package)
+    if prefix is None:
+        return f"there is no package '{package}'"
+    path = Path(prefix, 'lib', package, name)
+    if is_executable(path):
+        return None
+    own = locator.package(package)
+    there = locator.executables(package)
+    if path.is_file():
+        return _not_executable(_origin(path, own), own)
+    spelling = [n for n in there if Path(n).stem == Path(name).stem]
+    if spelling:
+        return f"{package} has no '{name}': did you mean '{spelling[0]}'?"
+    if Path(prefix, 'bin', name).is_file():
+        return _in_bin(package, name, own)
+    source = own and _source_file(own, name)
+    if own is not None and source:
+        return _not_installed_program(own, source, name)
+    return f"{package} has no executable '{name}'{_nearest(name, there)}"
+
+
+def unknown_executable(
+    locator: PackageLocator, package: str, name: str
+) -> str | None:
+    """
+    Explain why not even a build would bring a program.
+
+    :param locator: The packages, built or not
+    :param package: The package
+    :param name: The program as the launch file names it
+    :returns: The explanation, or None when the program is there or the
+      package's source has or mentions it
+    """
+    own = locator.package(package)
+    prefix = locator.prefix(package)
+    if own is None or prefix is None:
+        return missing_executable(locator, package, name)
+    if is_executable(Path(prefix, 'lib', package, name)):
+        return None
+    source = _source_file(own, name)
+    if source is not None and Path(source).name == name:
+        path = own.path / source
+        return None if is_executable(path) else _not_executable(path, own)
+    if _is_mentioned(own, name):
+        return None
+    if source is not None and Path(source).suffix in _SCRIPTS:
+        source = Path(source).name
+        return f"{package} has no '{name}': did you mean '{source}'?"
+    scripts = {
+        Path(file).name
+        for file, _ in source_files(own.path)
+        if Path(file).suffix in _SCRIPTS
+    }
+    there = {*locator.executables(package), *scripts}
+    return f"{package} has no executable '{name}'{_nearest(name, there)}"
+
+
+def _is_mentioned(package: Package, name: str) -> bool:
+    """Tell whether what describes the build of a package has a name in it."""
+    word = re.compile(rf'(?<![\w.-]){re.escape(name)}(?![\w.-])')
+    for file, _ in source_files(package.path):
+        if Path(file).name in _BUILD_FILES or Path(file).suffix == '.cmake':
+            path = package.path / file
+            text = path.read_text(encoding='utf-8', errors='replace')
+            if word.search(text):
+                return True
+    return False
+
+
+def not_installed(locator: PackageLocator, path: str) -> str | None:
+    """
+    Explain why a file is not there though the package's source has it.
+
+    :param locator: The packages as they are after the build
+    :param path: A path below the share folder of a package
+    :returns: The explanation with the cure, or None when the file is there or
+      no source of it is known
+    """
+    found = locator.shared(path)
+    source = locator.source_of(path)
+    if found is None or source is None or Path(path).exists():
+        return None
+    package, relative = found
+    origin = os.path.relpath(source, package.path)
+    if package.type.endswith('python'):
+        cure = _data_files(package, relative, origin)
+    else:
+        cure = _install_command(relative, origin, Path(path))
+    return f'{origin} of {package.name} is not installed: {cure}'
+
+
+def nearest(wanted: str, names: Iterable[str]) -> list[str]:
+    """Order names, those most like the wanted one first."""
+    # most launches make no mistake
+    import difflib
+
+    def distance(name: str) -> tuple[float, str]:
+        matcher = difflib.SequenceMatcher(None, wanted.lower(), name.lower())
+        return -matcher.ratio(), name
+
+    return sorted(set(names), key=distance)
+
+
+def _nearest(name: str, there: Iterable[str]) -> str:
+    names = nearest(name, there)
+    if not names:
+        return ': it has installed none'
+    more = ', …' if len(names) > LISTED else ''
+    return f': it has {", ".join(names[:LISTED])}{more}'
+
+
+def _origin(path: Path, own: Package | None) -> Path:
+    """Get the source file that an installed one is a copy of, if known."""
+    if own is None or path.is_symlink():
+        return path
+    source = _source_file(own, path.name)
+    if source is None or Path(source).name != path.name:
+        return path
+    origin = own.path / source
+    # with the mode of the source the next build would undo the cure
+    return path if is_executable(origin) else origin
+
+
+def _not_executable(path: Path, own: Package | None) -> str:
+    real = Path(os.path.realpath(path))
+    if own is not None and real.is_relative_to(os.path.realpath(own.path)):
+        relative = os.path.relpath(real, os.path.realpath(own.path))
+        return (
+            f"{relative} of {own.name} is not executable: run 'chmod +x "
+            f"{relative}' in {own.path}"
+        )
+    return f"{path} is not executable: run 'chmod +x {path}'"
+
+
+def _source_file(package: Package, name: str) -> str | None:
+    """Find the file that the program would be made of."""
+    files = sorted(name for name, _ in source_files(package.path))
+    for candidates in (
+        [f for f in files if Path(f).name == name],
+        [f for f in files if Path(f).stem == Path(name).stem],
+    ):
+        scripts = [f for f in candidates if _is_program(package.path / f)]
+        if scripts:
+            return scripts[0]
+    return None
+
+
+def _is_program(path: Path) -> bool:
+    if path.suffix in ('.py', '.sh', '.c', '.cc', '.cpp', '.cxx'):
+        return True
+    return path.suffix == '' and is_executable(path)
+
+
+def _not_installed_program(package: Package, source: str, name: str) -> str:
+    text = f'{source} of {package.name} is not installed: add '
+    if package.type.endswith('python') and source.endswith('.py'):
+        module = source.removesuffix('.py').replace(os.sep, '.')
+        program = name.removesuffix('.py')
+        return (
+            f"{text}'{program} = {module}:main' to the console_scripts in "
+            f'entry_points of {package.path / "setup.py"}'
+        )
+    what = f'PROGRAMS {source}'
+    if Path(source).suffix.startswith('.c'):
+        what = f'TARGETS {_target(package, name)}'
+    return (
+        f"{text}'install({what} DESTINATION lib/${{PROJECT_NAME}})' to "
+        f'{package.path / "CMakeLists.txt"}{_chmod(package, source)}'
+    )
+
+
+def _chmod(package: Package, source: str) -> str:
+    path = package.path / source
+    if path.suffix.startswith('.c') or is_executable(path):
+        return ''
+    return f", and run 'chmod +x {source}' in {package.path}"
+
+
+def _target(package: Package, name: str) -> str:
+    try:
+        path = package.path / 'CMakeLists.txt'
+        text = path.read_text(encoding='utf-8', errors='replace')
+    except OSError:
+        return name
+    targets = re.findall(r'add_executable\s*\(\s*([^\s)]+)', text)
+    return name if name in targets or len(targets) != 1 else str(targets[0])
+
+
+def _in_bin(package: str, name: str, own: Package | None) -> str:
+    text = f"'{name}' of {package} is installed in bin/, not in lib/{package}/"
+    if own is None:
+        return text
+    if own.type.endswith('python'):
+        return (
+            f"{text}: add the lines '[install]' and 'install_scripts="
+            f"$base/lib/{package}', and the lines '[develop]' and 'script_dir="
+            f"$base/lib/{package}', to {own.path / 'setup.cfg'}"
+        )
+    return f'{text}: install it with DESTINATION lib/${{PROJECT_NAME}}'
+
+
+def _install_command(relative: Path, origin: str, path: Path) -> str:
+    folder = relative.parent
+    if str(folder) == '.':
+        command = (
+            f'install(FILES {origin} DESTINATION share/${{PROJECT_NAME}})'
+        )
+    elif path.parent.is_dir() or origin != str(relative):
+        command = (
+            f'install(FILES {origin} DESTINATION '
+            f'share/${{PROJECT_NAME}}/{folder.as_posix()})'
+        )
+    else:
+        command = (
+            f'install(DIRECTORY {relative.parts[0]} DESTINATION '
+            'share/${PROJECT_NAME})'
+        )
+    return f"add '{command}' to CMakeLists.txt"
+
+
+def _data_files(package: Package, relative: Path, origin: str) -> str:
+    folder = Path('share', package.name, relative.parent).as_posix()
+    entry = f"('{folder}', ['{origin}'])"
+    return f'add {entry} to data_files in setup.py'

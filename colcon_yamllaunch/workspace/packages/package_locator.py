@@ -1,0 +1,224 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Where the files of packages are, or are going to be once it is built."""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+import os
+from pathlib import Path
+
+from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package import prefix_of
+from colcon_yamllaunch.workspace.packages.source_files import source_files
+
+_AMENT_INDEX = 'share/ament_index/resource_index/packages'
+_COLCON_INDEX = 'share/colcon-core/packages'
+
+
+class PackageLocator:
+    """
+    The packages of a workspace and of the underlays that are sourced.
+
+    A package of the workspace is always where it will be installed, whether
+    it has been built or not. It wins over one of the same name elsewhere.
+
+    :param packages: The packages of the workspace
+    :param install_base: The install folder of the workspace
+    :param merge_install: Whether all packages are installed into one prefix
+    :param environment: The variables that tell the underlays
+    """
+
+    def __init__(
+        self,
+        packages: Iterable[Package],
+        install_base: Path,
+        merge_install: bool,
+        environment: Mapping[str, str],
+    ) -> None:
+        self._packages: dict[str, Package] = {}
+        for package in packages:
+            self._packages.setdefault(package.name, package)
+        self._install_base = install_base
+        self._merge_install = merge_install
+        self._ament = _prefixes(environment, 'AMENT_PREFIX_PATH')
+        self._colcon = _prefixes(environment, 'COLCON_PREFIX_PATH')
+
+    def package(self, name: str) -> Package | None:
+        """Get a package of the workspace, or None."""
+        return self._packages.get(name)
+
+    def prefix(self, name: str) -> str | None:
+        """Get the prefix of a package, or None if there is no such one."""
+        if name in self._packages:
+            base = self._install_base
+            return str(prefix_of(name, base, self._merge_install))
+        if name in ('', '.', '..') or os.sep in name:
+            return None
+        for prefix in self._ament:
+            if (prefix / _AMENT_INDEX / name).is_file():
+                return str(prefix)
+        for prefix in self._colcon:
+            for candidate in (prefix, prefix / name):
+                if (candidate / _COLCON_INDEX / name).is_file():
+                    return str(candidate)
+        return None
+
+    def share(self, name: str) -> str | None:
+        """Get the share folder of a package, or None."""
+        prefix = self.prefix(name)
+        return prefix and str(Path(prefix, 'share', name))
+
+    def names(self) -> tuple[str, ...]:
+        """Get the names of all packages, for suggestions; this is slow."""
+        names = set(self._packages)
+        for prefix in self._ament:
+            names.update(_children(prefix / _AMENT_INDEX))
+        for prefix in self._colcon:
+            names.update(_children(prefix / _COLCON_INDEX))
+            names.update(
+                child
+                for child in _children(prefix)
+                if (prefix / child / _COLCON_INDEX / child).is_file()
+            )
+        return tuple(sorted(names))
+
+    def executable(self, package: str, name: str) -> str | None:
+        """
+        Get the path of a program of a package.
+
+        :returns: For a package of the workspace where the program will be,
+          for others where it is, or None
+        """
+        prefix = self.prefix(package)
+        if prefix is None:
+            return None
+        path = Path(prefix, 'lib', package, name)
+        if package in self._packages or is_executable(path):
+            return str(path)
+        return None
+
+    def executables(self, package: str) -> tuple[str, ...]:
+        """
+        Get the names of the programs that a package has installed.
+
+        One in a subfolder goes by its path from `lib/PACKAGE`.
+        """
+        prefix = self.prefix(package)
+        if prefix is None:
+            return ()
+        folder = Path(prefix, 'lib', package)
+        paths = (folder / name for name, _ in source_files(folder))
+        return tuple(
+            sorted(
+                str(p.relative_to(folder)) for p in paths if is_executable(p)
+            )
+        )
+
+    def source_of(self, path: str) -> str | None:
+        """
+        Get the file in a package's source that is installed at a path.
+
+        It is the one of the same relative path, else the only one of that
+        name in the package.
+
+        :param path: Below the share folder of a package of the workspace
+        :returns: The path, or None if it is no such path or nothing is found
+        """
+        found = self.shared(path)
+        if found is None:
+            return None
+        package, relative = found
+        candidate = package.path / relative
+        if candidate.exists():
+            return str(candidate)
+        same = [
+            package.path / name
+            for name, _ in source_files(package.path)
+            if Path(name).name == relative.name
+        ]
+        return str(same[0]) if len(same) == 1 else None
+
+    def shared(self, path: str) -> tuple[Package, Path] | None:
+        """
+        Split a path into a package of the workspace and what is in its share.
+
+        :returns: The package and the path relative to its share folder, or
+          None if it is not below one
+        """
+        normal = Path(os.path.normpath(path))
+        name = self._share_name(normal)
+        package = self._packages.get(name or '')
+        if package is None:
+            return None
+        share = Path(self.share(package.name) or '')
+        if not normal.is_relative_to(share):
+            return None
+        return package, normal.relative_to(share)
+
+    def package_of(self, path: str) -> Package | None:
+        """Get the package of the workspace whose source has a path."""
+        real = Path(os.path.realpath(path))
+        owners = [
+            package
+            for package in self._packages.values()
+            if real.is_relative_to(os.path.realpath(package.path))
+        ]
+        return max(owners, key=lambda p: len(p.path.parts), default=None)
+
+    def installed_path(self, package: str, source_file: str) -> str | None:
+        """
+        Get where a file of a package's source is usually installed.
+
+        :param package: A package of the workspace
+        :param source_file: A path below its source
+        :returns: The same relative path below the share folder, or None when
+          the file is not the package's
+        """
+        own = self._packages.get(package)
+        if own is None:
+            return None
+        folder = Path(os.path.realpath(own.path))
+        real = Path(os.path.realpath(source_file))
+        if not real.is_relative_to(folder):
+            return None
+        share = self.share(package) or ''
+        return str(share / real.relative_to(folder))
+
+    def owner(self, path: str) -> Package | None:
+        """Get the package of the workspace whose prefix has a path."""
+        normal = Path(os.path.normpath(path))
+        if not normal.is_relative_to(self._install_base):
+            return None
+        names = normal.relative_to(self._install_base).parts
+        # when merged, the path tells whose it is in lib/ and share/ only
+        where = 1 if self._merge_install else 0
+        name = names[where] if len(names) > where else ''
+        return self._packages.get(name)
+
+    def _share_name(self, path: Path) -> str | None:
+        if not path.is_relative_to(self._install_base):
+            return None
+        parts = path.relative_to(self._install_base).parts
+        # <package>/share/<package>/…, or share/<package>/… when merged
+        where = 1 if self._merge_install else 2
+        return parts[where] if len(parts) > where else None
+
+
+def is_executable(path: Path) -> bool:
+    """Tell whether a path is a file that the user may run."""
+    return path.is_file() and os.access(path, os.X_OK)
+
+
+def _prefixes(environment: Mapping[str, str], name: str) -> list[Path]:
+    return [Path(entry) for entry in split_path(environment.get(name))]
+
+
+def _children(folder: Path) -> Iterator[str]:
+    try:
+        names = [child.name for child in folder.iterdir()]
+    except OSError:
+        return
+    yield from names

@@ -1,0 +1,67 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The programs that a package will have, as far as its build files say."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from pathlib import PurePosixPath
+import re
+
+from colcon_yamllaunch.workspace.packages.package_folder import cmake_files
+
+_COMMENT = re.compile(r'#.*')
+_TARGET = re.compile(r'\badd_executable\s*\(\s*"?([\w.+-]+)', re.I)
+_AMENT_TARGET = re.compile(
+    r'\bament_auto_add_executable\s*\(\s*"?([\w.+-]+)', re.I
+)
+# rclcpp_components_register_node
+_COMPONENT = re.compile(r'\bEXECUTABLE\s+"?([\w.+-]+)')
+_SCRIPTS = re.compile(
+    r'\binstall\s*\(\s*PROGRAMS\s+([^)]*?)\s+(?:DESTINATION|TYPE)\b', re.I
+)
+_ENTRY = re.compile(r'([\w.-]+)\s*=\s*[\w.]+\s*:\s*\w+')
+_CONSOLE_SCRIPTS = 'console_scripts'
+_SETUP_FILES = ('setup.py', 'setup.cfg')
+
+
+def source_programs(folder: Path) -> set[str]:
+    """
+    Get the names of the programs that a package's build would install.
+
+    Names that are only computed by the build are not found.
+
+    :param folder: The source of the package
+    """
+    found: set[str] = set()
+    for name in cmake_files(str(folder))[0]:
+        found.update(_in_cmake(_text(folder / name)))
+    for name in _SETUP_FILES:
+        found.update(_in_setup(_text(folder / name)))
+    return found
+
+
+def _in_cmake(text: str) -> Iterator[str]:
+    text = _COMMENT.sub('', text)
+    for pattern in (_TARGET, _AMENT_TARGET, _COMPONENT):
+        yield from pattern.findall(text)
+    for words in _SCRIPTS.findall(text):
+        for word in words.split():
+            name = PurePosixPath(word.strip('"')).name
+            if '$' not in name and '*' not in name:
+                yield name
+
+
+def _in_setup(text: str) -> Iterator[str]:
+    _, found, scripts = text.partition(_CONSOLE_SCRIPTS)
+    # the list ends in setup.py, the next section begins in setup.cfg
+    end = re.search(r'\]|^\[', scripts, re.M)
+    if found:
+        yield from _ENTRY.findall(scripts[: end.start() if end else None])
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding='utf-8', errors='replace')
+    except OSError:
+        return ''

@@ -1,0 +1,262 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Plans as JSON, as text and as drawings."""
+
+import json
+import subprocess
+
+from colcon_yamllaunch.language.plan.plan import Block
+from colcon_yamllaunch.language.plan.plan import Condition
+from colcon_yamllaunch.language.plan.plan import Message
+from colcon_yamllaunch.language.plan.plan import ParameterFile
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import SetParameter
+from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.language.plan.plan_graph import plan_as_dot
+from colcon_yamllaunch.language.plan.plan_graph import plan_as_mermaid
+from colcon_yamllaunch.language.plan.plan_json import plan_from_json
+from colcon_yamllaunch.language.plan.plan_json import plan_to_json
+from colcon_yamllaunch.language.plan.plan_json import PlanFormatError
+from colcon_yamllaunch.language.plan.plan_text import command
+from colcon_yamllaunch.language.plan.plan_text import plan_as_text
+from colcon_yamllaunch.language.syntax.position import Position
+from hypothesis import given
+from hypothesis import strategies as st
+import pytest
+
+HERE = Position('/ws/demo.yaml', 14, 9)
+THERE = Position('/ws/bringup.yaml', 30, 7)
+RATE = SetParameter('rate', '10', HERE, (THERE,))
+NODE = Process(
+    label='driver-1',
+    argv=(
+        '/ws/driver',
+        "it's",
+        '--ros-args',
+        '--params-file',
+        ParameterFile('"/**":\n', (RATE,)),
+    ),
+    cwd='/ws/a folder',
+    position=HERE,
+    environment=(('A', '1 2'), ('B', None)),
+    respawn=True,
+    respawn_delay=0.5,
+    node_name='/left/driver',
+    package='drivers',
+    parameters=(RATE,),
+    block=1,
+)
+PLAN = Plan(
+    (
+        Message('INFO', 'hello'),
+        NODE,
+        Timer(2.0, (Shutdown('done'),), cancel_on_shutdown=False),
+    ),
+    (
+        Block('file', '/ws/demo.yaml', HERE, None),
+        Block('group', 'namespace /left', HERE, 0),
+    ),
+    (Condition('if: $(var "x")', True, HERE),),
+)
+
+positions = st.builds(
+    Position,
+    st.text(max_size=5),
+    st.integers(min_value=1, max_value=9),
+    st.integers(min_value=1, max_value=9),
+)
+parameters = st.builds(
+    SetParameter,
+    st.text(max_size=5),
+    st.text(max_size=5),
+    positions,
+    st.lists(positions, max_size=2).map(tuple),
+)
+arguments = st.one_of(
+    st.text(max_size=5),
+    st.builds(
+        ParameterFile,
+        st.text(max_size=9),
+        st.lists(parameters, max_size=2).map(tuple),
+    ),
+)
+processes = st.builds(
+    Process,
+    label=st.text(max_size=5),
+    argv=st.lists(arguments, max_size=4).map(tuple),
+    cwd=st.text(max_size=5),
+    position=positions,
+    environment=st.dictionaries(
+        st.text(max_size=3), st.none() | st.text(max_size=3)
+    ).map(lambda d: tuple(sorted(d.items()))),
+    sigterm_timeout=st.floats(min_value=0, max_value=9),
+    parameters=st.lists(parameters, max_size=2).map(tuple),
+)
+leaves = st.one_of(
+    processes,
+    st.builds(Message, st.text(max_size=3), st.text(max_size=3)),
+    st.builds(Shutdown, st.text(max_size=3)),
+)
+entries = st.recursive(
+    leaves,
+    lambda inner: st.builds(
+        Timer,
+        st.floats(min_value=0, max_value=9),
+        st.lists(inner, max_size=3).map(tuple),
+        st.booleans(),
+    ),
+    max_leaves=6,
+)
+plans = st.builds(Plan, st.lists(entries, max_size=4).map(tuple))
+
+
+@given(plans)
+def test_json_tells_all_of_a_plan(plan: Plan) -> None:
+    assert plan_from_json(plan_to_json(plan)) == plan
+
+
+def test_json_of_a_plan_with_everything() -> None:
+    text = plan_to_json(PLAN)
+    assert plan_from_json(text) == PLAN
+    data = json.loads(text)
+    assert data['version'] == 1
+    assert [entry['type'] for entry in data['entries']] == [
+        'message',
+        'process',
+        'timer',
+    ]
+    assert data['entries'][1]['environment'] == {'A': '1 2', 'B': None}
+
+
+@pytest.mark.parametrize(
+    ('text', 'reason'),
+    [
+        ('{', 'not JSON'),
+        ('[]', "no 'version'"),
+        ('{"version": 2}', 'its version is 2'),
+        ('{"version": 1, "entries": 3}', 'plan.entries is not a list'),
+        ('{"version": 1, "x": 3}', "unknown field 'x'"),
+        (
+            '{"version": 1, "entries": [{"type": "timer"}]}',
+            'plan.entries[0].period is missing',
+        ),
+        (
+            '{"version": 1, "entries": [{"type": "dance"}]}',
+            'plan.entries[0] is not a process or a message',
+        ),
+        (
+            '{"version": 1, "entries": [{"type": "shutdown", "reason": 1}]}',
+            'plan.entries[0].reason is not of the type str',
+        ),
+        ('[' * 100_000, 'not JSON'),
+    ],
+)
+def test_json_that_is_no_plan(text: str, reason: str) -> None:
+    with pytest.raises(PlanFormatError) as caught:
+        plan_from_json(text)
+    assert reason in str(caught.value)
+
+
+@given(st.recursive(st.none() | st.text(max_size=3), st.lists, max_leaves=5))
+def test_json_of_anything_is_refused_in_one_way(value: object) -> None:
+    text = json.dumps({'version': 1, 'entries': value})
+    try:
+        plan_from_json(text)
+    except PlanFormatError as e:
+        assert 'plan.entries' in str(e)
+    else:
+        assert value == []
+
+
+def test_text_names_what_a_user_asks_for() -> None:
+    lines = plan_as_text(PLAN, '/ws').splitlines()
+    assert lines[0] == 'INFO: hello'
+    assert lines[1] == (
+        'driver-1, node /left/driver, package drivers  (demo.yaml:14:9)'
+    )
+    assert '    respawn: without end, after 0.5 s' in lines
+    wanted = 'rate: 10  (demo.yaml:14:9, passed by bringup.yaml:30:7)'
+    assert f'        {wanted}' in lines
+    assert lines[-5:] == [
+        'after 2 s:',
+        '    the launch ends: done',
+        '',
+        'conditions:',
+        '    if: $(var "x")  taken  (demo.yaml:14:9)',
+    ]
+
+
+def test_text_of_an_empty_plan() -> None:
+    assert plan_as_text(Plan(), '/ws') == 'nothing would run'
+
+
+def test_command_can_be_pasted(tmp_path) -> None:
+    folder = tmp_path / 'a folder'
+    folder.mkdir()
+    code = 'pwd; echo "$A" "${B-unset}"; printf "<%s>" "$@"'
+    process = Process(
+        label='sh-1',
+        argv=(
+            'sh',
+            '-c',
+            code,
+            'sh',
+            "it's",
+            '--params-file',
+            ParameterFile('ignored', (RATE,)),
+        ),
+        cwd=str(folder),
+        position=HERE,
+        environment=(('A', '1 2'), ('B', None)),
+    )
+    done = subprocess.run(
+        ['bash', '-c', command(process)],
+        env={'PATH': '/usr/bin:/bin', 'B': 'set'},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == f"{folder}\n1 2 unset\n<it's><-p><rate:=10>"
+
+
+def test_command_with_a_file_whose_substitutions_are_made() -> None:
+    process = Process(
+        label='cat-1',
+        argv=('cat', ParameterFile("it's: 1\n")),
+        cwd='/',
+        position=HERE,
+    )
+    done = subprocess.run(
+        ['bash', '-c', command(process)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "it's: 1\n"
+
+
+def test_mermaid() -> None:
+    assert plan_as_mermaid(PLAN, '/ws').splitlines() == [
+        'flowchart TB',
+        '  subgraph block0 ["demo.yaml"]',
+        '    subgraph block1 ["group namespace /left"]',
+        '      process0["driver-1<br/>/left/driver"]',
+        '    end',
+        '  end',
+    ]
+
+
+def test_dot() -> None:
+    assert plan_as_dot(PLAN, '/ws').splitlines() == [
+        'digraph launch {',
+        '  node [shape=box];',
+        '  subgraph cluster0 { label="demo.yaml";',
+        '    subgraph cluster1 { label="group namespace /left";',
+        '      process0 [label="driver-1\\n/left/driver"];',
+        '    }',
+        '  }',
+        '}',
+    ]

@@ -1,0 +1,218 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The parts of the control socket that need no launch."""
+
+from contextlib import suppress
+import os
+from pathlib import Path
+import socket
+import subprocess
+
+from colcon_yamllaunch.runtime.control import protocol
+from colcon_yamllaunch.runtime.control.launch_states import from_json
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.launch_states import to_json
+from colcon_yamllaunch.runtime.control.process_names import is_meant
+from colcon_yamllaunch.runtime.control.protocol import ProtocolError
+from colcon_yamllaunch.runtime.control.resource_usage import usage_of
+from colcon_yamllaunch.runtime.control.socket_address import Address
+from colcon_yamllaunch.runtime.control.socket_address import connections
+from colcon_yamllaunch.runtime.control.socket_folder import FolderError
+from colcon_yamllaunch.runtime.control.socket_folder import folders
+from colcon_yamllaunch.runtime.control.socket_folder import open_folder
+from hypothesis import given
+from hypothesis import strategies
+import pytest
+
+
+@pytest.fixture
+def place(tmp_path):
+    """Return an environment whose sockets are in a folder of the test."""
+    runtime = tmp_path / 'run'
+    runtime.mkdir(mode=0o700)
+    return {'XDG_RUNTIME_DIR': str(runtime), 'TMPDIR': str(tmp_path)}
+
+
+def test_the_runtime_folder_comes_first(place, tmp_path):
+    fallback = tmp_path / f'colcon-launch-{os.getuid()}'
+    first = Path(place['XDG_RUNTIME_DIR']) / 'colcon-launch'
+    assert folders(place) == (first, fallback)
+
+
+@pytest.mark.parametrize('runtime', ['', 'relative', '/does/not/exist'])
+def test_a_runtime_folder_that_is_none_is_not_used(runtime, tmp_path):
+    place = {'XDG_RUNTIME_DIR': runtime, 'TMPDIR': str(tmp_path)}
+    assert [f.parent for f in folders(place)] == [tmp_path]
+
+
+def test_a_runtime_folder_that_others_may_write_to_is_not_used(
+    place, tmp_path
+):
+    Path(place['XDG_RUNTIME_DIR']).chmod(0o777)
+    assert [f.parent for f in folders(place)] == [tmp_path]
+
+
+def test_the_folder_is_private(tmp_path):
+    umask = os.umask(0)
+    try:
+        os.close(open_folder(tmp_path / 'own', make=True))
+    finally:
+        os.umask(umask)
+    assert (tmp_path / 'own').stat().st_mode & 0o777 == 0o700
+
+
+def test_a_folder_that_others_may_enter_is_not_used(tmp_path):
+    folder = tmp_path / 'open'
+    folder.mkdir()
+    folder.chmod(0o755)
+    with pytest.raises(FolderError, match='chmod 700'):
+        open_folder(folder, make=True)
+
+
+def test_a_link_is_not_followed(tmp_path):
+    (tmp_path / 'elsewhere').mkdir(mode=0o700)
+    (tmp_path / 'link').symlink_to(tmp_path / 'elsewhere')
+    with pytest.raises(FolderError, match='link'):
+        open_folder(tmp_path / 'link', make=True)
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason='needs root to give files away')
+def test_a_folder_of_somebody_else_is_not_used(tmp_path):
+    folder = tmp_path / 'theirs'
+    folder.mkdir(mode=0o700)
+    os.chown(folder, 12345, 12345)
+    with pytest.raises(FolderError, match='not yours alone'):
+        open_folder(folder, make=True)
+
+
+def test_a_socket_is_the_users_alone_and_goes(place):
+    address = Address(place)
+    mode = address.path.stat().st_mode
+    assert (mode & 0o777, address.path.is_socket()) == (0o600, True)
+    assert [p.name for p in address.path.parent.iterdir()] == [
+        address.path.name
+    ]
+    address.close()
+    assert list(address.path.parent.iterdir()) == []
+
+
+def test_a_socket_in_a_folder_with_a_long_path(tmp_path):
+    deep = tmp_path / ('x' * 120)
+    deep.mkdir(mode=0o700)
+    place = {'XDG_RUNTIME_DIR': str(deep), 'TMPDIR': str(tmp_path)}
+    address = Address(place)
+    (connection,) = connections(place)
+    connection.close()
+    address.close()
+
+
+def test_stale_sockets_are_removed_and_other_files_are_not(place):
+    folder = Path(place['XDG_RUNTIME_DIR']) / 'colcon-launch'
+    folder.mkdir(mode=0o700)
+    for name in ('123.sock', '4194305.sock.new'):
+        stale = socket.socket(socket.AF_UNIX)
+        stale.bind(str(folder / name))
+        stale.close()
+    (folder / '5.sock').write_text('a file')
+    (folder / 'note').write_text('a note')
+    assert connections(place) == []
+    assert sorted(p.name for p in folder.iterdir()) == ['5.sock', 'note']
+
+
+def test_there_is_no_folder_yet(place):
+    assert connections(place) == []
+    assert list(Path(place['XDG_RUNTIME_DIR']).iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ('pattern', 'fits'),
+    [
+        ('counter.py-1', True),
+        ('counter.py', True),
+        ('counter', False),
+        ('count*', True),
+        ('python3', True),
+        ('my_counter', True),
+        ('/demo/inner/my_counter', True),
+        ('/demo/inner', True),
+        ('/demo', True),
+        ('/dem', False),
+        ('/demo/*', True),
+        ('*', True),
+        ('?ounter.py-[12]', True),
+        ('Counter*', False),
+    ],
+)
+def test_names_of_a_process(pattern, fits):
+    node = '/demo/inner/my_counter'
+    assert is_meant(pattern, 'counter.py-1', 'python3', node) is fits
+
+
+def test_a_process_without_a_node_has_fewer_names():
+    assert is_meant('sh', 'sh-2', 'sh', None)
+    assert not is_meant('/*', 'sh-2', 'sh', None)
+
+
+@given(strategies.binary())
+def test_no_line_breaks_the_protocol(line):
+    with suppress(ProtocolError):
+        assert isinstance(protocol.decode(line), dict)
+
+
+def test_deep_nesting_does_not_break_the_protocol():
+    with pytest.raises(ProtocolError):
+        protocol.decode(b'[' * protocol.MAXIMUM_REQUEST)
+
+
+@given(strategies.binary())
+def test_every_byte_passes_the_protocol(data):
+    message = {'output': protocol.text_of(data)}
+    line = protocol.encode(message)
+    assert line.count(b'\n') == 1
+    assert protocol.bytes_of(protocol.decode(line)['output']) == data
+
+
+@pytest.mark.parametrize('text', [7, None, '€'])
+def test_what_is_no_byte_is_refused(text):
+    with pytest.raises(ProtocolError):
+        protocol.bytes_of(text)
+
+
+def a_launch():
+    process = ProcessState(
+        *('a-1', 'running', 7, 1.5, 2, '', 'a', '/a', 'pkg', '/log', False)
+    )
+    return LaunchState(
+        *('pkg a', 'pkg', '/a.yaml', '/ws', 3, 9.0, False, '/l', (process,))
+    )
+
+
+def test_a_launch_becomes_json_and_back():
+    data = protocol.decode(protocol.encode(to_json(a_launch())))
+    assert from_json({**data, 'later': 'addition'}) == a_launch()
+
+
+@pytest.mark.parametrize('missing', ['pid', 'processes', 'phase'])
+def test_a_launch_that_lacks_something_is_refused(missing):
+    data = to_json(a_launch())
+    data['processes'][0].pop(missing, None)
+    data.pop(missing, None)
+    with pytest.raises(ProtocolError):
+        from_json(data)
+
+
+def test_usage_is_that_of_the_whole_group():
+    busy = subprocess.Popen(
+        ['sh', '-c', 'while :; do :; done & while :; do :; done'],
+        start_new_session=True,
+    )
+    try:
+        usage = usage_of({busy.pid})[busy.pid]
+        assert usage.cpu > 0.02
+        assert usage.memory > 100_000
+    finally:
+        os.killpg(busy.pid, 9)
+        busy.wait()
+    assert usage_of({busy.pid}) == {}

@@ -1,0 +1,305 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Histories of launches, replayed without a process and without waiting."""
+
+import signal
+
+from colcon_yamllaunch.common.process_scan import Member
+from colcon_yamllaunch.language.plan.plan import Message
+from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import LeftBehind
+from colcon_yamllaunch.runtime.core.events import Respawned
+from colcon_yamllaunch.runtime.core.events import Said
+from colcon_yamllaunch.runtime.core.events import ShuttingDown
+from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import StartFailed
+from colcon_yamllaunch.runtime.core.events import StillRunning
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+import pytest
+from support.history import History
+
+INT, TERM, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
+
+
+@pytest.fixture
+def history():
+    def begin(*entries, refused=()):
+        made = History(*entries)
+        made.host.refused.update(refused)
+        made.turn()
+        return made
+
+    return begin
+
+
+def test_an_empty_plan_ends_at_once(history):
+    assert history().supervisor.done
+
+
+def test_entries_take_their_turn_in_order(history, process):
+    h = history(process('a'), Message('INFO', 'between'), process('b'))
+    kinds = [type(e) for e in h.host.events]
+    assert kinds == [Started, Said, Started]
+    assert h.started() == ['a', 'b']
+
+
+def test_the_launch_ends_when_the_last_process_does(history, process):
+    h = history(process('a'), process('b'))
+    h.exit('a')
+    assert not h.supervisor.done
+    h.exit('b')
+    assert h.supervisor.done
+    assert h.host.sent == []
+
+
+def test_many_starts_leave_turns_for_others(history, process):
+    h = History(*(process(f'p{n}') for n in range(50)))
+    h.supervisor.advance()
+    assert 0 < len(h.started()) < 10
+    assert h.supervisor.seconds_to_wait() == 0.0
+    assert h.supervisor.is_starting
+    h.turn()
+    assert not h.supervisor.is_starting
+
+
+def test_a_process_that_cannot_be_started_leaves_the_others_alone(
+    history, process
+):
+    h = history(process('bad'), process('good'), refused=['bad'])
+    assert [e.process.label for e in h.happened(StartFailed)] == ['bad']
+    assert h.started() == ['good']
+    assert not h.supervisor.is_stopping
+
+
+def test_a_required_process_that_cannot_be_started_ends_the_launch(
+    history, process
+):
+    h = history(
+        process('good'),
+        process('bad', on_exit_shutdown=True),
+        process('never'),
+        refused=['bad'],
+    )
+    assert h.started() == ['good']
+    assert h.sent('good') == [INT]
+
+
+def test_on_exit_shutdown_stops_the_others(history, process):
+    h = history(process('a'), process('b', on_exit_shutdown=True))
+    h.exit('b')
+    assert h.sent('a') == [INT]
+    assert 'b ended' in h.happened(ShuttingDown)[0].reason
+    h.exit('a', Outcome(signal=INT))
+    assert h.supervisor.done
+    assert [e.failed for e in h.happened(Exited)] == [False, False]
+
+
+def test_a_shutdown_skips_what_follows_and_stops_what_runs(history, process):
+    h = history(process('a'), Shutdown('enough'), process('b'))
+    assert h.started() == ['a']
+    assert h.happened(ShuttingDown)[0].reason == 'enough'
+    assert h.sent('a') == [INT]
+
+
+def test_a_process_is_respawned_after_its_delay(history, process):
+    h = history(process('a', respawn=True, respawn_delay=2.0))
+    h.exit('a')
+    assert h.happened(Exited)[0].respawn_delay == 2.0
+    h.after(1.9)
+    assert h.started() == ['a']
+    assert not h.supervisor.done
+    h.after(0.2)
+    assert h.started() == ['a', 'a']
+    assert h.happened(Respawned)[0].attempt == 1
+
+
+def test_respawning_ends_after_the_retries(history, process):
+    h = history(process('a', respawn=True, respawn_max_retries=2))
+    for _ in range(3):
+        h.exit('a', Outcome(code=3))
+    assert h.started() == ['a', 'a', 'a']
+    assert h.supervisor.done
+    assert [e.respawn_delay for e in h.happened(Exited)] == [0.0, 0.0, None]
+
+
+def test_stopping_wins_over_a_respawn_that_is_due(history, process):
+    h = history(process('a', respawn=True, respawn_delay=2.0))
+    h.exit('a')
+    h.supervisor.stop('enough')
+    h.after(5.0)
+    assert h.started() == ['a']
+    assert h.supervisor.done
+
+
+def test_stopping_wins_over_the_respawn_of_a_process_that_it_ends(
+    history, process
+):
+    h = history(process('a', respawn=True))
+    h.supervisor.stop('enough')
+    h.exit('a', Outcome(signal=INT))
+    assert h.started() == ['a']
+    assert h.supervisor.done
+
+
+def test_signals_follow_each_other_until_the_process_ends(history, process):
+    h = history(
+        process('a', sigterm_timeout=1.0, sigkill_timeout=2.0),
+        process('b'),
+    )
+    h.supervisor.stop('enough')
+    h.after(0.9)
+    assert h.sent('a') == [INT]
+    h.after(0.2)
+    assert h.sent('a') == [INT, TERM]
+    h.after(2.0)
+    assert h.sent('a') == [INT, TERM, KILL]
+    assert h.sent('b') == [INT]
+
+
+def test_to_hurry_goes_one_step_further(history, process):
+    h = history(process('a'))
+    h.supervisor.stop('enough')
+    h.supervisor.hurry()
+    assert h.sent('a') == [INT, TERM]
+    h.supervisor.hurry()
+    assert h.sent('a') == [INT, TERM, KILL]
+
+
+def test_a_slow_stop_is_reported_once_a_second(history, process):
+    h = history(process('a'), process('b'))
+    h.supervisor.stop('enough')
+    h.exit('b')
+    h.after(3.5)
+    assert h.happened(StillRunning) == [StillRunning(('a',), 0, INT)] * 3
+
+
+def test_a_process_that_survives_sigkill_is_given_up(history, process):
+    h = history(process('a', sigterm_timeout=1.0, sigkill_timeout=1.0))
+    h.supervisor.stop('enough')
+    h.after(60.0)
+    assert h.supervisor.done
+    pid = h.host.by_label['a']
+    assert h.happened(LeftBehind) == [LeftBehind('a', pid)]
+
+
+def test_a_launch_that_ends_by_itself_stops_what_processes_left(
+    history, process
+):
+    h = history(process('a'))
+    stray = Member(pid=7, birth=1, group=7, number=0)
+    h.host.strays = [stray]
+    h.exit('a')
+    assert not h.supervisor.done
+    assert h.host.sent == [(7, INT)]
+    h.after(5.0)
+    assert h.host.sent == [(7, INT), (7, TERM)]
+    h.host.strays = []
+    h.after(1.0)
+    assert h.supervisor.done
+
+
+def test_what_a_running_process_left_its_group_is_stopped_with_it(
+    history, process
+):
+    h = history(process('a'))
+    pid = h.host.by_label['a']
+    inside = Member(pid=pid + 1, birth=1, group=pid, number=0)
+    outside = Member(pid=7, birth=1, group=7, number=0)
+    h.host.strays = [inside, outside]
+    h.supervisor.stop('enough')
+    assert h.host.sent == [(pid, INT), (7, INT)]
+
+
+def test_a_timer_is_due_after_its_period(history, process):
+    h = history(Timer(2.0, (process('late'),)), process('early'))
+    assert h.started() == ['early']
+    h.exit('early')
+    assert not h.supervisor.done
+    h.after(2.0)
+    assert h.started() == ['early', 'late']
+    h.exit('late')
+    assert h.supervisor.done
+
+
+def test_a_nested_timer_counts_from_its_own_turn(history, process):
+    h = history(Timer(1.0, (Timer(1.0, (process('late'),)),)))
+    h.after(1.9)
+    assert h.started() == []
+    h.after(0.2)
+    assert h.started() == ['late']
+
+
+def test_the_same_timer_may_occur_twice(history):
+    timer = Timer(1.0, (Message('INFO', 'tick'),))
+    h = history(timer, timer)
+    h.after(1.0)
+    assert len(h.happened(Said)) == 2
+    assert h.supervisor.done
+
+
+def test_a_shutdown_drops_timers(history, process):
+    h = history(Timer(9.0, (process('late'),)), process('a'))
+    h.supervisor.stop('enough')
+    h.exit('a')
+    assert h.supervisor.done
+
+
+def test_a_timer_that_outlasts_a_shutdown_speaks_but_starts_nothing(
+    history, process
+):
+    entries = (process('late'), Message('INFO', 'fired'), Shutdown(''))
+    h = history(Timer(9.0, entries, cancel_on_shutdown=False))
+    h.supervisor.stop('enough')
+    h.after(8.0)
+    assert not h.supervisor.done
+    assert h.happened(StillRunning)[-1].timers == 1
+    h.after(1.0)
+    assert h.supervisor.done
+    assert h.started() == []
+    assert h.happened(Said) == [Said('INFO', 'fired')]
+    assert len(h.happened(ShuttingDown)) == 1
+
+
+@pytest.mark.parametrize('way', ['hurry', 'drop_timers'])
+def test_a_timer_that_outlasts_a_shutdown_can_be_dropped(history, way):
+    h = history(Timer(900.0, (), cancel_on_shutdown=False))
+    h.supervisor.stop('enough', drop_timers=way == 'drop_timers')
+    if way == 'hurry':
+        h.supervisor.hurry()
+    h.turn()
+    assert h.supervisor.done
+
+
+def test_a_process_that_was_asked_to_stop_did_not_fail(history, process):
+    h = history(process('a'), process('b'))
+    h.supervisor.stop('enough')
+    h.exit('a', Outcome(code=1))
+    h.exit('b', Outcome(signal=KILL))
+    assert [e.failed for e in h.happened(Exited)] == [False, False]
+    assert all(e.asked for e in h.happened(Exited))
+
+
+def test_an_exit_tells_how_long_the_process_ran(history, process):
+    h = history(process('a'))
+    h.after(2.5)
+    h.exit('a')
+    assert h.happened(Exited)[0].seconds == 2.5
+
+
+def test_a_stop_costs_in_proportion_to_the_processes(history, process):
+    h = history(*(process(f'p{n}') for n in range(500)))
+    while len(h.started()) < 500:
+        h.turn()
+    looks = []
+    members = h.host.members
+    h.host.members = lambda groups: looks.append(1) or members(groups)
+    h.supervisor.stop('enough')
+    for pid in list(h.host.by_label.values()):
+        h.supervisor.exited(pid, Outcome(signal=INT))
+        h.supervisor.advance()
+    assert h.supervisor.done
+    assert len(h.host.sent) == 500
+    assert len(looks) == 2

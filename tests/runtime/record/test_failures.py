@@ -1,0 +1,118 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+from pathlib import Path
+import signal
+
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import LeftBehind
+from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import StartFailed
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.record.failures import Failures
+
+
+def exited(process, **outcome):
+    failed = outcome.get('code') != 0
+    return Exited(process, 9, Outcome(**outcome), 1.25, False, failed)
+
+
+def heard(*events, log_files=None):
+    failures = Failures(log_files or {})
+    for event in events:
+        failures.handle(event)
+    return failures
+
+
+def test_nothing_failed(process):
+    failures = heard(Started(process(), 9), exited(process(), code=0))
+    assert failures.exit_code == 0
+    assert failures.summary() == ()
+
+
+def test_the_first_failure_is_told_at_length_and_others_briefly(process):
+    first, second = process('first'), process('second')
+    failures = heard(
+        Started(first, 8),
+        Started(second, 9),
+        Output(second, 'stdout', b'of no interest\n'),
+        Output(first, 'stdout', b'one\n'),
+        Output(first, 'stderr', b'\x1b[31mtwo\x1b[0m\npartial'),
+        exited(first, signal=signal.SIGSEGV),
+        exited(second, code=3),
+        log_files={'first': Path('/log/first/stdout_stderr.log')},
+    )
+    assert failures.exit_code == 1
+    assert failures.summary() == (
+        'failed: first died by SIGSEGV (segmentation fault) after 1.2 s '
+        '(from /ws/demo.yaml:14:5)',
+        '  the last lines of first:',
+        '  | one',
+        '  | two',
+        '  | partial',
+        '  all of its output: /log/first/stdout_stderr.log',
+        'then failed: second exited with code 3 after 1.2 s '
+        '(from /ws/demo.yaml:14:5)',
+    )
+
+
+def test_a_file_below_the_current_folder_is_named_briefly(
+    process, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    place = Position(str(tmp_path / 'launch/demo.yaml'), 3, 5)
+    failures = heard(exited(process(position=place), code=3))
+    assert '(from launch/demo.yaml:3:5)' in failures.summary()[0]
+
+
+def test_only_the_last_ten_lines_are_told(process):
+    lines = [f'line {n}' for n in range(5000)]
+    failures = heard(
+        *(Output(process(), 'stdout', f'{t}\n'.encode()) for t in lines),
+        exited(process(), code=3),
+    )
+    told = [t for t in failures.summary() if t.startswith('  | ')]
+    assert told == [f'  | {t}' for t in lines[-10:]]
+
+
+def test_a_huge_line_is_told_in_part(process):
+    failures = heard(
+        Output(process(), 'stdout', b'x' * 10_000_000),
+        exited(process(), code=3),
+    )
+    assert sum(map(len, failures.summary())) < 10_000
+
+
+def test_a_failure_that_a_respawn_mended_is_forgotten(process):
+    failures = heard(
+        Started(process(), 8),
+        exited(process(), code=3),
+        Started(process(), 9),
+        exited(process(), code=0),
+    )
+    assert failures.exit_code == 0
+
+
+def test_the_last_run_counts(process):
+    failures = heard(
+        Started(process(), 8),
+        exited(process(), code=0),
+        Started(process(), 9),
+        exited(process(), code=3),
+    )
+    assert failures.exit_code == 1
+
+
+def test_a_process_that_did_not_start_failed(process):
+    failures = heard(StartFailed(process('bad'), 'there is no such thing'))
+    assert failures.exit_code == 1
+    assert failures.summary() == (
+        'failed: bad could not be started: there is no such thing '
+        '(from /ws/demo.yaml:14:5)',
+    )
+
+
+def test_to_leave_a_process_behind_is_a_failure():
+    assert heard(LeftBehind('a', 9)).exit_code == 1

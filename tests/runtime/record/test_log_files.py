@@ -1,0 +1,161 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+import shutil
+
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.record.log_files import LogFile
+from colcon_yamllaunch.runtime.record.log_files import Quota
+from colcon_yamllaunch.runtime.record.log_files import size_text
+import pytest
+
+LINE = b'x' * 999 + b'\n'
+LIMIT = 2_000_000
+
+
+@pytest.fixture
+def complaints():
+    return []
+
+
+@pytest.fixture
+def open_log(tmp_path):
+    """Return a function that opens log files, which are closed at the end."""
+    files = []
+
+    def open_one(name, quota):
+        files.append(LogFile(tmp_path / name, quota))
+        return files[-1]
+
+    yield open_one
+    for file in files:
+        file.close()
+
+
+def parts(folder, name):
+    """Return the paths of a log file, the oldest first."""
+    found = [p for p in folder.iterdir() if p.name.startswith(f'{name}.')]
+    found.sort(key=lambda p: -int(p.suffix[1:]))
+    return [*found, folder / name]
+
+
+def content(folder, name):
+    return b''.join(p.read_bytes() for p in parts(folder, name))
+
+
+def size_of(folder):
+    return sum(p.stat().st_size for p in folder.iterdir())
+
+
+def numbered(first, last):
+    return [b'%09d\n' % n * 100 for n in range(first, last)]
+
+
+def test_below_the_limit_nothing_is_lost(tmp_path, open_log, complaints):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+    for data in numbered(0, LIMIT // 1000):
+        file.write(data)
+    assert content(tmp_path, 'stdout.log') == b''.join(
+        numbered(0, LIMIT // 1000)
+    )
+    assert complaints == []
+    names = [p.name for p in parts(tmp_path, 'stdout.log')]
+    assert len(names) > 8
+    assert names[-3:] == ['stdout.log.2', 'stdout.log.1', 'stdout.log']
+
+
+def test_above_the_limit_the_newest_stays(tmp_path, open_log, complaints):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+    everything = numbered(0, 10_000)
+    for data in everything:
+        file.write(data)
+        assert size_of(tmp_path) <= LIMIT
+    kept = content(tmp_path, 'stdout.log')
+    assert b''.join(everything).endswith(kept)
+    assert len(kept) > LIMIT * 3 / 4
+    (complaint,) = complaints
+    assert '2 MB' in complaint
+
+
+def test_a_flood_does_not_take_the_place_of_others(
+    tmp_path, open_log, complaints
+):
+    quota = Quota(100 * LIMIT, 200, complaints.append)
+    quiet = [open_log(f'quiet{n}', quota) for n in range(100)]
+    flood = open_log('flood', quota)
+    for file in quiet:
+        file.write(LINE * 400)
+    for _ in range(300):
+        flood.write(LINE * 1000)
+    assert size_of(tmp_path) <= 100 * LIMIT
+    assert len(complaints) == 1
+    for number in range(100):
+        assert content(tmp_path, f'quiet{number}') == LINE * 400
+
+
+def test_one_flood_among_many_files_has_few_parts(
+    tmp_path, open_log, complaints
+):
+    file = open_log('flood', Quota(100 * LIMIT, 400, complaints.append))
+    for _ in range(250):
+        file.write(LINE * 1000)
+    assert 90 * LIMIT < size_of(tmp_path) <= 100 * LIMIT
+    assert len(parts(tmp_path, 'flood')) < 50
+
+
+def test_without_a_limit_nothing_rotates(tmp_path, open_log, complaints):
+    file = open_log('stdout.log', Quota(None, 1, complaints.append))
+    for _ in range(3000):
+        file.write(LINE)
+    assert parts(tmp_path, 'stdout.log') == [tmp_path / 'stdout.log']
+
+
+def test_a_line_is_never_torn(tmp_path, open_log, complaints):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+    long = b'y' * LIMIT + b'\n'
+    for data in (LINE, long, LINE):
+        file.write(data)
+    found = parts(tmp_path, 'stdout.log')
+    assert [p.read_bytes() for p in found] in ([long, LINE], [LINE])
+
+
+def test_the_share_of_many_files_is_not_tiny():
+    quota = Quota(LIMIT, 1000, pytest.fail)
+    assert quota.share == limits.LOG_PART
+
+
+def test_old_parts_may_be_deleted_meanwhile(tmp_path, open_log, complaints):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+    for data in numbered(0, 1500):
+        file.write(data)
+    (tmp_path / 'stdout.log.2').unlink()
+    for data in numbered(1500, 9000):
+        file.write(data)
+    assert size_of(tmp_path) <= LIMIT
+    assert content(tmp_path, 'stdout.log').endswith(numbered(8999, 9000)[0])
+
+
+def test_the_folder_may_be_deleted_meanwhile(tmp_path, open_log, complaints):
+    folder = tmp_path / 'log'
+    folder.mkdir()
+    file = open_log('log/stdout.log', Quota(LIMIT, 1, complaints.append))
+    file.write(LINE)
+    shutil.rmtree(folder)
+    for _ in range(3000):
+        file.write(LINE)
+    assert not folder.exists()
+
+
+@pytest.mark.parametrize(
+    ('size', 'text'),
+    [
+        (0, '0 bytes'),
+        (999, '999 bytes'),
+        (1500, '1.5 kB'),
+        (2_000_000_000, '2 GB'),
+        (1 << 30, '1.074 GB'),
+        (5_000_000_000_000, '5000 GB'),
+    ],
+)
+def test_sizes_are_written_for_people(size, text):
+    assert size_text(size) == text

@@ -1,0 +1,146 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The table of what was started."""
+
+import io
+import os
+
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.core.events import ShuttingDown
+from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import StartFailed
+from colcon_yamllaunch.runtime.screen.screen import Screen
+from colcon_yamllaunch.runtime.screen.start_table import Row
+from colcon_yamllaunch.runtime.screen.start_table import StartTable
+from colcon_yamllaunch.runtime.screen.start_table import table_lines
+from colcon_yamllaunch.runtime.streams.writer import TextWriter
+import pytest
+
+
+def size(columns=80, lines=24):
+    return os.terminal_size((columns, lines))
+
+
+@pytest.fixture
+def table():
+    """Return a function that shows events of a plan and returns the text."""
+
+    def show(entries, *events, columns=80):
+        stream = io.StringIO()
+        plan = Plan(tuple(entries))
+        screen = Screen(
+            TextWriter(stream), plan.processes(), color=False, terminal=True
+        )
+        shown = StartTable(plan, size(columns), screen)
+        for event in events:
+            shown.handle(event)
+        return stream.getvalue().replace('\r', '').splitlines()
+
+    return show
+
+
+def test_a_row_says_where_a_process_comes_from(process):
+    node = process('a-1', package='my_pkg', node_name='/demo/counter')
+    assert Row.of(node, 7) == Row('a-1', 'my_pkg', '/demo', 7)
+    node = process('a-1', package='my_pkg', node_name='/counter')
+    assert Row.of(node, 7).namespace == '/'
+    plain = process('echo-1', '/bin/echo', 'hello')
+    assert Row.of(plain, 7) == Row('echo-1', 'echo', '', 7)
+
+
+def test_columns_are_aligned():
+    rows = [
+        Row('counter.py-1', 'my_pkg', '/demo', 4329),
+        Row('pump-2', '/opt/pump', '', 12),
+    ]
+    assert table_lines(rows, size()) == [
+        'NAME          PACKAGE    NAMESPACE  PID',
+        'counter.py-1  my_pkg     /demo      4329',
+        'pump-2        /opt/pump             12',
+    ]
+
+
+def test_a_column_without_anything_is_left_out():
+    assert table_lines([Row('a', 'sh', '', 1)], size()) == [
+        'NAME  PACKAGE  PID',
+        'a     sh       1',
+    ]
+
+
+@pytest.mark.parametrize('columns', [40, 41, 60, 79])
+def test_it_fits_the_width(columns):
+    rows = [
+        Row('a' * 50, '/ws/install/' + 'b' * 60 + '/end', '/n' * 20, 123456),
+        Row('short', 'pkg', '/', 1),
+    ]
+    lines = table_lines(rows, size(columns))
+    assert len(lines) == 3
+    assert max(map(len, lines)) <= columns
+    assert '…' in lines[1]
+    assert '123456' in lines[1]
+    assert 'end' in lines[1]
+
+
+def test_a_terminal_may_be_too_narrow():
+    assert table_lines([Row('a', 'b', '/', 1)], size(20)) == []
+    assert table_lines([], size()) == []
+
+
+def test_a_hundred_nodes_are_told_by_package():
+    rows = [
+        Row(f'node-{n}', f'pkg{n % 3}', f'/r{n}', 1000 + n) for n in range(100)
+    ]
+    lines = table_lines(rows, size())
+    assert len(lines) == 4
+    assert lines[1].split('  ') == [
+        'node-0 … node-99',
+        'pkg0 (34)',
+        '/r0 … /r99',
+        '1000 … 1099',
+    ]
+    # a higher terminal has room for all of them
+    assert len(table_lines(rows, size(lines=200))) == 101
+
+
+def test_it_shows_when_all_were_started(table, process):
+    a, b, late = process('a'), process('b'), process('late')
+    shown = table(
+        [a, Timer(5.0, (late,)), b],
+        Started(a, 1),
+        Output(a, 'stdout', b'hello\n'),
+        Started(b, 2),
+        Started(late, 3),
+        Started(a, 4),
+    )
+    assert shown == [
+        '[a]      hello',
+        'NAME  PACKAGE  PID',
+        'a     true     1',
+        'b     true     2',
+        '[launch] late: started, pid 3',
+        '[launch] a: started, pid 4',
+    ]
+
+
+def test_what_could_not_be_started_is_told_beside(table, process):
+    a, b = process('a'), process('b')
+    shown = table([a, b], Started(a, 1), StartFailed(b, 'no such file'))
+    assert shown[:2] == ['NAME  PACKAGE  PID', 'a     true     1']
+    assert 'no such file' in shown[2]
+
+
+def test_a_launch_that_is_stopped_early_shows_what_there_is(table, process):
+    a, b = process('a'), process('b')
+    shown = table([a, b], Started(a, 1), ShuttingDown('interrupted'))
+    assert shown[1].startswith('a ')
+    assert 'stopping' in shown[2]
+
+
+def test_a_narrow_terminal_gets_lines(table, process):
+    a = process('a')
+    assert table([a], Started(a, 1), columns=20) == [
+        '[launch] a: started, pid 1'
+    ]

@@ -1,0 +1,103 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The words that are about running launches, read as colcon reads them."""
+
+import argparse
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.verb.cli.control_options import ControlOptions
+from colcon_yamllaunch.verb.cli.control_options import is_control
+from colcon_yamllaunch.verb.cli.options import add_options
+from colcon_yamllaunch.verb.cli.options import Options
+from colcon_yamllaunch.verb.cli.options import parse_options
+import pytest
+
+
+def parsed(line: str) -> Options:
+    parser = argparse.ArgumentParser()
+    parser.add_argument('words', nargs=argparse.REMAINDER)
+    add_options(parser)
+    return parse_options(parser.parse_args(line.split()))
+
+
+@pytest.mark.parametrize(
+    ('line', 'expected'),
+    [
+        ('--status', ControlOptions('status')),
+        ('--status=json', ControlOptions('status', status_format='json')),
+        ('--status --of my_pkg', ControlOptions('status', launch='my_pkg')),
+        ('--stop', ControlOptions('stop')),
+        ('--stop a b*', ControlOptions('stop', ('a', 'b*'))),
+        ('--of 12 --stop a', ControlOptions('stop', ('a',), '12')),
+        ('--stop a --of 12', ControlOptions('stop', ('a',), '12')),
+        ('--restart a', ControlOptions('restart', ('a',))),
+        ('--logs', ControlOptions('logs')),
+        ('--logs a b', ControlOptions('logs', ('a', 'b'))),
+        ('--logs -f a', ControlOptions('logs', ('a',), follow=True)),
+        ('--logs a -f', ControlOptions('logs', ('a',), follow=True)),
+        ('-f --logs a', ControlOptions('logs', ('a',), follow=True)),
+        ('--attach a', ControlOptions('attach', ('a',))),
+        ('--attach=a --of 12', ControlOptions('attach', ('a',), '12')),
+    ],
+)
+def test_requests_to_running_launches(
+    line: str, expected: ControlOptions
+) -> None:
+    assert parsed(line).control == expected
+    assert is_control(['launch', *line.split()])
+
+
+@pytest.mark.parametrize(
+    'line',
+    [
+        '--attach a pkg file',
+        '--attach=a pkg file x:=1',
+        'pkg file --attach a',
+        '--attach a file.yaml',
+        '--attach a --from-plan plan.json',
+    ],
+)
+def test_attach_with_something_to_launch_launches(line: str) -> None:
+    options = parsed(line)
+    assert options.control is None
+    assert options.attach == 'a'
+    assert options.words or options.plan
+    assert not is_control(['launch', *line.split()])
+
+
+@pytest.mark.parametrize('line', ['pkg file', 'pkg', '--check pkg file', ''])
+def test_launches_are_no_requests(line: str) -> None:
+    assert not is_control(['launch', *line.split()])
+
+
+@pytest.mark.parametrize(
+    ('line', 'text'),
+    [
+        ('--status pkg', "--status has no format 'pkg'"),
+        ('--of 1 --status=text pkg', "--status takes no 'pkg'"),
+        ('--status=xml', "no format 'xml'"),
+        ('--restart', '--restart needs the NAME'),
+        ('--stop a --restart b', '--stop and --restart exclude'),
+        ('--stop a --attach b', '--stop and --attach exclude'),
+        ('pkg file -f', '-f goes with --logs'),
+        ('--stop a -f', '-f goes with --logs'),
+        ('pkg file --of 12', '--of LAUNCH goes with'),
+        ('--from-plan p --launch-prefix gdb', '--launch-prefix goes with'),
+    ],
+)
+def test_what_makes_no_sense_is_refused(line: str, text: str) -> None:
+    with pytest.raises(WorkspaceError, match=text):
+        parsed(line)
+
+
+def test_prefix_options_win_over_launch_arguments() -> None:
+    options = parsed(
+        'pkg file launch-prefix:=nice --launch-prefix gdb '
+        '--launch-prefix-filter count.* x:=1'
+    )
+    assert options.arguments == {
+        'launch-prefix': 'gdb',
+        'launch-prefix-filter': 'count.*',
+        'x': '1',
+    }

@@ -1,0 +1,110 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Running launches as a table."""
+
+from typing import Any
+
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.resource_usage import Usage
+from colcon_yamllaunch.verb.sessions.status_table import duration
+from colcon_yamllaunch.verb.sessions.status_table import size
+from colcon_yamllaunch.verb.sessions.status_table import table
+import pytest
+
+
+def process(label: str, **more: Any) -> ProcessState:
+    values: dict[str, Any] = {
+        'phase': 'running',
+        'pid': None,
+        'seconds': 0.0,
+        'restarts': 0,
+        'ending': '',
+        'executable': label,
+        'node': None,
+        'package': None,
+        'log': None,
+        'terminal': False,
+    }
+    return ProcessState(label, **{**values, **more})
+
+
+def launch(*processes: ProcessState) -> LaunchState:
+    return LaunchState(
+        *('my_pkg demo.yaml', 'my_pkg', '/ws/demo.yaml', '/ws', 4242, 75.0),
+        *(False, None, processes),
+    )
+
+
+def test_a_table_of_all_states() -> None:
+    state = launch(
+        process('counter.py-1', pid=4250, seconds=74.0, restarts=1),
+        process('late', phase='waiting'),
+        process('flaky', phase='respawn', ending='exited with code 3'),
+        process('gone', phase='ended', ending='finished'),
+        process('slow', phase='stopping', pid=4251, seconds=3.0),
+    )
+    usage = {4250: Usage(0.256, 24_222_106), 4251: Usage(0.0, 1024)}
+    assert table(state, usage, None).splitlines() == [
+        'my_pkg demo.yaml: running for 1 min 15 s, pid 4242, in /ws',
+        '  PROCESS       STATE                           PID'
+        '          UP  RESTARTS    CPU    MEMORY',
+        '  counter.py-1  running                        4250'
+        '  1 min 14 s         1  25.6%  23.1 MiB',
+        '  late          waiting                            '
+        '                     0',
+        '  flaky         respawns (exited with code 3)      '
+        '                     0',
+        '  gone          finished                           '
+        '                     0',
+        '  slow          stopping                       4251'
+        '         3 s         0   0.0%   1.0 KiB',
+    ]
+
+
+@pytest.mark.parametrize('width', [40, 70, 80, 100])
+def test_a_table_fits_its_width(width: int) -> None:
+    long = 'a_label_that_is_much_longer_than_it_should_be-1'
+    ending = 'could not be started: a reason that takes a whole line or more'
+    state = launch(
+        process(long, pid=1234567, seconds=40_000.0),
+        process('b', phase='ended', ending=ending),
+    )
+    lines = table(state, {1234567: Usage(1.0, 10**9)}, width).splitlines()
+    assert max(map(len, lines)) <= width
+    assert any('…' in line for line in lines)
+    assert '1234567' in lines[2]
+
+
+def test_a_launch_without_processes() -> None:
+    assert table(launch(), {}, 80).endswith('\n  no processes')
+
+
+@pytest.mark.parametrize(
+    ('seconds', 'text'),
+    [
+        (0.9, '0 s'),
+        (59.9, '59 s'),
+        (61, '1 min 01 s'),
+        (3599, '59 min 59 s'),
+        (7500, '2 h 05 min'),
+        (200_000, '2 d 07 h'),
+    ],
+)
+def test_durations(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ('number', 'text'),
+    [
+        (0, '0.0 KiB'),
+        (1_023_900, '999.9 KiB'),
+        (1_048_576, '1.0 MiB'),
+        (3 * 2**30, '3.0 GiB'),
+        (2**50, '1024.0 TiB'),
+    ],
+)
+def test_sizes(number: int, text: str) -> None:
+    assert size(number) == text

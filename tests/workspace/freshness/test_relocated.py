@@ -1,0 +1,111 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Workspaces that were moved or copied."""
+
+import json
+from pathlib import Path
+
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.workspace.freshness.relocated import moved_packages
+from colcon_yamllaunch.workspace.freshness.relocated import remove_builds
+from colcon_yamllaunch.workspace.packages.package import Package
+import pytest
+
+OLD = Path('/old/src/flow')
+
+
+@pytest.fixture
+def package(tmp_path):
+    folder = tmp_path / 'src/flow'
+    folder.mkdir(parents=True)
+    (tmp_path / 'build/flow').mkdir(parents=True)
+    return Package('flow', folder, 'cmake')
+
+
+def write_cache(tmp_path, source, build):
+    (tmp_path / 'build/flow/CMakeCache.txt').write_text(
+        '# a comment\n'
+        f'CMAKE_CACHEFILE_DIR:INTERNAL={build}\n'
+        f'CMAKE_HOME_DIRECTORY:INTERNAL={source}\n'
+    )
+
+
+def test_cmake_cache(tmp_path, package):
+    build = tmp_path / 'build'
+    assert moved_packages([package], build) == {}
+    write_cache(tmp_path, package.path, build / 'flow')
+    assert moved_packages([package], build) == {}
+    write_cache(tmp_path, '/old/src/flow', build / 'flow')
+    moved = moved_packages([package], build)
+    assert str(moved['flow']) == '/old/src/flow'
+    write_cache(tmp_path, package.path, '/old/build/flow')
+    moved = moved_packages([package], build)
+    assert str(moved['flow']) == '/old/build/flow'
+
+
+def test_link_of_a_python_package(tmp_path, package):
+    link = tmp_path / 'build/flow/setup.py'
+    link.symlink_to(package.path / 'setup.py')
+    assert moved_packages([package], tmp_path / 'build') == {}
+    link.unlink()
+    link.symlink_to('/old/src/flow/setup.py')
+    assert 'flow' in moved_packages([package], tmp_path / 'build')
+
+
+@pytest.mark.parametrize('text', ['', '[]', '{"source": 1}', '{"sour'])
+def test_damaged_record_says_nothing(tmp_path, package, text):
+    (tmp_path / 'build/flow/colcon_launch.json').write_text(text)
+    assert moved_packages([package], tmp_path / 'build') == {}
+
+
+def test_record(tmp_path, package):
+    record = {'source': '/old/src/flow'}
+    path = tmp_path / 'build/flow/colcon_launch.json'
+    path.write_text(json.dumps(record))
+    assert 'flow' in moved_packages([package], tmp_path / 'build')
+
+
+def test_package_path_through_a_link_is_the_same(tmp_path, package):
+    (tmp_path / 'link').symlink_to(tmp_path / 'src')
+    linked = Package('flow', tmp_path / 'link/flow', 'cmake')
+    write_cache(tmp_path, package.path, tmp_path / 'build/flow')
+    assert moved_packages([linked], tmp_path / 'build') == {}
+
+
+def test_removal_follows_no_link(tmp_path, package):
+    precious = tmp_path / 'precious'
+    precious.mkdir()
+    (precious / 'file').touch()
+    build, install = tmp_path / 'build', tmp_path / 'install'
+    (build / 'flow/link').symlink_to(precious)
+    (build / 'other').mkdir()
+    install.mkdir()
+    (install / 'flow').symlink_to(precious)
+    remove_builds({'flow': OLD, 'unknown': OLD}, build, install, False)
+    assert sorted(p.name for p in build.iterdir()) == ['other']
+    assert list(install.iterdir()) == []
+    assert (precious / 'file').exists()
+
+
+def test_merged_install_space_loses_old_links_only(tmp_path, package):
+    share = tmp_path / 'install/share/flow'
+    share.mkdir(parents=True)
+    kept = share / 'kept.yaml'
+    kept.symlink_to(package.path / 'kept.yaml')
+    for name in ('src/flow/x.yaml', 'build/flow/y.sh'):
+        (share / Path(name).name).symlink_to(Path('/old') / name)
+    remove_builds(
+        {'flow': OLD}, tmp_path / 'build', tmp_path / 'install', True
+    )
+    assert list(share.iterdir()) == [kept]
+    assert not (tmp_path / 'build/flow').exists()
+
+
+@pytest.mark.parametrize('name', ['..', '.', '', '../src', '/etc'])
+def test_nothing_outside_is_removed(tmp_path, package, name):
+    with pytest.raises(WorkspaceError):
+        remove_builds(
+            {name: OLD}, tmp_path / 'build', tmp_path / 'install', False
+        )
+    assert package.path.exists()

@@ -1,0 +1,258 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What is remembered of colcon is used while it holds, and never else."""
+
+import json
+import os
+from pathlib import Path
+import time
+
+from colcon_yamllaunch.workspace.index import colcon_cache
+from colcon_yamllaunch.workspace.index.cache_key import circumstances
+from colcon_yamllaunch.workspace.index.colcon_cache import RememberedColcon
+from colcon_yamllaunch.workspace.index.package_index import PackageIndex
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
+from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
+from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
+import pytest
+from support.manifest import manifest
+
+
+class Identifier:
+    """Knows a package by its manifest, and remembers what it was asked."""
+
+    def __init__(self, root):
+        self.root = root
+        self.asked = []
+
+    def identify(self, folder):
+        self.asked.append(folder)
+        files = os.listdir(self.root / folder)
+        if 'AMENT_IGNORE' in files:
+            return IGNORED
+        return PACKAGE if 'package.xml' in files else PLAIN
+
+    def type_of(self, folder):
+        there = (self.root / folder / 'package.xml').exists()
+        return 'ros.ament_cmake' if there else ''
+
+    def describe(self):
+        return {
+            folder: (
+                Package(
+                    Path(folder).name, self.root / folder, 'ros.ament_cmake'
+                ),
+                '',
+            )
+            for folder in self.asked
+            if (self.root / folder / 'package.xml').exists()
+        }
+
+
+@pytest.fixture
+def look(workspace):
+    """Look for packages; get them, what was asked and what to remember."""
+
+    def run(known=None, environment=None, everywhere=False):
+        identifier = Identifier(workspace.root)
+        index = PackageIndex(
+            workspace.root, ['.'], environment or {}, everywhere
+        )
+        index.find(known or {}, lambda: identifier)
+        memory = json.loads(json.dumps(index.memory()))
+        return sorted(index.packages()), identifier.asked, memory
+
+    return run
+
+
+@pytest.fixture
+def two(workspace):
+    """A workspace with two packages whose files are no longer new."""
+    for name in ('one', 'two'):
+        workspace.write(
+            f'src/{name}/package.xml', manifest(name, 'ament_cmake')
+        )
+    workspace.write('src/notes/deep/readme.txt')
+    workspace.write('build/COLCON_IGNORE')
+    time.sleep(2.1)
+    return workspace
+
+
+def test_nothing_is_asked_again(two, look):
+    packages, asked, memory = look()
+    assert packages == ['./src/one', './src/two']
+    assert asked == ['./src/one', './src/two']
+    assert look(memory) == (packages, [], memory)
+
+
+def test_only_what_changed_is_asked(two, look):
+    _, _, memory = look()
+    two.write('src/one/package.xml', manifest('one', 'cmake'))
+    two.write('src/three/package.xml', manifest('three', 'cmake'))
+    _, asked, memory = look(memory)
+    assert asked == ['./src/one', './src/three']
+    # they changed a moment ago, so that another change might not show
+    _, asked, memory = look(memory)
+    assert asked == ['./src/one', './src/three']
+
+
+def test_new_file_beside_a_manifest_is_seen_once(two, look):
+    _, _, memory = look()
+    two.write('src/one/README.md')
+    _, asked, _ = look(memory)
+    assert asked == []
+
+
+@pytest.mark.parametrize(
+    'damage',
+    [
+        lambda entry: entry.clear(),
+        lambda entry: entry.pop('name'),
+        lambda entry: entry.update(name=3),
+        lambda entry: entry.update(kind='other'),
+        lambda entry: entry.update(files=[]),
+        lambda entry: entry.update(files={'package.xml': None}),
+        lambda entry: entry.update(folders=None),
+        lambda entry: entry.update(variables='x'),
+        lambda entry: entry.update(build=None),
+    ],
+)
+def test_damaged_entry_is_asked_again(two, look, damage):
+    packages, _, memory = look()
+    damage(memory['./src/one'])
+    found, asked, _ = look(memory)
+    assert found == packages
+    assert './src/one' in asked
+
+
+def test_variables_of_conditions(two, look):
+    text = manifest(
+        'one', 'ament_cmake', '<depend condition="$A == 1">two</depend>'
+    )
+    two.write('src/one/package.xml', text)
+    time.sleep(2.1)
+    _, _, memory = look(environment={'A': '1', 'B': '1'})
+    assert look(memory, environment={'A': '1', 'B': '2'})[1] == []
+    assert look(memory, environment={'A': '2'})[1] == ['./src/one']
+    assert look(memory, environment={})[1] == ['./src/one']
+
+
+def test_any_folder_is_asked_when_files_elsewhere_may_say_so(two, look):
+    _, asked, memory = look(everywhere=True)
+    assert './src/notes/deep' in asked
+    assert './build' not in asked
+    assert look(memory, everywhere=True)[1] == []
+
+
+class Colcon:
+    """Stands for colcon, which must not be asked."""
+
+    def __init__(self, root, arguments):
+        raise AssertionError('colcon was asked')
+
+
+@pytest.fixture
+def known(two, monkeypatch):
+    """A workspace that is known to this process."""
+    monkeypatch.setenv('COLCON_HOME', str(two.root.parent / 'colcon_home'))
+    monkeypatch.chdir(two.root)
+    for name in list(os.environ):
+        if name.startswith('COLCON_') and name != 'COLCON_HOME':
+            monkeypatch.delenv(name)
+    text = (
+        'from colcon_yamllaunch.workspace.index.colcon_cache '
+        'import RememberedColcon\n'
+        f'colcon = RememberedColcon(Path({str(two.root)!r}), ())\n'
+        'show([p.name for p in colcon.packages()])\n'
+    )
+    (names,), output = two.run(text, environment=two.environment())
+    assert names == ['one', 'two'], output
+    path = two.root / 'build' / colcon_cache.MEMORY_NAME
+    # as if this process had written it
+    values = json.loads(path.read_bytes())
+    values['circumstances'] = circumstances(
+        Path(os.path.realpath(two.root)), (), os.environ
+    )
+    path.write_text(json.dumps(values))
+    monkeypatch.setattr(
+        'colcon_yamllaunch.workspace.building.colcon_adapter.Colcon',
+        Colcon,
+    )
+    return path
+
+
+def test_known_workspace_needs_no_colcon(two, known):
+    colcon = RememberedColcon(two.root)
+    assert [p.name for p in colcon.packages()] == ['one', 'two']
+    assert colcon.install_base == two.root / 'install'
+    assert not colcon.merge_install
+    assert colcon.settings('one')['merge_install'] == 'false'
+
+
+def test_layout_is_looked_up(two, known):
+    two.write('install/.colcon_install_layout', 'merged\n')
+    colcon = RememberedColcon(two.root)
+    assert colcon.merge_install
+    assert colcon.settings('one')['merge_install'] == 'true'
+
+
+@pytest.mark.parametrize(
+    ('key', 'value'),
+    [
+        ('version', colcon_cache.MEMORY_VERSION + 1),
+        ('named', {'/nowhere': [1, 2, 3, 4]}),
+        ('named', None),
+        ('everywhere', None),
+        ('arguments', {}),
+        ('arguments', {'build_base': 3}),
+        ('circumstances', None),
+        ('folders', {'src': 1}),
+        ('folders', None),
+    ],
+)
+def test_damaged_memory_is_not_used(two, known, key, value):
+    values = json.loads(known.read_bytes())
+    known.write_text(json.dumps(values | {key: value}))
+    with pytest.raises(AssertionError, match='was asked'):
+        RememberedColcon(two.root)
+
+
+@pytest.mark.parametrize('content', [b'', b'{', b'[]', b'\xff', b'null'])
+def test_no_memory_is_not_used(two, known, content):
+    known.write_bytes(content)
+    with pytest.raises(AssertionError, match='was asked'):
+        RememberedColcon(two.root)
+
+
+@pytest.mark.parametrize(
+    ('key', 'value'),
+    [
+        ('program', '0.0.0'),
+        ('python', ['/usr/bin/python0', '0']),
+        ('root', '/elsewhere'),
+        ('arguments', ['--merge-install']),
+        ('variables', {'COLCON_HOME': '/elsewhere'}),
+        ('extensions', {}),
+        ('installed', {}),
+        ('files', {}),
+    ],
+)
+def test_memory_of_other_circumstances_is_not_used(two, known, key, value):
+    values = json.loads(known.read_bytes())
+    values['circumstances'][key] = value
+    known.write_text(json.dumps(values))
+    with pytest.raises(AssertionError, match='was asked'):
+        RememberedColcon(two.root)
+
+
+def test_unknown_extension_is_no_matter_of_memory(two, monkeypatch):
+    module = 'colcon_yamllaunch.workspace.index.cache_key'
+    monkeypatch.delenv('COLCON_EXTENSION_BLOCKLIST', raising=False)
+    assert circumstances(two.root, (), {}) is not None
+    monkeypatch.setattr(
+        f'{module}.get_extension_points',
+        lambda group: {'cargo': 'colcon_cargo.identification:Cargo'},
+    )
+    assert circumstances(two.root, (), {}) is None

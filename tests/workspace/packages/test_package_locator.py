@@ -1,0 +1,245 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Where the files of packages are, and what to do when they are not."""
+
+from pathlib import Path
+
+from colcon_yamllaunch.workspace.packages.missing_files import (
+    missing_executable,
+)
+from colcon_yamllaunch.workspace.packages.missing_files import nearest
+from colcon_yamllaunch.workspace.packages.missing_files import not_installed
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+import pytest
+
+
+class Tree:
+    """A workspace with one package, and two underlays, as bare files."""
+
+    def __init__(self, root, merge=False, type_='ros.ament_cmake'):
+        self.root = root
+        self.install = root / 'ws/install'
+        self.prefix = self.install if merge else self.install / 'my_pkg'
+        self.source = root / 'ws/src/my_pkg'
+        self.source.mkdir(parents=True)
+        index = 'share/ament_index/resource_index/packages'
+        self.file(f'ros/{index}/rclpy')
+        self.file(f'ros/{index}/my_pkg')
+        self.file('ros/lib/rclpy/talk', mode=0o755)
+        self.file('ros/lib/rclpy/data.txt')
+        self.file('over/flow/share/colcon-core/packages/flow')
+        self.file('merged/share/colcon-core/packages/nav')
+        self.locator = PackageLocator(
+            [Package('my_pkg', self.source, type_)],
+            self.install,
+            merge,
+            {
+                'AMENT_PREFIX_PATH': f'/nowhere:{root}/ros',
+                'COLCON_PREFIX_PATH': f'{root}/over:{root}/merged',
+            },
+        )
+
+    def file(self, path, text='', mode=0o644):
+        file = self.root / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+        file.chmod(mode)
+        return file
+
+    def src(self, path, text='', mode=0o644):
+        return self.file(self.source / path, text, mode)
+
+    def installed(self, path, mode=0o644):
+        return self.file(self.prefix / path, mode=mode)
+
+
+@pytest.fixture(params=[False, True], ids=['isolated', 'merged'])
+def tree(request, tmp_path):
+    return Tree(tmp_path, request.param)
+
+
+def test_prefix(tree):
+    find = tree.locator.prefix
+    assert find('my_pkg') == str(tree.prefix)
+    assert find('rclpy') == f'{tree.root}/ros'
+    assert find('flow') == f'{tree.root}/over/flow'
+    assert find('nav') == f'{tree.root}/merged'
+    assert find('nothing') is None
+    assert find('') is None
+    assert find('..') is None
+    assert tree.locator.share('my_pkg') == f'{tree.prefix}/share/my_pkg'
+    assert tree.locator.share('nothing') is None
+
+
+def test_names(tree):
+    assert tree.locator.names() == ('flow', 'my_pkg', 'nav', 'rclpy')
+
+
+def test_executable(tree):
+    find = tree.locator.executable
+    # of the workspace: where it is going to be
+    assert find('my_pkg', 'x') == f'{tree.prefix}/lib/my_pkg/x'
+    assert find('rclpy', 'talk') == f'{tree.root}/ros/lib/rclpy/talk'
+    assert find('rclpy', 'data.txt') is None
+    assert find('nothing', 'x') is None
+    assert tree.locator.executables('rclpy') == ('talk',)
+    assert tree.locator.executables('my_pkg') == ()
+
+
+def test_source_of(tree):
+    config = tree.src('config/a.yaml')
+    other = tree.src('params/b.yaml')
+    tree.src('x/twice.yaml')
+    tree.src('y/twice.yaml')
+    share = f'{tree.prefix}/share/my_pkg'
+    find = tree.locator.source_of
+    assert find(f'{share}/config/a.yaml') == str(config)
+    assert find(f'{share}/launch/../config/a.yaml') == str(config)
+    assert find(f'{share}/config') == str(tree.source / 'config')
+    assert find(f'{share}/b.yaml') == str(other)
+    assert find(f'{share}/twice.yaml') is None
+    assert find(f'{share}/none.yaml') is None
+    assert find(f'{tree.root}/ros/share/rclpy/a.yaml') is None
+    assert find(f'{tree.prefix}/lib/my_pkg/a.yaml') is None
+    assert find('relative.yaml') is None
+
+
+def test_package_of_and_installed_path(tree):
+    launch = tree.src('launch/a.yaml')
+    outside = tree.file('elsewhere/a.yaml')
+    assert tree.locator.package_of(str(launch)).name == 'my_pkg'
+    assert tree.locator.package_of(str(outside)) is None
+    find = tree.locator.installed_path
+    expected = f'{tree.prefix}/share/my_pkg/launch/a.yaml'
+    assert find('my_pkg', str(launch)) == expected
+    assert find('my_pkg', str(outside)) is None
+    assert find('rclpy', str(launch)) is None
+
+
+def missing(tree, name, package='my_pkg'):
+    return missing_executable(tree.locator, package, name)
+
+
+def test_program_that_is_there(tree):
+    tree.installed('lib/my_pkg/counter.py', 0o755)
+    assert missing(tree, 'counter.py') is None
+
+
+def test_script_without_executable_bit(tree):
+    script = tree.src('scripts/counter.py')
+    link = tree.prefix / 'lib/my_pkg/counter.py'
+    link.parent.mkdir(parents=True)
+    link.symlink_to(script)
+    text = missing(tree, 'counter.py')
+    assert 'chmod +x scripts/counter.py' in text
+    assert str(tree.source) in text
+
+
+def test_copy_without_executable_bit(tree):
+    tree.src('scripts/counter.py')
+    copy = tree.installed('lib/my_pkg/counter.py')
+    text = missing(tree, 'counter.py')
+    assert text.endswith(f"'chmod +x scripts/counter.py' in {tree.source}")
+    tree.src('scripts/counter.py', mode=0o755)
+    assert missing(tree, 'counter.py').endswith(f"'chmod +x {copy}'")
+
+
+@pytest.mark.parametrize('mode', [0o644, 0o755])
+def test_script_that_is_not_installed(tree, mode):
+    tree.src('scripts/counter.py', mode=mode)
+    for name in ('counter.py', 'counter'):
+        text = missing(tree, name)
+        assert (
+            'install(PROGRAMS scripts/counter.py DESTINATION '
+            'lib/${PROJECT_NAME})'
+        ) in text
+        assert str(tree.source / 'CMakeLists.txt') in text
+        assert ('chmod' in text) == (mode == 0o644)
+
+
+def test_target_that_is_not_installed(tree):
+    tree.src('src/talker.cpp')
+    tree.src('CMakeLists.txt', 'add_executable(talker src/talker.cpp)\n')
+    text = missing(tree, 'talker')
+    assert 'install(TARGETS talker DESTINATION lib/${PROJECT_NAME})' in text
+
+
+def test_program_under_another_spelling(tree):
+    tree.installed('lib/my_pkg/counter.py', 0o755)
+    tree.src('scripts/counter.py')
+    assert "did you mean 'counter.py'" in missing(tree, 'counter')
+
+
+def test_program_in_bin(tree):
+    tree.installed('bin/flow', 0o755)
+    assert 'DESTINATION lib/${PROJECT_NAME}' in missing(tree, 'flow')
+
+
+def test_programs_there_are_nearest_first(tree):
+    for name in ('abc', 'counter', 'count'):
+        tree.installed(f'lib/my_pkg/{name}', 0o755)
+    assert missing(tree, 'countr').endswith('has counter, count, abc')
+    assert missing(tree, 'x', 'rclpy').endswith('has talk')
+    assert missing(tree, 'x', 'flow').endswith('has installed none')
+    assert 'no package' in missing(tree, 'x', 'nothing')
+
+
+def test_programs_in_subfolders_go_by_their_path(tree):
+    tree.installed('lib/my_pkg/tools/count', 0o755)
+    tree.installed('lib/my_pkg/count', 0o755)
+    tree.installed('lib/my_pkg/tools/data.txt')
+    names = tree.locator.executables('my_pkg')
+    assert names == ('count', 'tools/count')
+
+
+def test_python_package(tmp_path):
+    tree = Tree(tmp_path, type_='ros.ament_python')
+    tree.src('my_pkg/talk.py')
+    text = missing(tree, 'talk')
+    assert "'talk = my_pkg.talk:main'" in text
+    assert 'console_scripts' in text
+    tree.installed('bin/talk', 0o755)
+    assert 'install_scripts=$base/lib/my_pkg' in missing(tree, 'talk')
+
+
+def test_file_that_is_not_installed(tree):
+    tree.src('config/a.yaml')
+    tree.src('plan.xml')
+    share = tree.prefix / 'share/my_pkg'
+    explain = not_installed
+    text = explain(tree.locator, f'{share}/config/a.yaml')
+    assert (
+        'install(DIRECTORY config DESTINATION share/${PROJECT_NAME})' in text
+    )
+    text = explain(tree.locator, f'{share}/plan.xml')
+    assert 'install(FILES plan.xml DESTINATION share/${PROJECT_NAME})' in text
+    # the folder is installed, file by file
+    tree.installed('share/my_pkg/config/b.yaml')
+    text = explain(tree.locator, f'{share}/config/a.yaml')
+    assert (
+        'install(FILES config/a.yaml DESTINATION share/${PROJECT_NAME}/config)'
+    ) in text
+    assert explain(tree.locator, f'{share}/config/none.yaml') is None
+    tree.installed('share/my_pkg/config/a.yaml')
+    assert explain(tree.locator, f'{share}/config/a.yaml') is None
+
+
+def test_file_of_a_python_package_that_is_not_installed(tmp_path):
+    tree = Tree(tmp_path, type_='ros.ament_python')
+    tree.src('config/a.yaml')
+    path = tree.prefix / 'share/my_pkg/config/a.yaml'
+    text = not_installed(tree.locator, str(path))
+    assert "('share/my_pkg/config', ['config/a.yaml'])" in text
+    assert 'data_files' in text
+
+
+def test_first_of_two_packages_with_a_name(tmp_path):
+    packages = [Package('a', Path(f'/{i}'), 'cmake') for i in range(2)]
+    locator = PackageLocator(packages, tmp_path, False, {})
+    assert locator.package('a').path == Path('/0')
+
+
+def test_nearest():
+    assert nearest('my_pgk', ['rviz2', 'my_pkg', 'other'])[0] == 'my_pkg'
