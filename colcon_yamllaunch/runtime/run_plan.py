@@ -14,7 +14,6 @@ import time
 from typing import TextIO
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.process_scan import new_identity
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.runtime.control.control import Control
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
@@ -41,6 +40,7 @@ from colcon_yamllaunch.runtime.screen.presentation import Look
 from colcon_yamllaunch.runtime.screen.presentation import Place
 from colcon_yamllaunch.runtime.screen.screen import Screen
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
+from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
 from colcon_yamllaunch.runtime.streams.channels import size_of
 from colcon_yamllaunch.runtime.streams.signals import caught
 from colcon_yamllaunch.runtime.streams.terminals import with_terminals

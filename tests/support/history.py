@@ -5,7 +5,7 @@
 
 from itertools import count
 
-from colcon_yamllaunch.common.process_scan import Member
+from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.outcome import Outcome
@@ -23,7 +23,7 @@ class FakeHost:
         self.by_label = {}
         self.refused = set()
         self.sent = []
-        self.strays = []
+        self.left = []
         self.events = []
 
     def start(self, number, process):
@@ -35,21 +35,16 @@ class FakeHost:
     def release(self, group):
         return True
 
-    def send(self, order):
-        target = order.target
-        self.sent.append(
-            (
-                target.pid if isinstance(target, Member) else target,
-                order.signal,
-            )
-        )
+    def send(self, target, step):
+        pid = target.pid if isinstance(target, Orphan) else target
+        self.sent.append((pid, step))
         return True
 
-    def members(self, groups):
-        return list(self.strays)
+    def orphans(self, groups, led):
+        return [o for o in self.left if o.group not in led]
 
-    def is_alive(self, member):
-        return member in self.strays
+    def is_alive(self, orphan):
+        return orphan in self.left
 
     def tell(self, event):
         self.events.append(event)

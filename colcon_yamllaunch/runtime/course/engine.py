@@ -4,6 +4,7 @@
 """The loop that ties processes, output, signals and time together."""
 
 from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
@@ -13,11 +14,11 @@ import select
 import signal
 import time
 
+from colcon_yamllaunch.common.escalation import Orphan
+from colcon_yamllaunch.common.escalation import send
+from colcon_yamllaunch.common.escalation import Target
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.process_scan import find_members
 from colcon_yamllaunch.common.process_scan import is_alive
-from colcon_yamllaunch.common.process_scan import MARK
-from colcon_yamllaunch.common.process_scan import Member
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import limits
@@ -34,10 +35,10 @@ from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.process.spawn import Spawn
 from colcon_yamllaunch.runtime.process.spawn import spawn_process
 from colcon_yamllaunch.runtime.process.spawn import StartError
-from colcon_yamllaunch.runtime.stopping.escalation import Order
-from colcon_yamllaunch.runtime.stopping.escalation import send
-from colcon_yamllaunch.runtime.stopping.escalation import Timeouts
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
+from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
+from colcon_yamllaunch.runtime.stopping.launch_scan import MARK
+from colcon_yamllaunch.runtime.stopping.launch_stop import timeouts_of
 from colcon_yamllaunch.runtime.streams.channels import Channel
 from colcon_yamllaunch.runtime.streams.channels import close
 from colcon_yamllaunch.runtime.streams.channels import open_channels
@@ -58,7 +59,7 @@ class Settings:
     """
     What holds for a whole launch.
 
-    :param identity: Its identity, see `members`
+    :param identity: Its identity, see `launch_scan`
     :param environment: The environment that processes change for themselves
     :param screen: The descriptor of the screen, whose size terminals for
       processes have, or -1
@@ -205,8 +206,7 @@ class Engine:
         os.close(stdout.writer)
         os.close(stderr.writer)
         self._relay.add(group, process, stdout.reader, stderr.reader)
-        timeouts = Timeouts(process.sigterm_timeout, process.sigkill_timeout)
-        self._guard.started(number, group, timeouts)
+        self._guard.started(number, group, timeouts_of(process))
         return group
 
     def release(self, group: int) -> bool:
@@ -220,17 +220,20 @@ class Engine:
             return True
         return False
 
-    def send(self, order: Order) -> bool:
+    def send(self, target: Target, step: signal.Signals) -> bool:
         """Send a signal."""
-        return send(order)
+        return send(target, step)
 
-    def members(self, groups: Mapping[int, int]) -> list[Member]:
-        """Find the running processes of the launch."""
-        return find_members(self._settings.identity, groups, self._session)
+    def orphans(
+        self, groups: Mapping[int, int], led: Collection[int]
+    ) -> list[Orphan]:
+        """Find processes of the launch."""
+        identity = self._settings.identity
+        return find_orphans(identity, self._session, groups, led)
 
-    def is_alive(self, member: Member) -> bool:
+    def is_alive(self, orphan: Orphan) -> bool:
         """Tell whether a process still runs."""
-        return is_alive(member)
+        return is_alive(orphan.pid, orphan.birth)
 
     def listen(self, listener: Listener) -> None:
         """Have somebody else told, too, after all others."""
@@ -373,10 +376,9 @@ class Engine:
         for group in groups:
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(group, number)
-        for member in self.members(groups):
-            if member.group not in groups:
-                with suppress(ProcessLookupError, PermissionError):
-                    os.kill(member.pid, number)
+        for orphan in self.orphans(groups, groups):
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(orphan.pid, number)
 
     def _reap(self) -> None:
         ours = {*self._supervisor.groups, self._guard.pid} - {0}

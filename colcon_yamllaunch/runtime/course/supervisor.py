@@ -11,13 +11,11 @@ in. So the course of any launch can be replayed without a process.
 from collections import deque
 from collections.abc import Callable
 from collections.abc import Iterable
-from collections.abc import Mapping
+from collections.abc import Sequence
 from itertools import count
-import math
 from typing import Literal
 from typing import Protocol
 
-from colcon_yamllaunch.common.process_scan import Member
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -25,10 +23,8 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.events import Held
-from colcon_yamllaunch.runtime.core.events import LeftBehind
 from colcon_yamllaunch.runtime.core.events import Requested
 from colcon_yamllaunch.runtime.core.events import Respawned
 from colcon_yamllaunch.runtime.core.events import Said
@@ -40,21 +36,18 @@ from colcon_yamllaunch.runtime.core.outcome import after_exit
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.outcome import is_failure
 from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.core.schedule import Appointment
 from colcon_yamllaunch.runtime.core.schedule import Schedule
+from colcon_yamllaunch.runtime.core.schedule import TimerHandle
 from colcon_yamllaunch.runtime.core.tasks import Phase
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.core.tasks import Task
 from colcon_yamllaunch.runtime.core.tasks import TaskState
 from colcon_yamllaunch.runtime.process.spawn import StartError
-from colcon_yamllaunch.runtime.stopping.escalation import Order
-from colcon_yamllaunch.runtime.stopping.escalation import Stopping
-from colcon_yamllaunch.runtime.stopping.escalation import Timeouts
-from colcon_yamllaunch.runtime.stopping.single_stop import carry_out
-from colcon_yamllaunch.runtime.stopping.single_stop import SingleStops
+from colcon_yamllaunch.runtime.stopping.launch_stop import Stop
+from colcon_yamllaunch.runtime.stopping.launch_stop import StopHost
 
 
-class Host(Protocol):
+class Host(StopHost, Protocol):
     """What a course needs of the system."""
 
     def start(self, number: int, process: Process) -> int:
@@ -71,18 +64,6 @@ class Host(Protocol):
 
         :returns: Whether the group ended with it
         """
-
-    def send(self, order: Order) -> bool:
-        """Send a signal, and return whether anybody got it."""
-
-    def members(self, groups: Mapping[int, int]) -> list[Member]:
-        """Find the running processes of the launch; see `find_members`."""
-
-    def is_alive(self, member: Member) -> bool:
-        """Tell whether a process still runs."""
-
-    def tell(self, event: Event) -> None:
-        """Take note of what happened."""
 
 
 class Supervisor:
@@ -103,17 +84,15 @@ class Supervisor:
         self._by_label = {t.process.label: t for t in self._tasks}
         self._agenda: deque[Entry] = deque(plan.entries)
         self._schedule = Schedule()
-        self._timers: dict[int, tuple[Timer, Appointment]] = {}
+        self._timers: dict[int, tuple[Timer, TimerHandle]] = {}
         self._timer_keys = count()
-        self._respawns: dict[int, Appointment] = {}
+        self._respawns: dict[int, TimerHandle] = {}
         self._running: dict[int, Task] = {}
         self._groups: dict[int, int] = {}
-        self._single_stops = SingleStops(
-            host, self._schedule, clock, self._groups, self._start
-        )
-        self._stopping: Stopping | None = None
-        self._strays: list[Member] = []
-        self._clean = False
+        #: The end of everything, once it has begun.
+        self._stop: Stop | None = None
+        self._single_stops: dict[int, Stop] = {}
+        self._restarting: set[int] = set()
         #: Whether the launch is over.
         self.done = False
 
@@ -130,7 +109,7 @@ class Supervisor:
     @property
     def is_stopping(self) -> bool:
         """Whether everything is being stopped."""
-        return self._stopping is not None
+        return self._stop is not None
 
     def advance(self) -> None:
         """Do what is due; return soon, so that others get their turn."""
@@ -138,6 +117,7 @@ class Supervisor:
         for _ in range(limits.STARTS_PER_TURN):
             if self._agenda:
                 self._take(self._agenda.popleft())
+        self._end_single_stops()
         self._end_if_idle()
 
     def seconds_to_wait(self) -> float | None:
@@ -153,7 +133,8 @@ class Supervisor:
         process = task.process
         if self._host.release(group):
             del self._groups[group]
-        asked = self.is_stopping or task in self._single_stops
+        single_stop = self._single_stops.get(task.number)
+        asked = self.is_stopping or single_stop is not None
         task.group = None
         task.ended = self._clock()
         failed = is_failure(outcome, asked)
@@ -181,7 +162,8 @@ class Supervisor:
             )
         elif step == 'shutdown':
             self.stop(f'{process.label} ended')
-        self._single_stops.ended(task)
+        if single_stop is not None:
+            single_stop.advance()
 
     def states(self) -> tuple[TaskState, ...]:
         """Return what has become of each process, in the plan's order."""
@@ -198,7 +180,12 @@ class Supervisor:
         :param label: Its label
         :raises RefusedError: There is nothing to stop
         """
-        self._single_stops.stop(self._asked_for(label, 'stop'))
+        task = self._asked_for(label, 'stop')
+        self._restarting.discard(task.number)
+        if task.number in self._single_stops:
+            self._single_stops[task.number].hurry()
+        else:
+            self._single_stops[task.number] = self._stop_of([task])
 
     def restart_process(self, label: str) -> None:
         """
@@ -209,7 +196,10 @@ class Supervisor:
         :param label: Its label
         :raises RefusedError: It cannot be started now
         """
-        self._single_stops.restart(self._asked_for(label, 'restart'))
+        task = self._asked_for(label, 'restart')
+        self._restarting.add(task.number)
+        if task.number not in self._single_stops:
+            self._single_stops[task.number] = self._stop_of([task])
 
     def held(self, group: int, number: int | None) -> None:
         """
@@ -247,13 +237,10 @@ class Supervisor:
 
     def hurry(self) -> None:
         """Take the next step of stopping at once."""
-        if self._stopping is None:
-            return
-        self._drop_timers(all_of_them=True)
-        self._stopping.hurry(self._alive(), self._clock())
-        self._sweep()
-        self._report_progress()
-        self._schedule_step()
+        if self._stop is not None:
+            self._drop_timers(all_of_them=True)
+            self._stop.hurry()
+            self._report_progress(self._stop)
 
     def _take(self, entry: Entry) -> None:
         match entry:
@@ -296,7 +283,7 @@ class Supervisor:
 
     def _state(self, task: Task) -> TaskState:
         phase: Phase
-        if task in self._single_stops:
+        if task.number in self._single_stops:
             phase = 'stopping'
         elif task.group is not None:
             phase = 'stopping' if self.is_stopping else 'running'
@@ -325,17 +312,17 @@ class Supervisor:
         if task.group is None and task.ended is None:
             raise RefusedError(f'{label} has not been started yet')
         self._host.tell(Requested(task.process, action))
-        appointment = self._respawns.pop(task.number, None)
-        if appointment is not None:
-            appointment.cancel()
+        handle = self._respawns.pop(task.number, None)
+        if handle is not None:
+            handle.cancel()
         return task
 
     def _set(self, timer: Timer) -> None:
         key = next(self._timer_keys)
-        appointment = self._schedule.add(
+        handle = self._schedule.add(
             self._clock() + timer.period, lambda: self._fire(key)
         )
-        self._timers[key] = (timer, appointment)
+        self._timers[key] = (timer, handle)
 
     def _fire(self, key: int) -> None:
         timer, _ = self._timers.pop(key)
@@ -350,123 +337,70 @@ class Supervisor:
                 self._take(entry)
 
     def _drop_timers(self, *, all_of_them: bool) -> None:
-        for key, (timer, appointment) in list(self._timers.items()):
+        for key, (timer, handle) in list(self._timers.items()):
             if all_of_them or timer.cancel_on_shutdown:
-                appointment.cancel()
+                handle.cancel()
                 del self._timers[key]
 
     def _begin_stopping(self) -> None:
-        now = self._clock()
         self._agenda.clear()
         self._drop_timers(all_of_them=False)
-        for appointment in self._respawns.values():
-            appointment.cancel()
+        for handle in self._respawns.values():
+            handle.cancel()
         self._respawns.clear()
-        self._single_stops.cancel()
-        self._stopping = Stopping(
-            {
-                t.number: Timeouts(
-                    t.process.sigterm_timeout, t.process.sigkill_timeout
-                )
-                for t in self._tasks
-            },
-            now,
-        )
-        # groups at once, as looking for others takes some milliseconds
-        self._send(())
-        self._sweep()
-        self._schedule_step()
-        self._schedule.add(
-            now + limits.PROGRESS_INTERVAL, self._progress_is_due
-        )
-        self._schedule.add(
-            now + limits.STRAY_CHECK_INTERVAL, self._look_after_strays
+        for single_stop in self._single_stops.values():
+            single_stop.cancel()
+        self._single_stops.clear()
+        self._stop = self._stop_of(self._tasks)
+        self._progress_later(self._stop)
+
+    def _stop_of(self, tasks: Sequence[Task]) -> Stop:
+        return Stop(
+            tasks,
+            is_whole=tasks is self._tasks,
+            host=self._host,
+            schedule=self._schedule,
+            clock=self._clock,
+            groups=self._groups,
         )
 
-    def _sweep(self) -> None:
-        """Find the processes that no signal to a group reaches."""
-        self._strays = [
-            m
-            for m in self._host.members(self._groups)
-            if m.group not in self._running
-        ]
-        self._clean = not self._running and not self._strays
-        self._send(self._strays)
+    def _progress_later(self, stop: Stop) -> None:
+        def report() -> None:
+            self._progress_later(stop)
+            self._report_progress(stop)
 
-    def _send(self, strays: Iterable[Member]) -> None:
-        assert self._stopping is not None
-        groups = {g: t.number for g, t in self._running.items()}
-        orders = self._stopping.orders(groups, strays)
-        carry_out(self._host, orders, lambda n: self._tasks[max(n, 0)].process)
+        self._schedule.add(self._clock() + limits.PROGRESS_INTERVAL, report)
 
-    def _schedule_step(self) -> None:
-        assert self._stopping is not None
-        alive = self._alive()
-        due = self._stopping.next_deadline(alive)
-        if due != math.inf:
-            self._schedule.add(due, self._step)
-        elif alive and self._stopping.is_final(alive):
-            self._schedule.add(
-                self._clock() + limits.KILL_PATIENCE, self._give_up
-            )
+    def _report_progress(self, stop: Stop) -> None:
+        labels = tuple(task.process.label for task in stop.alive())
+        timers = len(self._timers)
+        if labels or timers:
+            signal = stop.latest_signal()
+            self._host.tell(StillRunning(labels, timers, signal))
 
-    def _step(self) -> None:
-        assert self._stopping is not None
-        self._stopping.advance(self._clock())
-        self._sweep()
-        self._schedule_step()
-
-    def _give_up(self) -> None:
-        if self._timers:
-            self._schedule_step()
-            return
-        for group, task in self._running.items():
-            self._host.tell(LeftBehind(task.process.label, group))
-        for member in self._strays:
-            label = self._tasks[max(member.number, 0)].process.label
-            self._host.tell(LeftBehind(label, member.pid))
-        self.done = True
-
-    def _progress_is_due(self) -> None:
-        self._schedule.add(
-            self._clock() + limits.PROGRESS_INTERVAL, self._progress_is_due
-        )
-        self._report_progress()
-
-    def _report_progress(self) -> None:
-        assert self._stopping is not None
-        alive = self._alive()
-        labels = [self._tasks[n].process.label for n in sorted(alive)]
-        if labels or self._timers:
-            self._host.tell(
-                StillRunning(
-                    tuple(labels),
-                    len(self._timers),
-                    self._stopping.latest_signal(alive),
-                )
-            )
-
-    def _look_after_strays(self) -> None:
-        self._schedule.add(
-            self._clock() + limits.STRAY_CHECK_INTERVAL,
-            self._look_after_strays,
-        )
-        self._strays = [m for m in self._strays if self._host.is_alive(m)]
-
-    def _alive(self) -> set[int]:
-        numbers = {t.number for t in self._running.values()}
-        return numbers | {max(m.number, 0) for m in self._strays}
+    def _end_single_stops(self) -> None:
+        for number, stop in tuple(self._single_stops.items()):
+            task = self._tasks[number]
+            if stop.is_over and task.group is None:
+                stop.abandon()
+                del self._single_stops[number]
+                if number in self._restarting:
+                    self._restarting.remove(number)
+                    task.respawns = 0
+                    task.restarts += 1
+                    self._start(task)
 
     def _end_if_idle(self) -> None:
-        if self._agenda or self._running or self._timers or self._respawns:
+        if self._agenda or self._timers or self._respawns:
             return
-        if self._single_stops:
-            return
-        if not self.is_stopping:
+        if self._stop is None:
+            if self._running or self._single_stops:
+                return
             # what processes left running ends with the launch
             self._begin_stopping()
-        elif not self._strays and not self._clean:
-            self._sweep()
-            self._schedule_step()
-        if self._clean:
+        assert self._stop is not None
+        if not self._running and not self._stop.waits_for_orphans:
+            self._stop.advance()
+        if self._stop.is_over:
+            self._stop.abandon()
             self.done = True

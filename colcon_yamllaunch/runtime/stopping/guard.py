@@ -26,12 +26,13 @@ import os
 import sys
 import time
 
-from colcon_yamllaunch.common.process_scan import find_members
-from colcon_yamllaunch.common.process_scan import Member
+from colcon_yamllaunch.common.escalation import Escalation
+from colcon_yamllaunch.common.escalation import Orphan
+from colcon_yamllaunch.common.escalation import Targets
+from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.stopping.escalation import send
-from colcon_yamllaunch.runtime.stopping.escalation import Stopping
-from colcon_yamllaunch.runtime.stopping.escalation import Timeouts
+from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
 
 
 @dataclass(slots=True)
@@ -82,54 +83,36 @@ def main() -> None:
     if charge.socket is not None:
         with suppress(OSError):
             os.unlink(charge.socket)
-    stop(charge, identity, int(session))
+    targets = _Remains(charge, identity, int(session))
+    Escalation(targets, charge.timeouts, time.monotonic()).run()
     if charge.folder is not None:
         import shutil
 
         shutil.rmtree(charge.folder, ignore_errors=True)
 
 
-def stop(charge: Charge, identity: str, session: int) -> None:
-    """Stop what is left of a launch."""
-    stopping = Stopping(charge.timeouts, time.monotonic())
-    given_up = float('inf')
-    # at once, as looking for all others takes a while
-    led = {g: n for g, n in charge.groups.items() if _is_led(g, session)}
-    for order in stopping.orders(led, ()):
-        send(order)
-    while True:
-        members = find_members(identity, charge.groups, session)
-        now = time.monotonic()
-        if not members or now >= given_up:
-            return
-        stopping.advance(now)
-        groups, strays = divide(members, charge.groups)
-        for order in stopping.orders(groups, strays):
-            send(order)
-        numbers = {m.number for m in members}
-        if stopping.is_final(numbers):
-            given_up = min(given_up, now + limits.KILL_PATIENCE)
-        wait = stopping.next_deadline(numbers) - now
-        time.sleep(max(0.0, min(wait, limits.STRAY_CHECK_INTERVAL)))
+class _Remains(Targets):
+    """What is left of a launch."""
 
+    def __init__(self, charge: Charge, identity: str, session: int) -> None:
+        self._charge = charge
+        self._identity = identity
+        self._session = session
 
-def divide(
-    members: list[Member], groups: dict[int, int]
-) -> tuple[dict[int, int], list[Member]]:
-    """Tell the groups that still have members from the other processes."""
-    alive = {m.group for m in members}
-    return (
-        {g: number for g, number in groups.items() if g in alive},
-        [m for m in members if m.group not in groups],
-    )
+    def groups(self) -> dict[int, int]:
+        """Return the groups whose leader runs, and is not somebody else."""
+        groups = self._charge.groups
+        return {g: groups[g] for g in groups if self._is_led(g)}
 
+    def search(self) -> list[Orphan]:
+        """Find the other processes of the launch."""
+        return find_orphans(
+            self._identity, self._session, self._charge.groups, self.groups()
+        )
 
-def _is_led(group: int, session: int) -> bool:
-    """Tell whether the leader of a group runs, and is not somebody else."""
-    try:
-        return os.getsid(group) == session
-    except OSError:
-        return False
+    def _is_led(self, group: int) -> bool:
+        leader = read_process(group)
+        return leader is not None and leader.session == self._session
 
 
 def _whole_lines() -> Iterator[str]:

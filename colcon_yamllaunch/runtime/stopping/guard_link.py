@@ -8,8 +8,8 @@ from pathlib import Path
 import signal
 import sys
 
+from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.stopping.escalation import Timeouts
 
 # -c, as a file that is run has to be compiled anew each time. Its words do not
 # name us: `pkill -9 -f colcon` ends the launcher and leaves the guard to stop
