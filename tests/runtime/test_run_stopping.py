@@ -151,7 +151,7 @@ def test_a_stopped_process_can_be_stopped_for_good(launch, sh):
     assert one.events('exited')[0]['signal'] == 'SIGINT'
 
 
-def test_a_process_that_is_held_is_told_and_can_be_continued(launch, sh):
+def test_a_process_that_is_suspended_is_told_and_can_be_continued(launch, sh):
     one = launch(sh('a', 'kill -TSTP $$; echo again; exec sleep 99'))
     one.shows('a: held by SIGTSTP')
     command = one.screen.partition('go on: ')[2].split('\n')[0]

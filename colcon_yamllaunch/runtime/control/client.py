@@ -16,7 +16,7 @@ from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.control.socket_address import connections
 from colcon_yamllaunch.runtime.control.socket_address import peer_pid
 
-#: Seconds that a launch may take to answer; one that is held, as by Ctrl-Z,
+#: Seconds that a launch may take to answer; one that is suspended,
 #: does not answer.
 PATIENCE = 3.0
 _CHUNK = 64 * 1024

@@ -52,7 +52,7 @@ class LocalAttachment:
     def connect(self, engine: Engine) -> None:
         """Use an engine, before it runs."""
         self._engine = engine
-        engine.held = self._hold
+        engine.suspended = self._hold
 
     def handle(self, event: Event) -> None:
         """Show an event, and follow the process."""
@@ -91,8 +91,8 @@ class LocalAttachment:
             # what is shown next may be the shell's
             self._screen.end_line()
 
-    def _hold(self, is_held: bool) -> None:
-        if is_held:
+    def _hold(self, is_suspended: bool) -> None:
+        if is_suspended:
             self._keyboard.release()
         elif not self._is_attached:
             self._attach()

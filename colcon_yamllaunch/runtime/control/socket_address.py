@@ -124,7 +124,7 @@ def _connect(folder: int, name: str) -> socket.socket | None:
         return None
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
-        # a launch that is held by Ctrl-Z and has many clients makes us wait
+        # a launch that is suspended and has many clients makes us wait
         connection.setblocking(False)
         connection.connect(inside(folder, name))
         connection.setblocking(True)

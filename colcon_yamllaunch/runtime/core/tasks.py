@@ -30,7 +30,7 @@ class Task:
     :param group: Its process group, as long as its leader runs
     :param ended: When it ended, or None if it has not been started or runs
     :param ending: How it ended, as a part of a sentence
-    :param is_held: Whether its leader is stopped as Ctrl-Z does
+    :param is_suspended: Whether its leader is stopped as Ctrl-Z does
     """
 
     number: int
@@ -41,7 +41,7 @@ class Task:
     group: int | None = None
     ended: float | None = None
     ending: str = ''
-    is_held: bool = False
+    is_suspended: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,10 +26,10 @@ from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Listener
 from colcon_yamllaunch.runtime.core.events import Warned
 from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.course.exit_conditions import Goal
+from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
 from colcon_yamllaunch.runtime.process.children import ended_children
-from colcon_yamllaunch.runtime.process.children import held_children
+from colcon_yamllaunch.runtime.process.children import suspended_children
 from colcon_yamllaunch.runtime.process.descriptors import DescriptorLimit
 from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.process.spawn import Spawn
@@ -87,7 +87,7 @@ class Engine:
     :param publish: Is called once a turn, to write what has been collected,
       but not before all is started that is due, which is more urgent;
       returns whether it has more to do
-    :param goal: May end the launch
+    :param conditions: May end the launch
     """
 
     def __init__(
@@ -99,9 +99,9 @@ class Engine:
         writer: Writer,
         listeners: Iterable[Listener],
         publish: Callable[[], bool],
-        goal: Goal | None = None,
+        conditions: ExitConditions | None = None,
     ) -> None:
-        self._goal = goal or Goal(clock=settings.clock)
+        self._conditions = conditions or ExitConditions(clock=settings.clock)
         self._settings = settings
         self._guard = guard
         self._files = files
@@ -120,9 +120,9 @@ class Engine:
         self._screen_mask: int | None = None
         self._last_stop = -limits.SIGNAL_ECHO
         self._stopped_by_signal = False
-        #: Is called with True before the launch is held, as Ctrl-Z does, and
+        #: Is called with True before Ctrl-Z suspends the launch, and
         #: with False when it goes on.
-        self.held: Callable[[bool], None] | None = None
+        self.suspended: Callable[[bool], None] | None = None
 
     @property
     def supervisor(self) -> Supervisor:
@@ -137,9 +137,9 @@ class Engine:
         """
         self._poll.register(signals, select.EPOLLIN)
         supervisor = self._supervisor
-        self._goal.begin()
+        self._conditions.begin()
         while True:
-            self._mind_goal()
+            self._mind_conditions()
             supervisor.advance()
             if supervisor.done:
                 break
@@ -155,7 +155,7 @@ class Engine:
                 else:
                     self.watches.handle(descriptor, mask)
         self._relay.close()
-        self._goal.end()
+        self._conditions.end()
 
     def finish(self, signals: int) -> None:
         """Wait until the screen has taken everything."""
@@ -276,14 +276,14 @@ class Engine:
             self._limit.wrapped(self._settings.spawn),
         )
 
-    def _mind_goal(self) -> None:
-        reason = self._goal.reason_to_stop()
+    def _mind_conditions(self) -> None:
+        reason = self._conditions.reason_to_stop()
         if reason is not None:
             self._supervisor.stop(reason)
 
     def _seconds_to_wait(self) -> float | None:
         wait = self._supervisor.seconds_to_wait()
-        due = self._goal.due()
+        due = self._conditions.due()
         if due is None:
             return wait
         left = max(0.0, due - self._settings.clock())
@@ -328,8 +328,8 @@ class Engine:
                 self._hold()
             elif number == signal.SIGCONT:
                 self._signal_all(signal.SIGCONT)
-                if self.held is not None:
-                    self.held(False)
+                if self.suspended is not None:
+                    self.suspended(False)
                 self._resize()
             elif number == signal.SIGWINCH:
                 self._resize()
@@ -355,8 +355,8 @@ class Engine:
             self._supervisor.hurry()
 
     def _hold(self) -> None:
-        if self.held is not None:
-            self.held(True)
+        if self.suspended is not None:
+            self.suspended(True)
         self._signal_all(signal.SIGSTOP)
         stop_ourselves()
         # where nobody could continue us, the system has not stopped us
@@ -382,15 +382,15 @@ class Engine:
 
     def _reap(self) -> None:
         ours = {*self._supervisor.groups, self._guard.pid} - {0}
-        for pid, number in held_children(ours):
-            self._supervisor.held(pid, number)
+        for pid, number in suspended_children(ours):
+            self._supervisor.suspended(pid, number)
         for pid, status in ended_children(ours):
             if pid == self._guard.pid:
                 self._replace_guard()
             else:
                 self._relay.drain(pid)
                 # the last line of a process counts before its exit code
-                self._mind_goal()
+                self._mind_conditions()
                 self._supervisor.exited(pid, Outcome.from_status(status))
 
     def _replace_guard(self) -> None:

@@ -24,7 +24,6 @@ from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import Exited
-from colcon_yamllaunch.runtime.core.events import Held
 from colcon_yamllaunch.runtime.core.events import Requested
 from colcon_yamllaunch.runtime.core.events import Respawned
 from colcon_yamllaunch.runtime.core.events import Said
@@ -32,6 +31,7 @@ from colcon_yamllaunch.runtime.core.events import ShuttingDown
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.core.events import StillRunning
+from colcon_yamllaunch.runtime.core.events import Suspended
 from colcon_yamllaunch.runtime.core.outcome import after_exit
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.outcome import is_failure
@@ -201,19 +201,19 @@ class Supervisor:
         if task.number not in self._single_stops:
             self._single_stops[task.number] = self._stop_of([task])
 
-    def held(self, group: int, number: int | None) -> None:
+    def suspended(self, group: int, number: int | None) -> None:
         """
-        Take note that the leader of a group is held or goes on.
+        Take note that the leader of a group is suspended or goes on.
 
-        :param number: The signal that holds it, None if it goes on
+        :param number: The signal that suspends it, None if it goes on
         """
         task = self._running.get(group)
-        # while we stop everything, who is held is continued by us
+        # while we stop everything, who is suspended is continued by us
         if task is None or self.is_stopping:
             return
-        if number is not None or task.is_held:
-            self._host.tell(Held(task.process, group, number))
-        task.is_held = number is not None
+        if number is not None or task.is_suspended:
+            self._host.tell(Suspended(task.process, group, number))
+        task.is_suspended = number is not None
 
     def stop(
         self,
@@ -266,7 +266,7 @@ class Supervisor:
                 self.stop(f'{process.label} could not be started')
             return
         task.started = self._clock()
-        task.is_held = False
+        task.is_suspended = False
         task.group = group
         task.ended = None
         task.ending = ''

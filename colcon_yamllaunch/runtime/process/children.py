@@ -27,7 +27,9 @@ def ended_children(ours: Collection[int]) -> Iterator[tuple[int, int]]:
         yield result.si_pid, os.waitpid(result.si_pid, 0)[1]
 
 
-def held_children(ours: Collection[int]) -> Iterator[tuple[int, int | None]]:
+def suspended_children(
+    ours: Collection[int],
+) -> Iterator[tuple[int, int | None]]:
     """
     Look for children that were stopped by a signal, or go on.
 

@@ -116,7 +116,7 @@ class Stop(Targets):
         left = dict(self.groups())
         left |= {o.pid: o.number for o in self._escalation.orphans}
         for pid, number in left.items():
-            self._host.tell(LeftBehind(self._process(number).label, pid))
+            self._host.tell(LeftBehind(self._process(number), pid))
 
     def groups(self) -> dict[int, int]:
         """Return the groups whose leader runs; see `Targets`."""

@@ -301,7 +301,9 @@ def test_a_launcher_without_a_guard_leaves_a_socket_for_the_next_look(
     assert list(c.folder.iterdir()) == []
 
 
-def test_a_launch_that_is_held_does_not_answer(controlled, sleep, monkeypatch):
+def test_a_launch_that_is_suspended_does_not_answer(
+    controlled, sleep, monkeypatch
+):
     c = controlled(sleep('a'))
     c.one.sends(signal.SIGSTOP)
     c.client.connection.settimeout(0.2)

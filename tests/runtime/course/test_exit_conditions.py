@@ -10,7 +10,7 @@ from colcon_yamllaunch.runtime.core.events import Output
 from colcon_yamllaunch.runtime.core.events import ShuttingDown
 from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.course.exit_conditions import Goal
+from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
 import pytest
 
@@ -19,7 +19,9 @@ class Replay:
     def __init__(self, *until, **settings):
         self.now = 100.0
         patterns = [LinePattern(text) for text in until]
-        self.goal = Goal(patterns, clock=lambda: self.now, **settings)
+        self.goal = ExitConditions(
+            patterns, clock=lambda: self.now, **settings
+        )
         self.now = 200.0
         self.goal.begin()
 

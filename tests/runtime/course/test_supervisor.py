@@ -182,7 +182,9 @@ def test_a_process_that_survives_sigkill_is_given_up(history, process):
     h.after(60.0)
     assert h.supervisor.done
     pid = h.host.by_label['a']
-    assert h.happened(LeftBehind) == [LeftBehind('a', pid)]
+    assert [(e.process.label, e.pid) for e in h.happened(LeftBehind)] == [
+        ('a', pid)
+    ]
 
 
 def test_a_launch_that_ends_by_itself_stops_what_processes_left(
