@@ -8,6 +8,10 @@ from collections.abc import Sequence
 import os
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.table import column_widths
+from colcon_yamllaunch.common.table import table_lines
+from colcon_yamllaunch.common.table import table_width
+from colcon_yamllaunch.common.table import without_middle
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
@@ -20,7 +24,6 @@ from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.screen.screen import Screen
 
 _HEADER = ('NAME', 'PACKAGE', 'NAMESPACE', 'PID')
-_GAP = '  '
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +105,7 @@ class StartTable:
         started, self._started = self._started, []
         attached, self._attached = self._attached, []
         rows = [Row.of(s.process, s.pid) for s in started]
-        lines = table_lines(rows, self._size)
+        lines = start_table_lines(rows, self._size)
         if not lines:
             for event in started:
                 self._screen.handle(event)
@@ -111,7 +114,9 @@ class StartTable:
             self._screen.handle(hint)
 
 
-def table_lines(rows: Sequence[Row], size: os.terminal_size) -> list[str]:
+def start_table_lines(
+    rows: Sequence[Row], size: os.terminal_size
+) -> list[str]:
     """
     Lay out a table that fits a terminal.
 
@@ -128,16 +133,10 @@ def table_lines(rows: Sequence[Row], size: os.terminal_size) -> list[str]:
         cells = [_cells(row) for row in rows]
     shown = [i for i in range(len(_HEADER)) if any(c[i] for c in cells)]
     cells = [tuple(c[i] for i in shown) for c in (_HEADER, *cells)]
-    widths = _fitted(
-        [max(map(len, c)) for c in zip(*cells, strict=True)], size.columns
-    )
-    return [
-        _GAP.join(
-            _cut(text, width).ljust(width)
-            for text, width in zip(line, widths, strict=True)
-        ).rstrip()
-        for line in cells
-    ]
+    widths = column_widths(cells)
+    for _ in range(table_width(widths) - size.columns):
+        widths[widths.index(max(widths))] -= 1
+    return table_lines(cells, widths, without_middle)
 
 
 def _started_at_once(plan: Plan) -> set[str]:
@@ -169,20 +168,3 @@ def _merged(group: Sequence[Row]) -> tuple[str, ...]:
     if len(group) > 1:
         cells[1] += f' ({len(group)})'
     return tuple(cells)
-
-
-def _fitted(widths: list[int], columns: int) -> list[int]:
-    """Take from the widest column until all fit."""
-    over = sum(widths) + len(_GAP) * (len(widths) - 1) - columns
-    for _ in range(over):
-        widest = max(range(len(widths)), key=widths.__getitem__)
-        widths[widest] -= 1
-    return widths
-
-
-def _cut(text: str, width: int) -> str:
-    """Leave out the middle of a text that is too long."""
-    if len(text) <= width:
-        return text
-    end = width // 2
-    return f'{text[: width - end - 1]}…{text[len(text) - end :]}'

@@ -14,8 +14,8 @@ from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.screen.screen import Screen
 from colcon_yamllaunch.runtime.screen.start_table import Row
+from colcon_yamllaunch.runtime.screen.start_table import start_table_lines
 from colcon_yamllaunch.runtime.screen.start_table import StartTable
-from colcon_yamllaunch.runtime.screen.start_table import table_lines
 from colcon_yamllaunch.runtime.streams.writer import TextWriter
 import pytest
 
@@ -56,7 +56,7 @@ def test_columns_are_aligned():
         Row('counter.py-1', 'my_pkg', '/demo', 4329),
         Row('pump-2', '/opt/pump', '', 12),
     ]
-    assert table_lines(rows, size()) == [
+    assert start_table_lines(rows, size()) == [
         'NAME          PACKAGE    NAMESPACE  PID',
         'counter.py-1  my_pkg     /demo      4329',
         'pump-2        /opt/pump             12',
@@ -64,7 +64,7 @@ def test_columns_are_aligned():
 
 
 def test_a_column_without_anything_is_left_out():
-    assert table_lines([Row('a', 'sh', '', 1)], size()) == [
+    assert start_table_lines([Row('a', 'sh', '', 1)], size()) == [
         'NAME  PACKAGE  PID',
         'a     sh       1',
     ]
@@ -76,7 +76,7 @@ def test_it_fits_the_width(columns):
         Row('a' * 50, '/ws/install/' + 'b' * 60 + '/end', '/n' * 20, 123456),
         Row('short', 'pkg', '/', 1),
     ]
-    lines = table_lines(rows, size(columns))
+    lines = start_table_lines(rows, size(columns))
     assert len(lines) == 3
     assert max(map(len, lines)) <= columns
     assert '…' in lines[1]
@@ -85,15 +85,15 @@ def test_it_fits_the_width(columns):
 
 
 def test_a_terminal_may_be_too_narrow():
-    assert table_lines([Row('a', 'b', '/', 1)], size(20)) == []
-    assert table_lines([], size()) == []
+    assert start_table_lines([Row('a', 'b', '/', 1)], size(20)) == []
+    assert start_table_lines([], size()) == []
 
 
 def test_a_hundred_nodes_are_told_by_package():
     rows = [
         Row(f'node-{n}', f'pkg{n % 3}', f'/r{n}', 1000 + n) for n in range(100)
     ]
-    lines = table_lines(rows, size())
+    lines = start_table_lines(rows, size())
     assert len(lines) == 4
     assert lines[1].split('  ') == [
         'node-0 … node-99',
@@ -102,7 +102,7 @@ def test_a_hundred_nodes_are_told_by_package():
         '1000 … 1099',
     ]
     # a higher terminal has room for all of them
-    assert len(table_lines(rows, size(lines=200))) == 101
+    assert len(start_table_lines(rows, size(lines=200))) == 101
 
 
 def test_it_shows_when_all_were_started(table, process):
