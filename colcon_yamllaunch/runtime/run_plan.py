@@ -112,7 +112,7 @@ def run_plan(
         layout = layout_of(LOG_FORMAT, environment, troubles.append)
         listeners: list[Listener] = []
         log_files: Mapping[str, Path] = {}
-        publish = _nothing
+        publish: Callable[[], bool] = bool
         if log_folder is not None:
             logs = Logs(
                 log_folder,
@@ -190,8 +190,3 @@ def _guard(identity: str, screen: Screen, stack: ExitStack) -> GuardLink:
         screen.handle(Warned(no_guard(error)))
     stack.callback(guard.abandon)
     return guard
-
-
-def _nothing() -> bool:
-    """Publish nothing, as there are no log files."""
-    return False

@@ -4,6 +4,7 @@
 """Launches without a process, whose time passes as the test says."""
 
 from itertools import count
+from types import SimpleNamespace
 
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -89,11 +90,17 @@ class History:
         self.turn()
 
     def state(self, label):
-        states = self.supervisor.states()
-        return next(s for s in states if s.process.label == label)
+        task = self.supervisor.task(label)
+        return SimpleNamespace(
+            phase=self.supervisor.phase(task),
+            pid=task.group,
+            seconds=self.supervisor.seconds(task),
+            restarts=task.restarts,
+            ending=task.ending,
+        )
 
     def phases(self):
-        return [s.phase for s in self.supervisor.states()]
+        return [self.supervisor.phase(t) for t in self.supervisor.tasks]
 
     def happened(self, kind):
         return [e for e in self.host.events if isinstance(e, kind)]

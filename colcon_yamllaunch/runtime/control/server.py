@@ -11,7 +11,9 @@ import os
 from pathlib import Path
 
 from colcon_yamllaunch.runtime.control import protocol
-from colcon_yamllaunch.runtime.control.client_connection import Visitor
+from colcon_yamllaunch.runtime.control.client_connection import (
+    ClientConnection,
+)
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.control.socket_address import Address
@@ -87,7 +89,7 @@ class Server:
         self._address = address
         self._watches = watches
         self._service = service
-        self._visitors: list[Visitor] = []
+        self._clients: list[ClientConnection] = []
         # given up for a moment to turn a client away when no other is left
         self._spare = _null()
         watches.add(address.socket.fileno(), self._accept)
@@ -97,8 +99,8 @@ class Server:
         if self._spare == -1:
             return
         self._watches.remove(self._address.socket.fileno())
-        for visitor in list(self._visitors):
-            visitor.close()
+        for client in list(self._clients):
+            client.close()
         self._address.close()
         os.close(self._spare)
         self._spare = -1
@@ -114,17 +116,17 @@ class Server:
             connection.close()
             return
         connection.setblocking(False)
-        if len(self._visitors) >= protocol.MAXIMUM_CLIENTS:
+        if len(self._clients) >= protocol.MAXIMUM_CLIENTS:
             self._make_room()
-        self._visitors.append(
-            Visitor(
-                connection, self._watches, self._service, self._visitors.remove
+        self._clients.append(
+            ClientConnection(
+                connection, self._watches, self._service, self._clients.remove
             )
         )
 
     def _make_room(self) -> None:
-        waiting = [v for v in self._visitors if not v.is_attached]
-        (waiting or self._visitors)[0].close()
+        waiting = [v for v in self._clients if not v.is_attached]
+        (waiting or self._clients)[0].close()
 
     def _turn_away(self) -> None:
         """Take a client and send it away, as it would wait for ever."""

@@ -26,7 +26,7 @@ from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import Stream
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
-from colcon_yamllaunch.runtime.core.tasks import TaskState
+from colcon_yamllaunch.runtime.core.tasks import Task
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
 from colcon_yamllaunch.runtime.streams.terminals import Terminals
 
@@ -128,7 +128,7 @@ class Service:
             log_folder=None
             if self._log_folder is None
             else str(self._log_folder),
-            processes=tuple(map(self._state, self._supervisor.states())),
+            processes=tuple(map(self._state, self._supervisor.tasks)),
         )
 
     def type(self, label: str, keys: bytes) -> None:
@@ -139,38 +139,32 @@ class Service:
         """Let somebody look on, who got leave to attach."""
         self._viewers.setdefault(label, []).append(viewer)
         self._terminals.look_on(label, viewer.show)
-        self._tell(Attached(self._task(label).process))
+        self._tell(Attached(self._supervisor.task(label).process))
 
     def detach(self, label: str, viewer: Viewer) -> None:
         """Let somebody look on no more."""
         self._viewers[label].remove(viewer)
         self._terminals.look_away(label, viewer.show)
-        self._tell(Detached(self._task(label).process))
+        self._tell(Detached(self._supervisor.task(label).process))
 
     def _may_attach(self, label: str) -> tuple[dict[str, Any], str | None]:
-        task = self._task(label)
+        task = self._supervisor.task(label)
         if not task.process.emulate_tty:
             raise RefusedError(
                 f'{label} has no keyboard, as it has no terminal: give it '
                 "'emulate_tty: true' in the launch file, or start the "
                 f'launch with --attach {label}'
             )
-        return protocol.success(pid=task.pid), label
+        return protocol.success(pid=task.group), label
 
-    def _task(self, label: str) -> TaskState:
-        for task in self._supervisor.states():
-            if task.process.label == label:
-                return task
-        raise RefusedError(f"there is no process '{label}'")
-
-    def _state(self, task: TaskState) -> ProcessState:
+    def _state(self, task: Task) -> ProcessState:
         process = task.process
         log = self._log_files.get(process.label)
         return ProcessState(
             process.label,
-            task.phase,
-            task.pid,
-            round(task.seconds, 3),
+            self._supervisor.phase(task),
+            task.group,
+            round(self._supervisor.seconds(task), 3),
             task.restarts,
             task.ending,
             os.path.basename(str(process.argv[0])),

@@ -42,22 +42,3 @@ class Task:
     ended: float | None = None
     ending: str = ''
     is_suspended: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class TaskState:
-    """
-    A process of the plan at one moment.
-
-    :param pid: Its process id, which is that of its group, while it runs
-    :param seconds: For how long it has been running, or ended
-    :param restarts: How often it has been started again
-    :param ending: How it ended, as a part of a sentence; empty while it runs
-    """
-
-    process: Process
-    phase: Phase
-    pid: int | None
-    seconds: float
-    restarts: int
-    ending: str

@@ -41,7 +41,6 @@ from colcon_yamllaunch.runtime.core.schedule import TimerHandle
 from colcon_yamllaunch.runtime.core.tasks import Phase
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.core.tasks import Task
-from colcon_yamllaunch.runtime.core.tasks import TaskState
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.runtime.stopping.launch_stop import Stop
 from colcon_yamllaunch.runtime.stopping.launch_stop import StopHost
@@ -80,8 +79,9 @@ class Supervisor:
     ) -> None:
         self._host = host
         self._clock = clock
-        self._tasks = [Task(n, p) for n, p in enumerate(plan.processes())]
-        self._by_label = {t.process.label: t for t in self._tasks}
+        #: The processes of the plan, in its order.
+        self.tasks = [Task(n, p) for n, p in enumerate(plan.processes())]
+        self._by_label = {t.process.label: t for t in self.tasks}
         self._agenda: deque[Entry] = deque(plan.entries)
         self._schedule = Schedule()
         self._timers: dict[int, tuple[Timer, TimerHandle]] = {}
@@ -165,9 +165,32 @@ class Supervisor:
         if single_stop is not None:
             single_stop.advance()
 
-    def states(self) -> tuple[TaskState, ...]:
-        """Return what has become of each process, in the plan's order."""
-        return tuple(self._state(task) for task in self._tasks)
+    def task(self, label: str) -> Task:
+        """
+        Return a process of the plan.
+
+        :raises RefusedError: when there is none with this label
+        """
+        if label not in self._by_label:
+            raise RefusedError(f"there is no process '{label}'")
+        return self._by_label[label]
+
+    def phase(self, task: Task) -> Phase:
+        """Return what a process is doing."""
+        if task.number in self._single_stops:
+            return 'stopping'
+        if task.group is not None:
+            return 'stopping' if self.is_stopping else 'running'
+        if task.number in self._respawns:
+            return 'respawn'
+        return 'waiting' if task.ended is None else 'ended'
+
+    def seconds(self, task: Task) -> float:
+        """Return for how long a process has been running, or ended."""
+        if self.phase(task) == 'waiting':
+            return 0.0
+        since = task.started if task.ended is None else task.ended
+        return self._clock() - since
 
     def stop_process(self, label: str) -> None:
         """
@@ -281,32 +304,10 @@ class Supervisor:
         self._host.tell(Respawned(task.process, task.respawns))
         self._start(task)
 
-    def _state(self, task: Task) -> TaskState:
-        phase: Phase
-        if task.number in self._single_stops:
-            phase = 'stopping'
-        elif task.group is not None:
-            phase = 'stopping' if self.is_stopping else 'running'
-        elif task.number in self._respawns:
-            phase = 'respawn'
-        else:
-            phase = 'waiting' if task.ended is None else 'ended'
-        since = task.started if task.ended is None else task.ended
-        return TaskState(
-            task.process,
-            phase,
-            task.group,
-            0.0 if phase == 'waiting' else self._clock() - since,
-            task.restarts,
-            task.ending,
-        )
-
     def _asked_for(
         self, label: str, action: Literal['stop', 'restart']
     ) -> Task:
-        task = self._by_label.get(label)
-        if task is None:
-            raise RefusedError(f"there is no process '{label}'")
+        task = self.task(label)
         if self.is_stopping:
             raise RefusedError('the whole launch is being stopped')
         if task.group is None and task.ended is None:
@@ -351,13 +352,13 @@ class Supervisor:
         for single_stop in self._single_stops.values():
             single_stop.cancel()
         self._single_stops.clear()
-        self._stop = self._stop_of(self._tasks)
+        self._stop = self._stop_of(self.tasks)
         self._progress_later(self._stop)
 
     def _stop_of(self, tasks: Sequence[Task]) -> Stop:
         return Stop(
             tasks,
-            is_whole=tasks is self._tasks,
+            is_whole=tasks is self.tasks,
             host=self._host,
             schedule=self._schedule,
             clock=self._clock,
@@ -380,7 +381,7 @@ class Supervisor:
 
     def _end_single_stops(self) -> None:
         for number, stop in tuple(self._single_stops.items()):
-            task = self._tasks[number]
+            task = self.tasks[number]
             if stop.is_over and task.group is None:
                 stop.abandon()
                 del self._single_stops[number]

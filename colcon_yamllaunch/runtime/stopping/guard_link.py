@@ -96,10 +96,11 @@ class GuardLink:
 
     def folder(self, path: Path) -> None:
         """Tell of a folder that is to be removed."""
-        line = f'folder {path}\n'
-        self._lines['folder'] = line
-        self._tell(line)
-        self.flush()
+        self._tell_at_once('folder', path)
+
+    def socket(self, path: Path) -> None:
+        """Tell of a socket that is to be removed."""
+        self._tell_at_once('socket', path)
 
     def flush(self) -> None:
         """
@@ -109,13 +110,6 @@ class GuardLink:
         """
         if self._pending and self._pipe != -1:
             self._write()
-
-    def socket(self, path: Path) -> None:
-        """Tell of a socket that is to be removed."""
-        line = f'socket {path}\n'
-        self._lines['socket'] = line
-        self._tell(line)
-        self.flush()
 
     def dismiss(self) -> None:
         """End the guard without any work for it."""
@@ -129,6 +123,11 @@ class GuardLink:
         """Leave the launch to the guard."""
         self.flush()
         self._close()
+
+    def _tell_at_once(self, kind: str, path: Path) -> None:
+        self._lines[kind] = line = f'{kind} {path}\n'
+        self._tell(line)
+        self.flush()
 
     def _tell(self, line: str) -> None:
         if self._pipe != -1:

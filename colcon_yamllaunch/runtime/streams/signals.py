@@ -13,7 +13,7 @@ STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 #: Those that a shell holds and continues jobs with.
 JOB_CONTROL = (signal.SIGTSTP, signal.SIGCONT)
 #: Those that tell what else the loop reacts to.
-NEWS = (signal.SIGCHLD, signal.SIGWINCH)
+OTHERS = (signal.SIGCHLD, signal.SIGWINCH)
 
 # whoever ignores these for us means it, as nohup and a shell without job
 # control do; a SIGINT that is sent all the same is meant, too
@@ -35,7 +35,7 @@ def caught() -> Iterator[int]:
     wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     before = {}
     try:
-        for number in (*STOPPING, *JOB_CONTROL, *NEWS):
+        for number in (*STOPPING, *JOB_CONTROL, *OTHERS):
             handler = signal.getsignal(number)
             if handler == signal.SIG_IGN and number in _RESPECTED:
                 continue
