@@ -72,11 +72,7 @@ def is_alive(pid: int, birth: int) -> bool:
 
 
 def variable_of(pid: int, name: str) -> str | None:
-    """
-    Return the value of a variable that a process was started with.
-
-    :returns: None if it has none, or belongs to somebody else
-    """
+    """Return a variable that a process was started with, or None."""
     start = f'\0{name}='.encode()
     environment = b'\0' + _read(f'/proc/{pid}/environ', _ENVIRONMENT_SIZE)
     _, found, rest = environment.partition(start)

@@ -61,7 +61,11 @@ def run_plan(
     attach: str | None = None,
 ) -> int:
     """
-    Run a plan to its end.
+    Run a plan to its end, and return the exit code.
+
+    It is 0 when all ended well or was stopped by the user, 1 when a process
+    failed, could not be started or could not be stopped, or when a condition
+    was not met.
 
     Must be called in the main thread, and no other thread may run: signals
     are handled here, and processes are started from a working directory that
@@ -87,9 +91,6 @@ def run_plan(
       it they do not see it
     :param attach: The label of a process that the keyboard, which is standard
       input, is connected to; it must have a terminal
-    :returns: The exit code: 0 when all ended well or was stopped by the user,
-      1 when a process failed, could not be started or could not be stopped,
-      or when a condition was not met
     """
     stream = sys.stdout if stream is None else stream
     if tty:

@@ -94,7 +94,7 @@ def from_json(data: object) -> LaunchState:
     """
     Read what :func:`to_json` made; what is not known here is left out.
 
-    :raises ProtocolError: Something is missing
+    :raises ProtocolError: when something is missing
     """
     try:
         launch = _known(LaunchState, data)

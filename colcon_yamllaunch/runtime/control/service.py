@@ -89,11 +89,12 @@ class Service:
         self, message: Mapping[str, Any]
     ) -> tuple[dict[str, Any], str | None]:
         """
-        Answer a request.
+        Return the answer to a request.
 
-        :returns: The answer, and the label of the process to :meth:`attach`
-          the client to, or None
-        :raises ProtocolError: It has a wrong form
+        Beside it stands the label of the process to :meth:`attach` the client
+        to, or None.
+
+        :raises ProtocolError: when it has a wrong form
         """
         if message.get('version') != protocol.VERSION:
             raise ProtocolError(

@@ -54,8 +54,7 @@ class Event:
         """
         Return what `events.jsonl` has of it besides the time.
 
-        :returns: The fields, `event` with its name first; none where it is
-          not recorded
+        The field `event` comes first; what is not recorded has none at all.
         """
 
 

@@ -54,15 +54,11 @@ class Host(StopHost, Protocol):
         Start a process in a group of its own, and return the group's id.
 
         :param number: The number of the process in the plan
-        :raises StartError: It cannot be started
+        :raises StartError: when it cannot be started
         """
 
     def release(self, group: int) -> bool:
-        """
-        Take note that the leader of a group ended.
-
-        :returns: Whether the group ended with it
-        """
+        """Return whether a group ended with its leader, which just did."""
 
 
 class Supervisor:
@@ -201,7 +197,7 @@ class Supervisor:
         ask once more takes the next step of stopping at once.
 
         :param label: Its label
-        :raises RefusedError: There is nothing to stop
+        :raises RefusedError: when there is nothing to stop
         """
         task = self._asked_for(label, 'stop')
         self._restarting.discard(task.number)
@@ -217,7 +213,7 @@ class Supervisor:
         It has all of its respawns again.
 
         :param label: Its label
-        :raises RefusedError: It cannot be started now
+        :raises RefusedError: when it cannot be started now
         """
         task = self._asked_for(label, 'restart')
         self._restarting.add(task.number)

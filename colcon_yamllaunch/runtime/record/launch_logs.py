@@ -101,7 +101,7 @@ class Logs:
         """
         Write what has been collected, and open files of quiet processes.
 
-        :returns: Whether there are more to open with the next call
+        Return whether there are more to open with the next call.
         """
         for _ in range(min(limits.OPENED_PER_TURN, len(self._unopened))):
             self._open_own(self._unopened.popleft())

@@ -100,12 +100,9 @@ def start_table_lines(
     rows: Sequence[Row], size: os.terminal_size
 ) -> list[str]:
     """
-    Lay out a table that fits a terminal.
+    Return a table that fits a terminal, or nothing where that is too narrow.
 
     Where it would be too high, the processes of one package share a row.
-
-    :returns: The header and the rows, or nothing where the terminal is too
-      narrow for a table
     """
     if not rows or size.columns < limits.TABLE_WIDTH:
         return []

@@ -42,7 +42,7 @@ class GuardLink:
         """
         Start the guard; it comes up while the caller goes on.
 
-        :raises OSError: It cannot be started
+        :raises OSError: when it cannot be started
         """
         reader, self._pipe = os.pipe()
         try:
@@ -63,8 +63,9 @@ class GuardLink:
         """
         Start another guard after this one ended.
 
-        :returns: Whether there is one; after some there is no other
-        :raises OSError: It cannot be started
+        Return whether there is one; after some there is no other.
+
+        :raises OSError: when it cannot be started
         """
         self._close()
         self._restarts += 1

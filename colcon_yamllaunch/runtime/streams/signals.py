@@ -23,11 +23,9 @@ _RESPECTED = frozenset((signal.SIGHUP, signal.SIGTSTP))
 @contextmanager
 def caught() -> Iterator[int]:
     """
-    Catch signals while the loop runs.
+    Catch signals, and give the descriptor where each arrives as a byte.
 
     Works in the main thread only, as Python handles signals there.
-
-    :returns: The descriptor on which each caught signal arrives as a byte
     """
     reader, writer = os.pipe()
     os.set_blocking(reader, False)

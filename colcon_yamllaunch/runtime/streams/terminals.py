@@ -75,7 +75,7 @@ class Terminals:
         Give the descriptor that a process that is being started reads from.
 
         :param size: The size of its terminal, or None if it gets none
-        :raises StartError: There are too many open files, for instance
+        :raises StartError: when there are too many open files, for instance
         """
         if size is None:
             yield self._null
