@@ -13,6 +13,7 @@ This module is part of the guard and imports little.
 
 from abc import abstractmethod
 from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Mapping
 import math
 import os
@@ -77,7 +78,7 @@ class Targets:
         return {}
 
     @abstractmethod
-    def search(self) -> list[Orphan]:
+    def search(self, groups: Collection[int]) -> list[Orphan]:
         """Find all that run besides the groups; this may take a while."""
 
     def recheck(self, orphans: list[Orphan]) -> list[Orphan]:
@@ -123,6 +124,7 @@ class Escalation:
             self._enter(number, STEPS.index(first), now)
         self._sent: dict[Target, int] = {}
         self._checked = -math.inf
+        self._groups: Mapping[int, int] = {}
         #: What was found besides the groups and still ran at the last look.
         self.orphans: list[Orphan] = []
         #: Whether nothing runs any more, or what does cannot be ended.
@@ -134,13 +136,13 @@ class Escalation:
         for number in due:
             self._enter(number, self._steps[number] + 1, now)
         # groups at once, as looking for others takes some milliseconds
-        groups = self._targets.groups()
-        for group, number in groups.items():
+        self._groups = self._targets.groups()
+        for group, number in self._groups.items():
             self._send(group, number, self._sent.get(group, -1))
         self.orphans = self._targets.recheck(self.orphans)
         is_first = self._checked == -math.inf
-        if due or is_first or not (groups or self.orphans):
-            self.orphans = self._targets.search()
+        if due or is_first or not (self._groups or self.orphans):
+            self.orphans = self._targets.search(self._groups)
         for orphan in self.orphans:
             # what its group was sent reached it, too
             sent = max(
@@ -166,9 +168,9 @@ class Escalation:
         return min((*deadlines, check))
 
     def alive(self) -> set[int]:
-        """Return the numbers of all that still runs."""
+        """Return the numbers of all that still ran at the last look."""
         return {
-            *self._targets.groups().values(),
+            *self._groups.values(),
             *(orphan.number for orphan in self.orphans),
         }
 

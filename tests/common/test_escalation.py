@@ -30,7 +30,7 @@ class FakeTargets(Targets):
     def groups(self):
         return self.led
 
-    def search(self):
+    def search(self, groups):
         self.searches += 1
         return list(self.left)
 

@@ -369,6 +369,8 @@ class Supervisor:
         self._schedule.add(self._clock() + limits.PROGRESS_INTERVAL, report)
 
     def _report_progress(self, stop: Stop) -> None:
+        if not stop.is_over:
+            stop.advance()
         labels = tuple(task.process.label for task in stop.alive())
         timers = len(self._timers)
         if labels or timers:

@@ -18,6 +18,7 @@ SIGKILL_TIMEOUT`, `end GROUP`, `folder PATH` and `socket PATH`.
 This module imports little: the guard has to be small, and up at once.
 """
 
+from collections.abc import Collection
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -104,11 +105,10 @@ class _Remains(Targets):
         groups = self._charge.groups
         return {g: groups[g] for g in groups if self._is_led(g)}
 
-    def search(self) -> list[Orphan]:
+    def search(self, groups: Collection[int]) -> list[Orphan]:
         """Find the other processes of the launch."""
-        return find_orphans(
-            self._identity, self._session, self._charge.groups, self.groups()
-        )
+        made = self._charge.groups
+        return find_orphans(self._identity, self._session, made, groups)
 
     def _is_led(self, group: int) -> bool:
         leader = read_process(group)

@@ -123,9 +123,9 @@ class Stop(Targets):
         tasks = self._tasks.values()
         return {t.group: t.number for t in tasks if t.group is not None}
 
-    def search(self) -> list[Orphan]:
+    def search(self, groups: Collection[int]) -> list[Orphan]:
         """Find what runs besides the groups; see `Targets`."""
-        found = self._host.orphans(self._groups, self.groups())
+        found = self._host.orphans(self._groups, groups)
         return [o for o in found if self._is_whole or o.number in self._tasks]
 
     def recheck(self, orphans: list[Orphan]) -> list[Orphan]:

@@ -9,6 +9,7 @@ would write into the folders of the next build.
 """
 
 from collections.abc import Callable
+from collections.abc import Collection
 import os
 from pathlib import Path
 import signal
@@ -41,7 +42,7 @@ class BuildProcesses(Targets):
         if build_base is not None:
             self._start, self._end = '', f':{build_base}'
 
-    def search(self) -> list[Orphan]:
+    def search(self, groups: Collection[int] = ()) -> list[Orphan]:  # noqa: ARG002
         """Find all of them."""
         found = []
         for process in running_processes():
