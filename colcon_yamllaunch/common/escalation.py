@@ -29,9 +29,9 @@ STEPS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 KILL_PATIENCE = 5.0
 #: Seconds between two looks at processes whose end nobody reports.
 CHECK_INTERVAL = 0.05
-#: The number of a process of which nobody knows what it comes from.
-UNKNOWN = -1
 
+# the number that stands for all that no time-outs are known of
+_OTHERS = -1
 _GIVEN_UP = len(STEPS)
 
 
@@ -57,7 +57,7 @@ class Orphan:
     :param birth: When it started; with the process id it names one process
       for good
     :param group: Its process group
-    :param number: The number of what it comes from, or :data:`UNKNOWN`
+    :param number: The number of what it comes from
     """
 
     pid: int
@@ -96,8 +96,7 @@ class Escalation:
 
     :param targets: The processes; each belongs to what has a number, such as
       a process of the plan, and takes the steps with that
-    :param timeouts: For each number its time-outs; :data:`UNKNOWN` has the
-      longest of them
+    :param timeouts: For each number its time-outs; others have the longest
     :param now: When stopping begins, in seconds of any clock
     :param first: The first step
     """
@@ -112,7 +111,7 @@ class Escalation:
         self._targets = targets
         self._timeouts = dict(timeouts)
         self._timeouts.setdefault(
-            UNKNOWN,
+            _OTHERS,
             Timeouts(
                 max((t.sigterm for t in timeouts.values()), default=0.0),
                 max((t.sigkill for t in timeouts.values()), default=0.0),
@@ -191,7 +190,7 @@ class Escalation:
             sleep(max(0.0, min(self.due() - clock(), CHECK_INTERVAL)))
 
     def _known(self, number: int) -> int:
-        return number if number in self._steps else UNKNOWN
+        return number if number in self._steps else _OTHERS
 
     def _step(self, number: int) -> int:
         return min(self._steps[self._known(number)], len(STEPS) - 1)

@@ -12,7 +12,6 @@ from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import send
 from colcon_yamllaunch.common.escalation import Targets
 from colcon_yamllaunch.common.escalation import Timeouts
-from colcon_yamllaunch.common.escalation import UNKNOWN
 import pytest
 
 INT, TERM, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
@@ -112,8 +111,8 @@ def test_to_hurry_takes_one_step_at_once_and_moves_the_next():
     assert escalation.latest_signal() == KILL
 
 
-def test_a_process_of_unknown_origin_has_the_longest_time_outs():
-    orphan = Orphan(pid=50, birth=1, group=50, number=UNKNOWN)
+def test_what_has_no_time_outs_has_the_longest():
+    orphan = Orphan(pid=50, birth=1, group=50, number=7)
     targets = FakeTargets({}, orphan)
     timeouts = {0: Timeouts(5, 1), 1: Timeouts(1, 7)}
     escalation = Escalation(targets, timeouts, 0.0)

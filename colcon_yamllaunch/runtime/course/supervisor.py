@@ -352,14 +352,8 @@ class Supervisor:
         self._progress_later(self._stop)
 
     def _stop_of(self, tasks: Sequence[Task]) -> Stop:
-        return Stop(
-            tasks,
-            is_whole=tasks is self.tasks,
-            host=self._host,
-            schedule=self._schedule,
-            clock=self._clock,
-            groups=self._groups,
-        )
+        groups = self._groups
+        return Stop(tasks, self._host, self._schedule, self._clock, groups)
 
     def _progress_later(self, stop: Stop) -> None:
         def report() -> None:

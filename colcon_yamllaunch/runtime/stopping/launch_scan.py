@@ -18,7 +18,6 @@ from collections.abc import Mapping
 import os
 
 from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.common.escalation import UNKNOWN
 from colcon_yamllaunch.common.process_scan import running_processes
 from colcon_yamllaunch.common.process_scan import RunningProcess
 from colcon_yamllaunch.common.process_scan import variable_of
@@ -76,4 +75,4 @@ def _marked_number(pid: int, identity: str) -> int | None:
     owner, _, number = (variable_of(pid, MARK) or '').partition('.')
     if owner != identity:
         return None
-    return int(number) if number.isdecimal() else UNKNOWN
+    return int(number) if number.isdecimal() else None

@@ -47,9 +47,7 @@ class Stop(Targets):
     """
     The end of some processes, with all that they started.
 
-    :param tasks: The processes; one of unknown origin goes by the name of the
-      first
-    :param is_whole: Whether these are all processes of the launch
+    :param tasks: The processes, all of the launch or some
     :param host: Sends signals
     :param schedule: Where the next step is noted
     :param clock: Returns the time in seconds
@@ -59,15 +57,12 @@ class Stop(Targets):
     def __init__(
         self,
         tasks: Sequence[Task],
-        *,
-        is_whole: bool,
         host: StopHost,
         schedule: Schedule,
         clock: Callable[[], float],
         groups: Mapping[int, int],
     ) -> None:
         self._tasks = {task.number: task for task in tasks}
-        self._is_whole = is_whole
         self._host = host
         self._schedule = schedule
         self._clock = clock
@@ -104,8 +99,7 @@ class Stop(Targets):
 
     def alive(self) -> list[Task]:
         """Return what still runs, in the order of the plan."""
-        numbers = {self._number(n) for n in self._escalation.alive()}
-        return [self._tasks[n] for n in sorted(numbers)]
+        return [self._tasks[n] for n in sorted(self._escalation.alive())]
 
     def latest_signal(self) -> signal.Signals:
         """Return the furthest step that anything which still runs came to."""
@@ -116,7 +110,7 @@ class Stop(Targets):
         left = dict(self.groups())
         left |= {o.pid: o.number for o in self._escalation.orphans}
         for pid, number in left.items():
-            self._host.tell(LeftBehind(self._process(number), pid))
+            self._host.tell(LeftBehind(self._tasks[number].process, pid))
 
     def groups(self) -> dict[int, int]:
         """Return the groups whose leader runs; see `Targets`."""
@@ -126,7 +120,7 @@ class Stop(Targets):
     def search(self, groups: Collection[int]) -> list[Orphan]:
         """Find what runs besides the groups; see `Targets`."""
         found = self._host.orphans(self._groups, groups)
-        return [o for o in found if self._is_whole or o.number in self._tasks]
+        return [o for o in found if o.number in self._tasks]
 
     def recheck(self, orphans: list[Orphan]) -> list[Orphan]:
         """Return those that still run; see `Targets`."""
@@ -139,7 +133,7 @@ class Stop(Targets):
                 pid, number, is_group = target.pid, target.number, False
             else:
                 pid, number, is_group = target, self._groups[target], True
-            process = self._process(number)
+            process = self._tasks[number].process
             self._host.tell(Signalled(process, pid, step, is_group))
 
     def _note_next(self) -> None:
@@ -147,12 +141,6 @@ class Stop(Targets):
         due = self._escalation.due()
         if due != math.inf:
             self._next = self._schedule.add(due, self.advance)
-
-    def _process(self, number: int) -> Process:
-        return self._tasks[self._number(number)].process
-
-    def _number(self, number: int) -> int:
-        return number if number in self._tasks else next(iter(self._tasks))
 
 
 def timeouts_of(process: Process) -> Timeouts:
