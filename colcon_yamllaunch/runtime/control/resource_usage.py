@@ -24,8 +24,8 @@ class Usage:
     What a process group uses.
 
     :param cpu: Its share of one processor, 1.0 for all of it
-    :param memory: Its resident memory in bytes; what members share counts
-      for each
+    :param memory: Its resident memory in bytes; what its processes
+      share counts for each
     """
 
     cpu: float
@@ -59,7 +59,7 @@ def usage_of(
     seconds = max(clock() - begin, INTERVAL)
     return {
         group: Usage(
-            # a member that ended meanwhile took its time with it
+            # a process that ended meanwhile took its time with it
             max(0, now.ticks - first.get(group, now).ticks) / _TICKS / seconds,
             now.pages * _PAGE,
         )

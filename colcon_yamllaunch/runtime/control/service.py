@@ -43,7 +43,7 @@ class Viewer(Protocol):
 
 class Service:
     """
-    Answers requests, and lets viewers look on.
+    Answers requests, and shows viewers what processes write.
 
     :param about: What the launch is known by
     :param supervisor: Runs it
@@ -137,15 +137,15 @@ class Service:
         self._terminals.type(label, keys)
 
     def attach(self, label: str, viewer: Viewer) -> None:
-        """Let somebody look on, who got leave to attach."""
+        """Show a process to somebody who got leave to attach."""
         self._viewers.setdefault(label, []).append(viewer)
-        self._terminals.look_on(label, viewer.show)
+        self._terminals.add_sink(label, viewer.show)
         self._tell(Attached(self._supervisor.task(label).process))
 
     def detach(self, label: str, viewer: Viewer) -> None:
-        """Let somebody look on no more."""
+        """Show a process to somebody no more."""
         self._viewers[label].remove(viewer)
-        self._terminals.look_away(label, viewer.show)
+        self._terminals.remove_sink(label, viewer.show)
         self._tell(Detached(self._supervisor.task(label).process))
 
     def _may_attach(self, label: str) -> tuple[dict[str, Any], str | None]:

@@ -325,7 +325,7 @@ class Engine:
             if number in STOPPING:
                 self._stop_by(number)
             elif number == signal.SIGTSTP:
-                self._hold()
+                self._suspend()
             elif number == signal.SIGCONT:
                 self._signal_all(signal.SIGCONT)
                 if self.suspended is not None:
@@ -354,7 +354,7 @@ class Engine:
         if not is_echo and number != signal.SIGHUP:
             self._supervisor.hurry()
 
-    def _hold(self) -> None:
+    def _suspend(self) -> None:
         if self.suspended is not None:
             self.suspended(True)
         self._signal_all(signal.SIGSTOP)

@@ -88,7 +88,7 @@ class GuardLink:
 
     def ended(self, group: int) -> None:
         """
-        Tell that a process group has no member any more.
+        Tell that nothing runs in a process group any more.
 
         It is told with the next :meth:`flush`.
         """

@@ -53,10 +53,10 @@ def with_terminals(plan: Plan, label: str | None = None) -> Plan:
 
 class Terminals:
     """
-    The ends to type at, and who looks on.
+    The ends to type at, and the sinks of output.
 
     :param watches: Where they are watched for what is echoed
-    :param relay: Lets others look at output as it comes
+    :param relay: Reads the output
     """
 
     def __init__(self, watches: Watches, relay: Relay) -> None:
@@ -126,7 +126,7 @@ class Terminals:
             self._typed[keyboard] = pending[: limits.KEYS]
             self._write(keyboard)
 
-    def look_on(self, label: str, sink: Sink) -> None:
+    def add_sink(self, label: str, sink: Sink) -> None:
         """Have somebody told at once what a process writes, and its prompt."""
         prompt = self._relay.unfinished(label)
         if prompt:
@@ -136,7 +136,7 @@ class Terminals:
             label, stream, data
         )
 
-    def look_away(self, label: str, sink: Sink) -> None:
+    def remove_sink(self, label: str, sink: Sink) -> None:
         """Have somebody told no more."""
         sinks = self._sinks.get(label, [])
         if sink in sinks:
