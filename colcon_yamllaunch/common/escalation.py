@@ -131,15 +131,16 @@ class Escalation:
 
     def advance(self, now: float) -> None:
         """Look what still runs, and send it what is due."""
-        due = [n for n, deadline in self._deadlines.items() if deadline <= now]
-        for number in due:
+        is_first = self._checked == -math.inf
+        # the first signal is sent even if there is no time until the second
+        due = [n for n, t in self._deadlines.items() if t <= now]
+        for number in () if is_first else due:
             self._enter(number, self._steps[number] + 1, now)
         # groups at once, as looking for others takes some milliseconds
         self._groups = self._targets.groups()
         for group, number in self._groups.items():
             self._send(group, number, self._sent.get(group, -1))
         self.orphans = self._targets.recheck(self.orphans)
-        is_first = self._checked == -math.inf
         if due or is_first or not (self._groups or self.orphans):
             self.orphans = self._targets.search(self._groups)
         for orphan in self.orphans:

@@ -156,6 +156,14 @@ def test_what_survives_sigkill_is_given_up():
     assert escalation.alive() == {0}
 
 
+def test_no_step_is_left_out_where_there_is_no_time():
+    targets = FakeTargets({10: 0})
+    escalation = Escalation(targets, {0: Timeouts(0, 0)}, 0.0)
+    for _ in range(3):
+        escalation.advance(1.0)
+    assert [step for _, step in targets.taken()] == [INT, TERM, KILL]
+
+
 def test_it_may_begin_with_a_later_step():
     targets = FakeTargets({10: 0})
     escalation = Escalation(targets, {0: Timeouts(9, 1)}, 0.0, first=TERM)

@@ -15,7 +15,6 @@ from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.control.launch_states import to_json
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.core.events import Attached
 from colcon_yamllaunch.runtime.core.events import Detached
@@ -104,7 +103,7 @@ class Service:
         try:
             match message.get('request'):
                 case 'status':
-                    return protocol.success(launch=to_json(self.state())), None
+                    return protocol.success(launch=asdict(self.state())), None
                 case 'shutdown':
                     self._supervisor.stop('requested', drop_timers=True)
                 case 'stop':

@@ -36,18 +36,22 @@ from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
 
 
-@dataclass(slots=True)
-class Charge:
+@dataclass
+class Charge(Targets):
     """
-    What the guard has been told.
+    What the guard has been told, and what is left of it.
 
-    :param groups: The process groups that run, with their numbers
+    :param identity: The identity of the launch
+    :param session: The session of the launcher
+    :param made: The process groups that run, with their numbers
     :param timeouts: The time-outs of every process that was ever started
     :param folder: The folder to remove, if there is one
     :param socket: The socket to remove, if there is one
     """
 
-    groups: dict[int, int] = field(default_factory=dict)
+    identity: str
+    session: int
+    made: dict[int, int] = field(default_factory=dict)
     timeouts: dict[int, Timeouts] = field(default_factory=dict)
     folder: str | None = None
     socket: str | None = None
@@ -57,16 +61,29 @@ class Charge:
         word, _, rest = line.partition(' ')
         if word == 'start':
             number, group, sigterm, sigkill = rest.split()
-            self.groups[int(group)] = int(number)
+            self.made[int(group)] = int(number)
             self.timeouts[int(number)] = Timeouts(
                 float(sigterm), float(sigkill)
             )
         elif word == 'end':
-            self.groups.pop(int(rest), None)
+            self.made.pop(int(rest), None)
         elif word == 'folder':
             self.folder = rest
         elif word == 'socket':
             self.socket = rest
+
+    def groups(self) -> dict[int, int]:
+        """Return the groups whose leader runs, and is not somebody else."""
+        return {
+            group: number
+            for group, number in self.made.items()
+            if (leader := read_process(group)) is not None
+            and leader.session == self.session
+        }
+
+    def search(self, groups: Collection[int]) -> list[Orphan]:
+        """Find the other processes of the launch."""
+        return find_orphans(self.identity, self.session, self.made, groups)
 
 
 def main() -> None:
@@ -77,42 +94,18 @@ def main() -> None:
     launcher.
     """
     identity, session = sys.argv[1:]
-    charge = Charge()
+    charge = Charge(identity, int(session))
     # a line that the launcher could not finish says nothing
     for line in _whole_lines():
         charge.note(line)
     if charge.socket is not None:
         with suppress(OSError):
             os.unlink(charge.socket)
-    targets = _Remains(charge, identity, int(session))
-    Escalation(targets, charge.timeouts, time.monotonic()).run()
+    Escalation(charge, charge.timeouts, time.monotonic()).run()
     if charge.folder is not None:
         import shutil
 
         shutil.rmtree(charge.folder, ignore_errors=True)
-
-
-class _Remains(Targets):
-    """What is left of a launch."""
-
-    def __init__(self, charge: Charge, identity: str, session: int) -> None:
-        self._charge = charge
-        self._identity = identity
-        self._session = session
-
-    def groups(self) -> dict[int, int]:
-        """Return the groups whose leader runs, and is not somebody else."""
-        groups = self._charge.groups
-        return {g: groups[g] for g in groups if self._is_led(g)}
-
-    def search(self, groups: Collection[int]) -> list[Orphan]:
-        """Find the other processes of the launch."""
-        made = self._charge.groups
-        return find_orphans(self._identity, self._session, made, groups)
-
-    def _is_led(self, group: int) -> bool:
-        leader = read_process(group)
-        return leader is not None and leader.session == self._session
 
 
 def _whole_lines() -> Iterator[str]:

@@ -6,7 +6,7 @@ from colcon_yamllaunch.runtime.stopping.guard import Charge
 
 
 def test_the_guard_knows_what_it_was_told():
-    charge = Charge()
+    charge = Charge('identity', 1)
     for line in (
         'start 0 100 5.0 2.5',
         'start 1 200 1.0 1.0',
@@ -16,6 +16,6 @@ def test_the_guard_knows_what_it_was_told():
         'something newer',
     ):
         charge.note(line)
-    assert charge.groups == {200: 1}
+    assert charge.made == {200: 1}
     assert charge.timeouts == {0: Timeouts(5.0, 2.5), 1: Timeouts(1.0, 1.0)}
     assert charge.folder == '/tmp/a folder'
