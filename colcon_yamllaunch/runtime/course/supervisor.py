@@ -374,7 +374,10 @@ class Supervisor:
     def _end_single_stops(self) -> None:
         for number, stop in tuple(self._single_stops.items()):
             task = self.tasks[number]
-            if stop.is_over and task.group is None:
+            # one that cannot be started again may end the launch
+            is_over = stop.is_over and not self.is_stopping
+            if is_over and task.group is None:
+                stop.cancel()
                 stop.abandon()
                 del self._single_stops[number]
                 if number in self._restarting:

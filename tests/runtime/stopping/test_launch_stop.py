@@ -182,6 +182,19 @@ def test_a_shutdown_takes_over_a_single_stop(course, process):
     assert len(c.happened(Started)) == 2
 
 
+def test_a_restart_that_fails_may_end_the_launch(course, process):
+    c = course(process('a', on_exit_shutdown=True), process('b'), process('c'))
+    for label in ('a', 'b'):
+        c.supervisor.restart_process(label)
+    c.host.refused.add('a')
+    for label in ('a', 'b'):
+        c.supervisor.exited(c.host.by_label[label], INTERRUPTED)
+    c.turn()
+    assert c.started() == ['a', 'b', 'c']
+    assert c.sent('c') == [INT]
+    assert c.phases() == ['ended', 'ended', 'stopping']
+
+
 def test_the_launch_ends_when_its_last_process_is_stopped(course, process):
     c = course(process('a'))
     c.stop('a')
