@@ -395,7 +395,8 @@ class Supervisor:
             # what processes left running ends with the launch
             self._begin_stopping()
         assert self._stop is not None
-        if not self._running and not self._stop.waits_for_orphans:
+        waits = self._running or self._stop.waits_for_orphans
+        if not waits and not self._stop.is_over:
             self._stop.advance()
         if self._stop.is_over:
             self._stop.abandon()

@@ -291,6 +291,15 @@ def test_an_exit_tells_how_long_the_process_ran(history, process):
     assert h.happened(Exited)[0].seconds == 2.5
 
 
+def test_a_launch_that_ends_by_itself_is_searched_once(history, process):
+    h = history(process('a'))
+    looks = []
+    h.host.orphans = lambda groups, led: looks.append(1) or []
+    h.exit('a')
+    assert h.supervisor.done
+    assert len(looks) == 1
+
+
 def test_a_stop_costs_in_proportion_to_the_processes(history, process):
     h = history(*(process(f'p{n}') for n in range(500)))
     while len(h.started()) < 500:
