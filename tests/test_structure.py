@@ -14,18 +14,22 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
+from support.sources import modules
+from support.sources import PACKAGE
 
-PACKAGE = Path(__file__).parents[1] / 'colcon_yamllaunch'
+# so that one worker parses the code
+pytestmark = pytest.mark.xdist_group('sources')
 #: How many modules of a folder a reader can take in.
 MAXIMUM_MODULES = 14
 
 Graph = Mapping[str, set[str]]
 
 
-def modules() -> dict[str, Path]:
-    """Return the modules by their full names; `__init__` is its package."""
+@cache
+def names() -> dict[str, Path]:
+    """Return the files of the modules by their full names."""
     found = {}
-    for path in sorted(PACKAGE.rglob('*.py')):
+    for path in modules():
         parts = path.relative_to(PACKAGE.parent).with_suffix('').parts
         found['.'.join(parts).removesuffix('.__init__')] = path
     return found
@@ -45,26 +49,24 @@ def imported(tree: ast.AST) -> Iterator[str]:
 @cache
 def imports() -> Graph:
     """Return the modules of the package that each of them imports."""
-    known = modules()
     graph: dict[str, set[str]] = {}
-    for name, path in known.items():
-        tree = ast.parse(path.read_text(encoding='utf-8'))
-        graph[name] = {_module(wanted, known) for wanted in imported(tree)}
+    for name, path in names().items():
+        graph[name] = {_module(wanted) for wanted in imported(modules()[path])}
         graph[name] -= {name, ''}
     return graph
 
 
-def _module(name: str, known: Mapping[str, Path]) -> str:
+def _module(name: str) -> str:
     """Return the module that is imported, or that a name is imported from."""
     parent = name.rpartition('.')[0]
-    return next((one for one in (name, parent) if one in known), '')
+    return next((one for one in (name, parent) if one in names()), '')
 
 
 def folded(graph: Graph, depth: int) -> Graph:
     """Return the graph of the folders that are at most that deep."""
     folders = {
         name: _folder(name, path.name == '__init__.py', depth)
-        for name, path in modules().items()
+        for name, path in names().items()
     }
     result: dict[str, set[str]] = defaultdict(set)
     for name, others in graph.items():
@@ -89,7 +91,7 @@ def circle(graph: Graph) -> list[str]:
 def test_no_folder_has_too_many_modules() -> None:
     count = Counter(
         path.parent.relative_to(PACKAGE)
-        for path in modules().values()
+        for path in modules()
         if path.name != '__init__.py'
     )
     assert {f: n for f, n in count.items() if n > MAXIMUM_MODULES} == {}
@@ -97,13 +99,13 @@ def test_no_folder_has_too_many_modules() -> None:
 
 def test_each_module_has_a_name_of_its_own() -> None:
     count = Counter(
-        path.name for path in modules().values() if path.name != '__init__.py'
+        path.name for path in modules() if path.name != '__init__.py'
     )
     assert [name for name, number in count.items() if number > 1] == []
 
 
 def test_imports_and_circles_are_found() -> None:
-    assert sum(map(len, imports().values())) > len(modules())
+    assert sum(map(len, imports().values())) > len(names())
     assert circle({'a': {'b'}, 'b': {'c'}, 'c': {'b'}})
 
 
