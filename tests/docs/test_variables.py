@@ -19,11 +19,6 @@ from colcon_yamllaunch.workspace.environment.environment_cache import (
 )
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.index.colcon_cache import MEMORY_NAME
-import pytest
-from support.sources import modules
-
-# so that one worker parses the code
-pytestmark = pytest.mark.xdist_group('sources')
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / 'docs/files_and_variables.md').read_text(encoding='utf-8')
@@ -50,8 +45,8 @@ OTHERS = {
 
 def constants() -> Iterator[str]:
     """Return the constants of the code that look like variables."""
-    for tree in modules().values():
-        for node in ast.walk(tree):
+    for path in (ROOT / 'colcon_yamllaunch').rglob('*.py'):
+        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
             value = getattr(node, 'value', None)
             if isinstance(value, str) and VARIABLE.fullmatch(value):
                 yield value
