@@ -9,18 +9,16 @@ build that was cut off shows.
 """
 
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import astuple
 from dataclasses import field
 import json
-import os
 from pathlib import Path
 from typing import Any
 
+from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.json_files import write_json
 from colcon_yamllaunch.workspace.freshness.build_context import Conditions
 from colcon_yamllaunch.workspace.freshness.build_decision import How
-from colcon_yamllaunch.workspace.packages.source_files import FileState
 
 #: The name of a record, below `build/<package>/`.
 RECORD_NAME = 'colcon_launch.json'
@@ -57,7 +55,7 @@ class Record:
     """
 
     source: str
-    files: dict[str, FileState]
+    files: dict[str, Fingerprint]
     how: int = How.COMPILE
     id: str = ''
     origin: str = ''
@@ -97,19 +95,16 @@ def read_record(path: Path) -> Record | None:
 
 
 def write_record(path: Path, record: Record) -> None:
-    """Write a record; it appears complete or not at all."""
-    temporary = path.with_name(f'{path.name}.{os.getpid()}')
-    # without a record it is built again, which is no harm
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(json.dumps(_encode(record)), encoding='utf-8')
-        temporary.replace(path)
+    """Write a record; without one it is built again, which is no harm."""
+    write_json(path, _encode(record))
 
 
 def _encode(record: Record) -> Mapping[str, Any]:
     values = {key: getattr(record, key) for key in Record.__dataclass_fields__}
     values['files'] = {
-        name: astuple(state) for name, state in sorted(record.files.items())
+        # which file it is does not matter
+        name: found[:-1]
+        for name, found in sorted(record.files.items())
     }
     values['live'] = sorted(record.live)
     return {'version': RECORD_VERSION, **values}
@@ -120,7 +115,7 @@ def _decode(values: Any) -> Record | None:
     if isinstance(version, int) and version != RECORD_VERSION:
         return None
     values['files'] = {
-        name: FileState(*state) for name, state in values['files'].items()
+        name: Fingerprint(*found) for name, found in values['files'].items()
     }
     values['live'] = frozenset(values['live'])
     record = Record(**values)

@@ -18,6 +18,7 @@ from pathlib import Path
 import time
 import uuid
 
+from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.workspace.freshness.build_context import build_of
 from colcon_yamllaunch.workspace.freshness.build_context import (
@@ -37,6 +38,11 @@ from colcon_yamllaunch.workspace.freshness.build_record import read_record
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
+from colcon_yamllaunch.workspace.freshness.source_changes import Change
+from colcon_yamllaunch.workspace.freshness.source_changes import changes
+from colcon_yamllaunch.workspace.freshness.source_changes import Kind
+from colcon_yamllaunch.workspace.freshness.source_changes import snapshot
+from colcon_yamllaunch.workspace.freshness.source_changes import snapshot_of
 from colcon_yamllaunch.workspace.freshness.source_links import (
     INTERFACE_SUFFIXES,
 )
@@ -45,12 +51,6 @@ from colcon_yamllaunch.workspace.freshness.source_links import live_files
 from colcon_yamllaunch.workspace.freshness.source_links import remove_dangling
 from colcon_yamllaunch.workspace.freshness.source_links import SOURCE_SUFFIXES
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.source_files import Change
-from colcon_yamllaunch.workspace.packages.source_files import changes
-from colcon_yamllaunch.workspace.packages.source_files import FileState
-from colcon_yamllaunch.workspace.packages.source_files import Kind
-from colcon_yamllaunch.workspace.packages.source_files import snapshot
-from colcon_yamllaunch.workspace.packages.source_files import states_of
 
 #: What colcon writes for all packages together (colcon-core).
 _PREFIX_SCRIPTS = ('setup.sh', 'local_setup.sh', '_local_setup_util_sh.py')
@@ -182,7 +182,7 @@ class Freshness:
             name,
             replace(
                 record,
-                files=files | states_of(inputs.outside(own), started),
+                files=files | snapshot_of(inputs.outside(own), started),
                 succeeded=True,
                 finished=now,
                 built_at=now,
@@ -377,7 +377,7 @@ def _of_others(record: Record, found: Iterable[Reason]) -> Iterator[Reason]:
             yield reason
 
 
-def _outside(record: Record) -> dict[str, FileState]:
+def _outside(record: Record) -> dict[str, Fingerprint]:
     return {
         name: state
         for name, state in record.files.items()

@@ -13,21 +13,21 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
-from contextlib import suppress
+import json
 import os
 from pathlib import Path
 from typing import Any
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.common.file_states import is_settled
-from colcon_yamllaunch.common.file_states import states_of
+from colcon_yamllaunch.common.fingerprint import are_settled
+from colcon_yamllaunch.common.fingerprint import fingerprints
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.common.json_files import write_json
 from colcon_yamllaunch.workspace.building.build_arguments import BuildArguments
 from colcon_yamllaunch.workspace.building.build_arguments import decode
-from colcon_yamllaunch.workspace.index.cache_key import are_settled
 from colcon_yamllaunch.workspace.index.cache_key import BUILD_TASKS
 from colcon_yamllaunch.workspace.index.cache_key import circumstances
+from colcon_yamllaunch.workspace.index.cache_key import is_settled
 from colcon_yamllaunch.workspace.index.cache_key import metadata_files
 from colcon_yamllaunch.workspace.index.cache_key import named_files
 from colcon_yamllaunch.workspace.index.package_index import PackageIndex
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 #: build folder nothing is: only colcon knows which one it is.
 MEMORY_NAME = '.colcon_launch.index.json'
 #: To be raised when what is in it changes.
-MEMORY_VERSION = 1
+MEMORY_VERSION = 2
 
 _BUILD = 'build'
 #: The own settings of a package that has none.
@@ -78,6 +78,9 @@ class RememberedColcon:
         # before anything is asked, so that a change in between will show
         self._circumstances = circumstances(
             self.root, self._build_arguments, os.environ
+        )
+        self._is_settled = self._circumstances is not None and is_settled(
+            self._circumstances
         )
         self._memory = self._read()
         self._arguments = self._remembered_arguments()
@@ -232,8 +235,8 @@ class RememberedColcon:
         values = recall(self.root)
         try:
             holds = (
-                values['circumstances'] == self._circumstances
-                and values['named'] == states_of(values['named'])
+                _is_same(values['circumstances'], self._circumstances)
+                and _is_same(values['named'], fingerprints(values['named']))
                 and isinstance(values['everywhere'], bool)
             )
         except (KeyError, TypeError, AttributeError, ValueError):
@@ -262,8 +265,7 @@ class RememberedColcon:
             'folders': index.memory(),
         }
         # without it colcon is asked again, which is no harm
-        with suppress(OSError):
-            write_json(self._path, memory)
+        write_json(self._path, memory)
 
     def _may_be_written(self, named: Mapping[str, Any]) -> bool:
         if (
@@ -271,11 +273,9 @@ class RememberedColcon:
             or not self.build_base.is_dir()
         ):
             return False
-        states = named['named'].values()
-        assert self._circumstances is not None
-        return are_settled(self._circumstances) and all(
-            map(is_settled, states)
-        )
+        if self._memory:
+            return True
+        return self._is_settled and are_settled(named['named'].values())
 
     @property
     def _path(self) -> Path:
@@ -301,6 +301,11 @@ def recall(root: Path) -> dict[str, Any]:
 
 def _path(root: Path) -> Path:
     return root / _BUILD / MEMORY_NAME
+
+
+def _is_same(stored: object, now: object) -> bool:
+    # fingerprints come back as lists
+    return json.dumps(stored) == json.dumps(now)
 
 
 def _is_entry(entry: object) -> bool:

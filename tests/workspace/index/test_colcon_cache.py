@@ -6,8 +6,8 @@
 import json
 import os
 from pathlib import Path
-import time
 
+from colcon_yamllaunch.common import fingerprint
 from colcon_yamllaunch.workspace.index import colcon_cache
 from colcon_yamllaunch.workspace.index.cache_key import circumstances
 from colcon_yamllaunch.workspace.index.colcon_cache import RememberedColcon
@@ -17,6 +17,7 @@ from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
 from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
 from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
 import pytest
+from support.file_clock import let_files_settle
 from support.manifest import manifest
 
 
@@ -76,7 +77,7 @@ def two(workspace):
         )
     workspace.write('src/notes/deep/readme.txt')
     workspace.write('build/COLCON_IGNORE')
-    time.sleep(2.1)
+    let_files_settle(workspace.root.parent)
     return workspace
 
 
@@ -87,8 +88,9 @@ def test_nothing_is_asked_again(two, look):
     assert look(memory) == (packages, [], memory)
 
 
-def test_only_what_changed_is_asked(two, look):
+def test_only_what_changed_is_asked(two, look, monkeypatch):
     _, _, memory = look()
+    monkeypatch.setattr(fingerprint, 'TICK', 10**12)
     two.write('src/one/package.xml', manifest('one', 'cmake'))
     two.write('src/three/package.xml', manifest('three', 'cmake'))
     _, asked, memory = look(memory)
@@ -132,7 +134,7 @@ def test_variables_of_conditions(two, look):
         'one', 'ament_cmake', '<depend condition="$A == 1">two</depend>'
     )
     two.write('src/one/package.xml', text)
-    time.sleep(2.1)
+    let_files_settle(two.root.parent)
     _, _, memory = look(environment={'A': '1', 'B': '1'})
     assert look(memory, environment={'A': '1', 'B': '2'})[1] == []
     assert look(memory, environment={'A': '2'})[1] == ['./src/one']
