@@ -15,7 +15,7 @@ from support.manifest import manifest
 SHOW = """\
 import logging
 logging.getLogger('colcon').setLevel(logging.CRITICAL)
-from colcon_yamllaunch.workspace.index.colcon_cache import RememberedColcon
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 
 colcon = {kind}(Path({root!r}), {arguments!r})
 listed = [
@@ -187,7 +187,7 @@ def remembered(look):
     """Get the packages without comparing, and whether colcon was asked."""
 
     def run():
-        (found, asked), _ = look('RememberedColcon')
+        (found, asked), _ = look('CachedColcon')
         return {package[0]: package for package in found}, asked
 
     return run
@@ -198,7 +198,7 @@ def compare(look):
     """Compare both; get the packages, and whether colcon was asked."""
 
     def run(arguments=(), **variables):
-        (found, asked), output = look('RememberedColcon', arguments, variables)
+        (found, asked), output = look('CachedColcon', arguments, variables)
         # colcon's extensions keep what they read for the whole process
         (expected, _), _ = look('Colcon', arguments, variables)
         assert found == expected, output

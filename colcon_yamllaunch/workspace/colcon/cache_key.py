@@ -67,7 +67,7 @@ _OTHER_VARIABLES = frozenset(
 _WORKSPACE_DEFAULTS = 'colcon_defaults.yaml'
 
 
-def circumstances(
+def cache_key(
     root: Path, build_arguments: Sequence[str], environment: Mapping[str, str]
 ) -> dict[str, Any] | None:
     """
@@ -108,7 +108,7 @@ def circumstances(
 
 
 def is_settled(values: Mapping[str, Any]) -> bool:
-    """Tell whether any later change will show in :func:`circumstances`."""
+    """Tell whether any later change will show in :func:`cache_key`."""
     return are_settled(
         [*values['installed'].values(), *values['files'].values()]
     )
