@@ -94,10 +94,8 @@ def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:
     """
     Tell all about one decision, in one line.
 
-    :param decision: The decision
     :param way: How the launch comes to need the package, as
       :func:`closure.needed_by` tells it
-    :param launch: The launch file
     """
     texts = [reason.text for reason in decision.reasons]
     if not texts:

@@ -46,7 +46,7 @@ class BuildArguments:
         )
 
     def encode(self) -> dict[str, Any]:
-        """Get what is to be remembered, ready for JSON."""
+        """Return what is to be remembered, ready for JSON."""
         return {
             'build_base': self.build_base,
             'install_base': self.install_base,
@@ -60,7 +60,7 @@ def decode(values: Mapping[str, Any]) -> BuildArguments:
     """
     Read what :meth:`BuildArguments.encode` returned.
 
-    :raises TypeError: if it is damaged; KeyError likewise
+    :raises TypeError: when it is damaged; KeyError likewise
     """
     arguments = BuildArguments(
         build_base=values['build_base'],

@@ -71,16 +71,12 @@ def cache_key(
     root: Path, build_arguments: Sequence[str], environment: Mapping[str, str]
 ) -> dict[str, Any] | None:
     """
-    Get what colcon's answers for a workspace depend on, ready for JSON.
+    Return what colcon's answers for a workspace depend on, ready for JSON.
 
     That is the installed extensions, Python, the variables and configuration
-    files of colcon, and the arguments given.
-
-    :param root: The workspace
-    :param build_arguments: Arguments for `colcon build`
-    :param environment: The variables
-    :returns: None when there are extensions that nothing is known about, when
-      some are blocked, or when there are too many files
+    files of colcon, and the arguments given. It is None when there are
+    extensions that nothing is known about, when some are blocked, or when
+    there are too many files.
     """
     extensions = {
         group: dict(sorted(get_extension_points(group).items()))
@@ -121,7 +117,7 @@ def configuration_folder(environment: Mapping[str, str]) -> Path:
 
 
 def metadata_files(environment: Mapping[str, str]) -> list[str]:
-    """Get the user's files with metadata of packages (colcon-metadata)."""
+    """Return the user's files with metadata of packages (colcon-metadata)."""
     folder = configuration_folder(environment) / 'metadata'
     return [p for p in _files(str(folder)) if p.endswith('.meta')]
 

@@ -86,7 +86,6 @@ class Colcon:
     """
     colcon for one workspace.
 
-    :param root: The workspace
     :param build_arguments: Arguments as the user would give `colcon build`
       in the root of the workspace
     :raises WorkspaceError: when `colcon build` does not take them
@@ -119,7 +118,7 @@ class Colcon:
 
     def packages(self) -> tuple[Package, ...]:
         """
-        Get the packages of the workspace, ordered by name and path.
+        Return the packages of the workspace, ordered by name and path.
 
         They are those that `colcon build` would find there, and those that
         were selected by their path.
@@ -133,7 +132,7 @@ class Colcon:
         self, paths: Iterable[str], cwd: Path | None = None
     ) -> tuple[str, ...]:
         """
-        Get the packages at paths, as `colcon build --paths` takes them.
+        Return the packages at paths, as `colcon build --paths` takes them.
 
         Beside a package, a path may also name something else of the same
         folder: this is what a shell makes of `folder/*`.
@@ -141,8 +140,7 @@ class Colcon:
         :param paths: Folders and patterns
         :param cwd: What relative ones are relative to; the current folder if
           not given
-        :returns: The names of the packages, in order
-        :raises WorkspaceError: when there is no package at a path
+        :raises UserError: when there is no package at a path
         """
         base = (cwd or Path.cwd()).absolute()
         found: dict[Path, set[str]] = {}
@@ -159,11 +157,9 @@ class Colcon:
 
     def settings(self, name: str) -> dict[str, str]:
         """
-        Get the arguments that a package is built with, as text.
+        Return the arguments that a package is built with, as text.
 
         The user's defaults, mixins and metadata files are in it.
-
-        :param name: A package of the workspace
         """
         settings = self.arguments.settings
         desc = self._by_name().get(name)
@@ -173,7 +169,7 @@ class Colcon:
 
     @property
     def arguments(self) -> BuildArguments:
-        """The arguments of a build as far as they are remembered."""
+        """The arguments of a build as far as they are cached."""
         args = self._args
         values = {
             key: getattr(args, key, None)
@@ -188,23 +184,17 @@ class Colcon:
             values=dict(vars(args)),
         )
 
-    def identify(self, folder: str) -> str:
+    def identify(self, folder: str) -> tuple[str, str]:
         """
-        Say what a folder is.
+        Return what kind a folder is, and the type of a package.
 
         :param folder: Relative to the workspace
-        :returns: One of the kinds of :mod:`.folder`
         """
         with self._in_root():
-            return self._folders.kind(folder)
-
-    def type_of(self, folder: str) -> str:
-        """Get the type of the package in a folder, empty if there is none."""
-        with self._in_root():
-            return self._folders.type(folder)
+            return self._folders.identify(folder)
 
     def describe(self) -> dict[str, tuple[Package, str]]:
-        """Get the packages that were identified, with their own settings."""
+        """Return the identified packages with their own settings."""
         with self._in_root():
             found = self._folders.describe_all()
         return {
@@ -261,7 +251,6 @@ class Colcon:
         What they need beside must have been installed before. The output is
         colcon's own.
 
-        :param names: The packages
         :param environment: The variables that the build sees
         :raises WorkspaceError: when a name is unknown or the workspace was
           built in another way; nothing was made then
@@ -280,11 +269,6 @@ class Colcon:
                 raise WorkspaceError(str(e)) from e
             except OSError as e:
                 raise WorkspaceError(f'cannot build: {e}') from e
-
-    def base_paths(self) -> tuple[Path, ...]:
-        """Get the folders that are crawled for packages."""
-        paths = getattr(self._args, 'base_paths', None) or ['.']
-        return tuple(self.root / path for path in paths)
 
     def _parse(self) -> Any:
         parser = create_parser(_NO_VARIABLES)
@@ -466,7 +450,7 @@ def expand_template(
     :param template: A template of EmPy
     :param destination: The file; its folder is made if necessary
     :param values: What the template refers to
-    :raises OSError: if the file cannot be written
+    :raises OSError: when the file cannot be written
     """
     # EmPy is needed to make things only
     from colcon_core.shell import template as templates

@@ -69,10 +69,9 @@ class NewPackage:
 
     def files(self) -> dict[str, str]:
         """
-        Return what it consists of.
+        Return for each file, by its path in the package, its template.
 
-        :returns: For each file, by its path in the package, the template that
-          it is made of; the template of an empty file is empty
+        The template of an empty file is empty.
         """
         config, template = 'ini', 'settings.ini'
         if self.is_ros:
@@ -109,9 +108,8 @@ def make_package(package: NewPackage, folder: Path) -> None:
     """
     Write all files of a package.
 
-    :param package: The package
     :param folder: Where to; it must not be there yet
-    :raises WorkspaceError: if it is there, cannot be written or would be
+    :raises WorkspaceError: when it is there, cannot be written or would be
       invalid; then nothing is left of it
     """
     try:

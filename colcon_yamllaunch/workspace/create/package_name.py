@@ -23,9 +23,8 @@ def check_package_name(name: str, build_type: str) -> None:
     """
     Check that a package may have a name.
 
-    :param name: The name
     :param build_type: Such as `ament_python`
-    :raises WorkspaceError: if it may not
+    :raises WorkspaceError: when it may not
     """
     if not _PACKAGE.fullmatch(name):
         raise WorkspaceError(
@@ -46,11 +45,7 @@ def check_package_name(name: str, build_type: str) -> None:
 
 
 def dislikes(name: str) -> Iterator[str]:
-    """
-    Iterate over what REP 144 has against a name that works all the same.
-
-    :param name: The name of a package
-    """
+    """Iterate over what REP 144 has against a name that works all the same."""
     if name != name.lower():
         yield 'lower case letters only'
     if '-' in name:
@@ -71,9 +66,8 @@ def check_node_name(name: str, build_type: str) -> None:
     """
     Check that a node, and so its Python module, may have a name.
 
-    :param name: The name
     :param build_type: Such as `ament_python`
-    :raises WorkspaceError: if it may not
+    :raises WorkspaceError: when it may not
     """
     if not _NODE.fullmatch(name):
         raise WorkspaceError(

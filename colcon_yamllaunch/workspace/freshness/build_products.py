@@ -35,13 +35,7 @@ _AFRESH = ' to build it from scratch'
 
 
 class Products:
-    """
-    The products of a workspace.
-
-    :param build_base: The build folder of the workspace
-    :param install_base: The install folder of the workspace
-    :param merge_install: Whether all packages are installed into one prefix
-    """
+    """The products of a workspace."""
 
     def __init__(
         self, build_base: Path, install_base: Path, merge_install: bool
@@ -51,11 +45,11 @@ class Products:
         self.merge_install = merge_install
 
     def build(self, name: str) -> Path:
-        """Get a package's folder in the build space."""
+        """Return a package's folder in the build space."""
         return self.build_base / name
 
     def folders(self, name: str) -> list[Path]:
-        """Get a package's own folders in the install space."""
+        """Return a package's own folders in the install space."""
         if not self.merge_install:
             return [self.install_base / name]
         own = [folder.format(name) for folder in _OWN_FOLDERS]
@@ -63,9 +57,8 @@ class Products:
 
     def installed(self, name: str, known: Iterable[str] = ()) -> list[Path]:
         """
-        Get the files and links that a package has installed.
+        Return the files and links that a package has installed.
 
-        :param name: The package
         :param known: Those that it is known to have installed before, relative
           to the install space
         """
@@ -89,7 +82,7 @@ class Products:
 
     def listed(self, name: str, *, python: bool = False) -> set[Path]:
         """
-        Get what the last installation of a package says it installed.
+        Return what the last installation of a package says it installed.
 
         CMake leaves out links that were there before.
         """
@@ -103,7 +96,7 @@ class Products:
         return {p for p in paths if p.is_relative_to(base) and _exists(p)}
 
     def traces(self, name: str) -> dict[str, int]:
-        """Get when colcon wrote what it leaves at each build."""
+        """Return when colcon wrote what it leaves at each build."""
         prefix = prefix_of(name, self.install_base, self.merge_install)
         paths = [self.build(name) / trace for trace in _TRACES]
         paths.append(prefix / 'share' / name / 'package.sh')
@@ -129,7 +122,6 @@ class Products:
         """
         Remove what a package installed.
 
-        :param name: The package
         :param known: As for :meth:`installed`
         :raises WorkspaceError: when something cannot be removed
         """

@@ -14,14 +14,12 @@ from colcon_yamllaunch.workspace.packages.package import Package
 
 def closure(packages: Iterable[Package], wanted: Iterable[str]) -> list[str]:
     """
-    Get the packages to be built, each after those that it needs.
+    Return the packages to be built, each after those that it needs.
 
     These are the wanted ones and what they need to be built and to run,
     transitively. Names that are not in the workspace are left out, as what
     they stand for comes from an underlay. What only tests need is not in it.
 
-    :param packages: All packages of the workspace
-    :param wanted: The names that the launch uses
     :raises WorkspaceError: when needed packages depend on each other in a
       circle or when two have the same name
     """
@@ -34,7 +32,7 @@ def closure(packages: Iterable[Package], wanted: Iterable[str]) -> list[str]:
 
 
 def index(packages: Iterable[Package]) -> dict[str, list[Package]]:
-    """Get the packages by name; a name may be used more than once."""
+    """Return the packages by name; a name may be used more than once."""
     known: dict[str, list[Package]] = {}
     for package in packages:
         known.setdefault(package.name, []).append(package)
@@ -45,14 +43,13 @@ def build_closure(
     known: Mapping[str, Sequence[Package]], name: str
 ) -> tuple[frozenset[str], frozenset[str]]:
     """
-    Get the packages whose builds a package's build depends on.
+    Return the packages whose builds a package's build depends on.
 
     These are its build dependencies with all that these need: a package
-    that builds on another one gets to see what that one exports.
+    that builds on another one gets to see what that one exports. First come
+    those in the workspace, then the names of others.
 
     :param known: All packages of the workspace, by name
-    :param name: The package
-    :returns: Those in the workspace, and the names of others
     """
     found: set[str] = set()
     others: set[str] = set()
@@ -80,10 +77,8 @@ def needed_by(
     """
     Tell why packages are in the closure of those that the launch uses.
 
-    :param packages: All packages of the workspace
-    :param wanted: The names that the launch uses
-    :returns: For each package the shortest way to it: the names of a wanted
-      package, of one that this needs and so on, up to itself
+    Return for each the shortest way to it: the names of a wanted package, of
+    one that this needs and so on, up to itself.
     """
     known = index(packages)
     ways: dict[str, tuple[str, ...]] = {

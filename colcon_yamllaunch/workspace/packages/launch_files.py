@@ -30,13 +30,12 @@ _MANIFEST = 'package.xml'
 
 def find_launch_files(folder: Path) -> tuple[str, ...]:
     """
-    Find what may be a launch file of a package.
+    Find what may be a launch file of a package, likely ones first.
 
     Outside of folders named `launch` a file that ends in `.py` must end in
-    `.launch.py` to count.
+    `.launch.py` to count. The paths are relative to the folder.
 
     :param folder: The package's source or its share folder
-    :returns: Paths relative to the folder, likely ones first
     """
     files = [
         path.as_posix()
@@ -48,12 +47,12 @@ def find_launch_files(folder: Path) -> tuple[str, ...]:
 
 def launch_file_names(package: str, files: Sequence[str]) -> list[str]:
     """
-    Get the shortest names that mean the likely launch files of a package.
+    Return the shortest names that mean the likely launch files of a package.
 
-    :param package: The name of the package
+    Each is the name with extension if that is clear, else the path; without
+    likely ones they are those of all files.
+
     :param files: As :func:`find_launch_files` returns them
-    :returns: For each likely one, or where there are none for each file, its
-      name with extension if that is clear, else its path
     """
     names = []
     for file in [f for f in files if _is_likely(f)] or files:
@@ -76,8 +75,7 @@ def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
     :param package: The name of the package, for messages
     :param files: As :func:`find_launch_files` returns them
     :param wanted: What the user gave
-    :returns: One of the files
-    :raises WorkspaceError: when none or more than one fits
+    :raises UserError: when none or more than one fits
     """
     name = PurePosixPath(wanted).as_posix()
     for matches in (_is_path, _is_end, _is_end_without_suffix):

@@ -32,12 +32,10 @@ class Identifier:
         self.asked.append(folder)
         files = os.listdir(self.root / folder)
         if 'AMENT_IGNORE' in files:
-            return IGNORED
-        return PACKAGE if 'package.xml' in files else PLAIN
-
-    def type_of(self, folder):
-        there = (self.root / folder / 'package.xml').exists()
-        return 'ros.ament_cmake' if there else ''
+            return IGNORED, ''
+        if 'package.xml' in files:
+            return PACKAGE, 'ros.ament_cmake'
+        return PLAIN, ''
 
     def describe(self):
         return {
@@ -62,7 +60,7 @@ def look(workspace):
             workspace.root, ['.'], environment or {}, everywhere
         )
         index.find(known or {}, lambda: identifier)
-        memory = json.loads(json.dumps(index.memory()))
+        memory = json.loads(json.dumps(index.lasting_entries()))
         return sorted(index.packages()), identifier.asked, memory
 
     return run
