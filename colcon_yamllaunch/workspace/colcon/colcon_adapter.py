@@ -53,6 +53,7 @@ from colcon_core.topological_order import topological_order_packages
 from colcon_core.verb import check_and_mark_build_tool
 from colcon_core.verb import check_and_mark_install_layout
 from colcon_core.verb.build import BuildVerb
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
 from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
@@ -88,7 +89,7 @@ class Colcon:
 
     :param build_arguments: Arguments as the user would give `colcon build`
       in the root of the workspace
-    :raises WorkspaceError: when `colcon build` does not take them
+    :raises UserError: when `colcon build` does not take them
     """
 
     def __init__(
@@ -152,7 +153,7 @@ class Colcon:
             names.update(n for f in folders if (n := self._select_one(f)))
         for group, names in found.items():
             if not names:
-                raise WorkspaceError(_no_package(given[group]))
+                raise UserError(_no_package(given[group]))
         return tuple(sorted(set().union(*found.values())))
 
     def settings(self, name: str) -> dict[str, str]:
@@ -286,7 +287,7 @@ class Colcon:
             with redirect_stderr(output), redirect_stdout(output):
                 return parser.parse_args(args=arguments)
         except SystemExit:
-            raise WorkspaceError(self._refused(output.getvalue())) from None
+            raise UserError(self._refused(output.getvalue())) from None
 
     def _refused(self, output: str) -> str:
         given = ' '.join(self.build_arguments)
@@ -486,7 +487,7 @@ def _expand(text: str, base: Path) -> tuple[Path, list[Path]]:
     if has_magic(text) and not path.exists():
         return path, [Path(p) for p in sorted(glob(str(path)))]
     if not path.exists():
-        raise WorkspaceError(f"--paths: there is no folder '{text}'")
+        raise UserError(f"--paths: there is no folder '{text}'")
     return path.parent, [path]
 
 

@@ -59,7 +59,7 @@ class CachedColcon:
 
     :param build_arguments: Arguments as the user would give `colcon build`
       in the root of the workspace
-    :raises WorkspaceError: when `colcon build` does not take them
+    :raises UserError: when `colcon build` does not take them
     """
 
     def __init__(

@@ -5,6 +5,7 @@
 
 from collections import deque
 from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
 
@@ -24,11 +25,12 @@ def closure(packages: Iterable[Package], wanted: Iterable[str]) -> list[str]:
       circle or when two have the same name
     """
     known = index(packages)
-    order: list[str] = []
-    done: set[str] = set()
+    # a dict, as it finds a name fast
+    order: dict[str, None] = {}
     for name in sorted(set(wanted)):
-        _visit(name, known, order, done)
-    return order
+        if name in known and name not in order:
+            _visit(name, known, order)
+    return list(order)
 
 
 def index(packages: Iterable[Package]) -> dict[str, list[Package]]:
@@ -96,39 +98,27 @@ def needed_by(
 
 
 def _visit(
-    name: str,
-    known: dict[str, list[Package]],
-    order: list[str],
-    done: set[str],
+    name: str, known: Mapping[str, list[Package]], order: dict[str, None]
 ) -> None:
     # depth first without recursion: a chain may be longer than Python's stack
-    path: list[tuple[str, list[str]]] = []
-    _enter(name, known, done, path)
+    path = {name: _needs(name, known)}
     while path:
-        current, pending = path[-1]
-        if not pending:
-            path.pop()
-            done.add(current)
-            order.append(current)
-            continue
-        needed = pending.pop()
-        names = [entry for entry, _ in path]
-        if needed in names:
-            raise _circle([*names[names.index(needed) :], needed])
-        _enter(needed, known, done, path)
+        current, pending = next(reversed(path.items()))
+        for needed in pending:
+            if needed in path:
+                names = list(path)
+                raise _circle([*names[names.index(needed) :], needed])
+            if needed in known and needed not in order:
+                path[needed] = _needs(needed, known)
+                break
+        else:
+            del path[current]
+            order[current] = None
 
 
-def _enter(
-    name: str,
-    known: dict[str, list[Package]],
-    done: set[str],
-    path: list[tuple[str, list[str]]],
-) -> None:
-    if name in done or name not in known:
-        return
+def _needs(name: str, known: Mapping[str, list[Package]]) -> Iterator[str]:
     package = _only(known[name])
-    needed = (package.build_depends | package.run_depends) - {name}
-    path.append((name, sorted(needed, reverse=True)))
+    return iter(sorted((package.build_depends | package.run_depends) - {name}))
 
 
 def _only(packages: list[Package]) -> Package:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from pathlib import PurePosixPath
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.workspace.packages.missing_files import LISTED
 from colcon_yamllaunch.workspace.packages.missing_files import nearest
 from colcon_yamllaunch.workspace.packages.source_files import source_files
@@ -59,7 +59,7 @@ def launch_file_names(package: str, files: Sequence[str]) -> list[str]:
         name = PurePosixPath(file).name
         try:
             is_clear = choose_launch_file(package, files, name) == file
-        except WorkspaceError:
+        except UserError:
             is_clear = False
         names.append(name if is_clear else file)
     return names
@@ -82,7 +82,7 @@ def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
         fitting = [f for f in files if matches(f, name)]
         if fitting:
             return _only(package, fitting, wanted)
-    raise WorkspaceError(_nothing(package, files, wanted))
+    raise UserError(_nothing(package, files, wanted))
 
 
 def _only(package: str, fitting: list[str], wanted: str) -> str:
@@ -92,7 +92,7 @@ def _only(package: str, fitting: list[str], wanted: str) -> str:
     if len(fitting) == 1:
         return fitting[0]
     listed = ''.join(f'\n  {f}' for f in fitting)
-    raise WorkspaceError(
+    raise UserError(
         f"'{wanted}' may be one of these launch files of {package}:{listed}\n"
         'Name one by its path'
     )
