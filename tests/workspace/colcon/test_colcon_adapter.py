@@ -287,7 +287,7 @@ show(colcon.build(names, dict(os.environ)).returncode)
 """
 
 
-def test_package_is_built_alike_from_memory(workspace):
+def test_package_is_built_alike_from_the_cache(workspace):
     workspace.cmake('plain')
     workspace.cmake('top', needs=('plain', 'elsewhere'))
     folder = workspace.cmake('ros', needs=('plain',))
