@@ -9,9 +9,10 @@ from collections.abc import Mapping
 from contextlib import suppress
 import os
 from pathlib import Path
+import shutil
 
+from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.fingerprint import content_digest
-from colcon_yamllaunch.common.removal import remove_folder
 from colcon_yamllaunch.workspace.freshness.source_links import tree
 from colcon_yamllaunch.workspace.packages.package import prefix_of
 
@@ -177,6 +178,25 @@ class Products:
             for other in _folders(self.build_base):
                 old -= self.listed(other)
         self.remove_files(old)
+
+
+def remove_folder(path: Path, why: str) -> None:
+    """
+    Remove a folder, or the link to one; nothing if there is none.
+
+    :param why: Why, as a part of a sentence
+    :raises WorkspaceError: when it cannot be removed
+    """
+    try:
+        if path.is_symlink():
+            path.unlink()
+        elif path.is_dir():
+            shutil.rmtree(path)
+    except OSError as e:
+        raise WorkspaceError(
+            f'cannot remove {path}{why}: {e.strerror}. Remove it, then try '
+            'again'
+        ) from e
 
 
 def _state(path: Path) -> str:

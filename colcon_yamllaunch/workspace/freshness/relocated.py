@@ -10,15 +10,15 @@ returns 0), and links would lead to the old files.
 
 from collections.abc import Iterable
 from collections.abc import Mapping
-import json
 import os
 from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.removal import remove_folder
+from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_products import Products
+from colcon_yamllaunch.workspace.freshness.build_products import remove_folder
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.source_links import tree
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -114,10 +114,8 @@ def _linked_source(build: Path) -> str | None:
 
 
 def _recorded_source(build: Path) -> str | None:
-    try:
-        source = json.loads((build / RECORD_NAME).read_bytes())['source']
-    except (OSError, ValueError, TypeError, KeyError):
-        return None
+    record = read_json(build / RECORD_NAME)
+    source = record.get('source') if isinstance(record, dict) else None
     return source if isinstance(source, str) else None
 
 
