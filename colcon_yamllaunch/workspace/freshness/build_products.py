@@ -32,7 +32,7 @@ _TRACES = (
     'colcon_build.rc',
 )
 #: Why something is removed, where that fails.
-_AFRESH = ' to build it from scratch'
+_CLEAN = ' to build it from scratch'
 
 
 class Products:
@@ -117,7 +117,7 @@ class Products:
 
         :raises WorkspaceError: when something cannot be removed
         """
-        remove_folder(self.build(name), _AFRESH)
+        remove_folder(self.build(name), _CLEAN)
 
     def remove_installed(self, name: str, known: Iterable[str]) -> None:
         """
@@ -128,7 +128,7 @@ class Products:
         """
         files = self.installed(name, known)
         for folder in self.folders(name):
-            remove_folder(folder, _AFRESH)
+            remove_folder(folder, _CLEAN)
         self.remove_files(files)
 
     def remove_files(self, files: Iterable[Path]) -> None:

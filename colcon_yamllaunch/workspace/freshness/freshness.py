@@ -356,7 +356,7 @@ def _generates(record: Record) -> bool:
 
 
 def _of_others(record: Record, found: Iterable[Reason]) -> Iterator[Reason]:
-    """Get reasons from beyond a package as they concern its last build."""
+    """Return reasons from beyond a package as they concern its last build."""
     generates = _generates(record)
     for reason in found:
         if generates and reason.mode > BuildMode.COMPILE:
