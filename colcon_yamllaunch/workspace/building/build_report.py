@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 import time
 
+from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_decision import Decision
-from colcon_yamllaunch.workspace.freshness.build_decision import How
 from colcon_yamllaunch.workspace.packages.package import Package
 
 #: How many different reasons one line tells, and for how many packages each.
@@ -21,12 +21,12 @@ REASON_LENGTH = 80
 #: How many reasons `--why` tells of one package.
 EXPLAINED_REASONS = 8
 
-_HOW = {
-    How.COMPILE: '',
-    How.BUILD: '',
-    How.CONFIGURE: ' [configured anew]',
-    How.REINSTALL: ' [installed anew]',
-    How.AFRESH: ' [from scratch]',
+_MODES = {
+    BuildMode.COMPILE: '',
+    BuildMode.BUILD: '',
+    BuildMode.CONFIGURE: ' [configured anew]',
+    BuildMode.REINSTALL: ' [installed anew]',
+    BuildMode.CLEAN: ' [from scratch]',
 }
 
 
@@ -108,7 +108,7 @@ def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:
         more = len(texts) - EXPLAINED_REASONS
         rest = f' and {more} more' if more > 0 else ''
         verdict = f'to be built, as {", ".join(texts[:EXPLAINED_REASONS])}'
-        verdict += rest + _HOW[decision.how]
+        verdict += rest + _MODES[decision.mode]
     return f'{decision.name}: {verdict}; needed by {_way(way, launch)}'
 
 

@@ -39,7 +39,9 @@ def end_own_processes() -> None:
     _end(own_processes)
 
 
-def end_leftovers(build_base: Path, announce: Callable[[str], None]) -> None:
+def end_orphan_builds(
+    build_base: Path, announce: Callable[[str], None]
+) -> None:
     """
     End the processes of earlier builds in a workspace, and wait for that.
 

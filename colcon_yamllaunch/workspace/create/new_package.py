@@ -13,7 +13,7 @@ from xml.sax.saxutils import quoteattr
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.workspace.building.colcon_adapter import expand_template
+from colcon_yamllaunch.workspace.colcon.colcon_adapter import expand_template
 from colcon_yamllaunch.workspace.create.package_name import class_name
 from colcon_yamllaunch.workspace.create.package_name import module_name
 from colcon_yamllaunch.workspace.packages.manifest import manifest_error

@@ -10,10 +10,10 @@ from contextlib import suppress
 import os
 from pathlib import Path
 
+from colcon_yamllaunch.common.fingerprint import content_digest
 from colcon_yamllaunch.common.removal import remove_folder
 from colcon_yamllaunch.workspace.freshness.source_links import tree
 from colcon_yamllaunch.workspace.packages.package import prefix_of
-from colcon_yamllaunch.workspace.packages.source_files import digest
 
 #: Where each package of a merged install space has files of its own.
 _OWN_FOLDERS = ('share/{}', 'lib/{}', 'include/{}')
@@ -191,7 +191,7 @@ def _state(path: Path) -> str:
     if path.is_symlink():
         return f'link to {path.readlink()}'
     status = path.stat()
-    content = digest(path, status.st_size)
+    content = content_digest(path, status.st_size)
     return content or f'{status.st_size} {status.st_mtime_ns}'
 
 

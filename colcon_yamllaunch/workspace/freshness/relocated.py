@@ -26,7 +26,7 @@ _CACHE_ENTRY = re.compile(
 )
 
 
-def moved_packages(
+def relocated_packages(
     packages: Iterable[Package], build_base: Path
 ) -> dict[str, Path]:
     """
@@ -37,16 +37,16 @@ def moved_packages(
     :returns: For each one found the folder that it was built from, or in if
       only that one changed
     """
-    moved = {}
+    relocated = {}
     for package in packages:
         old = _old_place(package, build_base / package.name)
         if old is not None:
-            moved[package.name] = old
-    return moved
+            relocated[package.name] = old
+    return relocated
 
 
 def remove_builds(
-    moved: Mapping[str, Path],
+    relocated: Mapping[str, Path],
     build_base: Path,
     install_base: Path,
     merge_install: bool,
@@ -58,18 +58,18 @@ def remove_builds(
     removed. Links are removed, never followed. In a merged install space only
     links to the old place are removed, as builds would trip over them.
 
-    :param moved: As :func:`moved_packages` returns them
+    :param relocated: As :func:`relocated_packages` returns them
     :param build_base: The build folder of the workspace
     :param install_base: The install folder of the workspace
     :param merge_install: Whether all packages are installed into one prefix
     :raises WorkspaceError: when something cannot be removed
     """
-    for name in moved:
+    for name in relocated:
         _remove(build_base, name)
         if not merge_install:
             _remove(install_base, name)
     if merge_install:
-        _remove_links(moved, build_base, install_base)
+        _remove_links(relocated, build_base, install_base)
 
 
 def _remove(base: Path, name: str) -> None:
@@ -80,7 +80,7 @@ def _remove(base: Path, name: str) -> None:
 
 
 def _remove_links(
-    moved: Mapping[str, Path], build_base: Path, install_base: Path
+    relocated: Mapping[str, Path], build_base: Path, install_base: Path
 ) -> None:
     for path in list(tree(install_base)):
         if not path.is_symlink():
@@ -90,9 +90,11 @@ def _remove_links(
             continue
         # the old build folder is not known of all types of packages
         built = any(
-            f'/{build_base.name}/{name}/' in str(target) for name in moved
+            f'/{build_base.name}/{name}/' in str(target) for name in relocated
         )
-        if built or any(target.is_relative_to(old) for old in moved.values()):
+        if built or any(
+            target.is_relative_to(old) for old in relocated.values()
+        ):
             path.unlink()
 
 

@@ -8,9 +8,8 @@ from collections.abc import Set
 import os
 import re
 
-from colcon_yamllaunch.common.file_states import is_settled
-from colcon_yamllaunch.common.file_states import State
-from colcon_yamllaunch.common.file_states import state_of
+from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.common.fingerprint import fingerprint
 from colcon_yamllaunch.workspace.packages.workspace_root import IGNORE_MARKERS
 
 #: What a folder may be.
@@ -101,8 +100,10 @@ def cmake_files(path: str) -> tuple[set[str], list[str]]:
     return files, folders
 
 
-def candidates(path: str, names: Collection[str]) -> dict[str, State | None]:
-    """Get the states of all that :func:`relevant` may turn out to return."""
+def candidates(
+    path: str, names: Collection[str]
+) -> dict[str, Fingerprint | None]:
+    """Return what all is like that :func:`relevant` may turn out to return."""
     files, folders = set(names), ['.']
     if _CMAKE in files:
         below, folders = cmake_files(path)
@@ -110,13 +111,15 @@ def candidates(path: str, names: Collection[str]) -> dict[str, State | None]:
     return settled(path, (*files, *folders))
 
 
-def settled(path: str, names: Collection[str]) -> dict[str, State | None]:
-    """Get the states of paths, None where a change may not show."""
-    states = {name: state_of(f'{path}/{name}') for name in names}
-    return {
-        name: state if is_settled(state) else None
-        for name, state in states.items()
-    }
+def settled(
+    path: str, names: Collection[str]
+) -> dict[str, Fingerprint | None]:
+    """Return the fingerprints of paths, None where a change may not show."""
+    found = {}
+    for name in names:
+        now = fingerprint(f'{path}/{name}')
+        found[name] = now if now is not None and now.is_settled else None
+    return found
 
 
 def is_certain(kind: str, package_type: str, names: Collection[str]) -> bool:

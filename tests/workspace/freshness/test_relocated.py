@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.workspace.freshness.relocated import moved_packages
+from colcon_yamllaunch.workspace.freshness.relocated import relocated_packages
 from colcon_yamllaunch.workspace.freshness.relocated import remove_builds
 from colcon_yamllaunch.workspace.packages.package import Package
 import pytest
@@ -33,44 +33,44 @@ def write_cache(tmp_path, source, build):
 
 def test_cmake_cache(tmp_path, package):
     build = tmp_path / 'build'
-    assert moved_packages([package], build) == {}
+    assert relocated_packages([package], build) == {}
     write_cache(tmp_path, package.path, build / 'flow')
-    assert moved_packages([package], build) == {}
+    assert relocated_packages([package], build) == {}
     write_cache(tmp_path, '/old/src/flow', build / 'flow')
-    moved = moved_packages([package], build)
+    moved = relocated_packages([package], build)
     assert str(moved['flow']) == '/old/src/flow'
     write_cache(tmp_path, package.path, '/old/build/flow')
-    moved = moved_packages([package], build)
+    moved = relocated_packages([package], build)
     assert str(moved['flow']) == '/old/build/flow'
 
 
 def test_link_of_a_python_package(tmp_path, package):
     link = tmp_path / 'build/flow/setup.py'
     link.symlink_to(package.path / 'setup.py')
-    assert moved_packages([package], tmp_path / 'build') == {}
+    assert relocated_packages([package], tmp_path / 'build') == {}
     link.unlink()
     link.symlink_to('/old/src/flow/setup.py')
-    assert 'flow' in moved_packages([package], tmp_path / 'build')
+    assert 'flow' in relocated_packages([package], tmp_path / 'build')
 
 
 @pytest.mark.parametrize('text', ['', '[]', '{"source": 1}', '{"sour'])
 def test_damaged_record_says_nothing(tmp_path, package, text):
     (tmp_path / 'build/flow/colcon_launch.json').write_text(text)
-    assert moved_packages([package], tmp_path / 'build') == {}
+    assert relocated_packages([package], tmp_path / 'build') == {}
 
 
 def test_record(tmp_path, package):
     record = {'source': '/old/src/flow'}
     path = tmp_path / 'build/flow/colcon_launch.json'
     path.write_text(json.dumps(record))
-    assert 'flow' in moved_packages([package], tmp_path / 'build')
+    assert 'flow' in relocated_packages([package], tmp_path / 'build')
 
 
 def test_package_path_through_a_link_is_the_same(tmp_path, package):
     (tmp_path / 'link').symlink_to(tmp_path / 'src')
     linked = Package('flow', tmp_path / 'link/flow', 'cmake')
     write_cache(tmp_path, package.path, tmp_path / 'build/flow')
-    assert moved_packages([linked], tmp_path / 'build') == {}
+    assert relocated_packages([linked], tmp_path / 'build') == {}
 
 
 def test_removal_follows_no_link(tmp_path, package):

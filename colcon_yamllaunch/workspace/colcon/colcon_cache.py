@@ -13,37 +13,37 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
-from contextlib import suppress
+import json
 import os
 from pathlib import Path
 from typing import Any
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.common.file_states import is_settled
-from colcon_yamllaunch.common.file_states import states_of
+from colcon_yamllaunch.common.fingerprint import are_settled
+from colcon_yamllaunch.common.fingerprint import fingerprints
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.common.json_files import write_json
-from colcon_yamllaunch.workspace.building.build_arguments import BuildArguments
-from colcon_yamllaunch.workspace.building.build_arguments import decode
-from colcon_yamllaunch.workspace.index.cache_key import are_settled
-from colcon_yamllaunch.workspace.index.cache_key import BUILD_TASKS
-from colcon_yamllaunch.workspace.index.cache_key import circumstances
-from colcon_yamllaunch.workspace.index.cache_key import metadata_files
-from colcon_yamllaunch.workspace.index.cache_key import named_files
-from colcon_yamllaunch.workspace.index.package_index import PackageIndex
+from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
+from colcon_yamllaunch.workspace.colcon.build_arguments import decode
+from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
+from colcon_yamllaunch.workspace.colcon.cache_key import BUILD_TASKS
+from colcon_yamllaunch.workspace.colcon.cache_key import cache_key
+from colcon_yamllaunch.workspace.colcon.cache_key import is_settled
+from colcon_yamllaunch.workspace.colcon.cache_key import metadata_files
+from colcon_yamllaunch.workspace.colcon.cache_key import named_files
+from colcon_yamllaunch.workspace.colcon.package_index import PackageIndex
 from colcon_yamllaunch.workspace.packages.closure import closure
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import Package
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.workspace.building.colcon_adapter import BuildResult
-    from colcon_yamllaunch.workspace.building.colcon_adapter import Colcon
+    from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
 
 #: The name of what is remembered, below the workspace's `build/`. With another
 #: build folder nothing is: only colcon knows which one it is.
-MEMORY_NAME = '.colcon_launch.index.json'
+CACHE_NAME = '.colcon_launch.index.json'
 #: To be raised when what is in it changes.
-MEMORY_VERSION = 1
+CACHE_VERSION = 2
 
 _BUILD = 'build'
 #: The own settings of a package that has none.
@@ -55,7 +55,7 @@ _SIMPLE_TYPES = frozenset(('cmake', 'ros.cmake', 'ros.ament_cmake'))
 _SIMPLE_TASKS = ('colcon_cmake.', 'colcon_ros.')
 
 
-class RememberedColcon:
+class CachedColcon:
     """
     colcon for one workspace, with the interface of `colcon.Colcon`.
 
@@ -76,9 +76,8 @@ class RememberedColcon:
         self._sorted: tuple[Package, ...] = ()
         self._metadata: dict[str, str] = {}
         # before anything is asked, so that a change in between will show
-        self._circumstances = circumstances(
-            self.root, self._build_arguments, os.environ
-        )
+        self._key = cache_key(self.root, self._build_arguments, os.environ)
+        self._is_settled = self._key is not None and is_settled(self._key)
         self._memory = self._read()
         self._arguments = self._remembered_arguments()
         if self._arguments is None:
@@ -138,7 +137,7 @@ class RememberedColcon:
 
     def build(
         self, names: Collection[str], environment: Mapping[str, str]
-    ) -> 'BuildResult':
+    ) -> BuildResult:
         """
         Build packages, exactly these, in the order of their dependencies.
 
@@ -156,9 +155,9 @@ class RememberedColcon:
                 if package.name in needed
             }
             if all(map(self._is_simple, names)):
-                colcon.take(known)
+                colcon.adopt(known)
             else:
-                colcon.look_only_at(known)
+                colcon.restrict_to(known)
         result = colcon.build(names, environment)
         # there may have been no folder to write to before
         self._write()
@@ -174,12 +173,12 @@ class RememberedColcon:
     def _is_left_to_colcon(self) -> bool:
         """Whether only colcon can tell which packages there are."""
         assert self._arguments is not None
-        return self._circumstances is None or not self._arguments.are_plain
+        return self._key is None or not self._arguments.are_plain
 
     def _is_simple(self, name: str) -> bool:
         """Tell whether colcon builds a package by what is remembered of it."""
-        assert self._circumstances is not None
-        tasks = self._circumstances['extensions'][BUILD_TASKS]
+        assert self._key is not None
+        tasks = self._key['extensions'][BUILD_TASKS]
         types = {p.type for p in self._sorted if p.name == name}
         return (
             self._metadata.get(name, _NO_METADATA) == _NO_METADATA
@@ -190,7 +189,7 @@ class RememberedColcon:
     def _ask(self) -> 'Colcon':
         if self._colcon is None:
             # takes longer than all of a launch that needs no build
-            from colcon_yamllaunch.workspace.building.colcon_adapter import (
+            from colcon_yamllaunch.workspace.colcon.colcon_adapter import (
                 Colcon,
             )
 
@@ -198,7 +197,7 @@ class RememberedColcon:
         return self._colcon
 
     def _leave_to_colcon(self) -> None:
-        self._circumstances = None
+        self._key = None
 
     def _find(self) -> None:
         assert self._arguments is not None
@@ -229,11 +228,11 @@ class RememberedColcon:
         return {'named': named, 'everywhere': everywhere}
 
     def _read(self) -> dict[str, Any]:
-        values = recall(self.root)
+        values = read_cache(self.root)
         try:
             holds = (
-                values['circumstances'] == self._circumstances
-                and values['named'] == states_of(values['named'])
+                _is_same(values['key'], self._key)
+                and _is_same(values['named'], fingerprints(values['named']))
                 and isinstance(values['everywhere'], bool)
             )
         except (KeyError, TypeError, AttributeError, ValueError):
@@ -251,19 +250,18 @@ class RememberedColcon:
         if index is None or (self._memory and not index.changed):
             return
         named = self._named()
-        if self._circumstances is None or not self._may_be_written(named):
+        if self._key is None or not self._may_be_written(named):
             return
         assert self._arguments is not None
         memory = {
-            'version': MEMORY_VERSION,
-            'circumstances': self._circumstances,
+            'version': CACHE_VERSION,
+            'key': self._key,
             **named,
             'arguments': self._arguments.encode(),
             'folders': index.memory(),
         }
         # without it colcon is asked again, which is no harm
-        with suppress(OSError):
-            write_json(self._path, memory)
+        write_json(self._path, memory)
 
     def _may_be_written(self, named: Mapping[str, Any]) -> bool:
         if (
@@ -271,18 +269,16 @@ class RememberedColcon:
             or not self.build_base.is_dir()
         ):
             return False
-        states = named['named'].values()
-        assert self._circumstances is not None
-        return are_settled(self._circumstances) and all(
-            map(is_settled, states)
-        )
+        if self._memory:
+            return True
+        return self._is_settled and are_settled(named['named'].values())
 
     @property
     def _path(self) -> Path:
         return _path(self.root)
 
 
-def recall(root: Path) -> dict[str, Any]:
+def read_cache(root: Path) -> dict[str, Any]:
     """
     Get what is remembered of a workspace, whether it still holds or not.
 
@@ -291,7 +287,7 @@ def recall(root: Path) -> dict[str, Any]:
     """
     values = read_json(_path(root))
     try:
-        is_whole = values['version'] == MEMORY_VERSION and all(
+        is_whole = values['version'] == CACHE_VERSION and all(
             map(_is_entry, values['folders'].values())
         )
     except (KeyError, TypeError, AttributeError):
@@ -300,7 +296,12 @@ def recall(root: Path) -> dict[str, Any]:
 
 
 def _path(root: Path) -> Path:
-    return root / _BUILD / MEMORY_NAME
+    return root / _BUILD / CACHE_NAME
+
+
+def _is_same(stored: object, now: object) -> bool:
+    # fingerprints come back as lists
+    return json.dumps(stored) == json.dumps(now)
 
 
 def _is_entry(entry: object) -> bool:

@@ -7,19 +7,16 @@ import importlib.util
 import os
 import shutil
 import textwrap
-import time
 
 import pytest
+from support.file_clock import let_files_settle
 from support.manifest import manifest
 
 SHOW = """\
 import logging
 logging.getLogger('colcon').setLevel(logging.CRITICAL)
-from colcon_yamllaunch.common import file_states
-from colcon_yamllaunch.workspace.index.colcon_cache import RememberedColcon
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 
-# shorter than anyone would dare to set it, so that tests need not wait
-file_states.RACY_AGE = {age}
 colcon = {kind}(Path({root!r}), {arguments!r})
 listed = [
     [p.name, str(p.path), p.type, sorted(p.build_depends),
@@ -28,8 +25,6 @@ listed = [
 ]
 show([listed, getattr(colcon, '_colcon', None) is not None])
 """
-#: Nanoseconds; more than a tick of Linux's clock for files.
-AGE = 100_000_000
 CMAKE = 'cmake_minimum_required(VERSION 3.16)\nproject({} NONE)\n{}'
 SETUP = 'from setuptools import setup\nsetup(name={!r}, version="1")\n'
 BARE = 'from setuptools import setup\nsetup()'
@@ -168,13 +163,8 @@ def odd(workspace):
     write_ignored_folders(workspace)
     write_links(workspace)
     workspace.write('build/COLCON_IGNORE')
-    age(workspace)
+    let_files_settle(workspace.root.parent)
     return workspace
-
-
-def age(workspace):
-    """Wait until a change of any file would show in its times."""
-    time.sleep(2 * AGE / 1_000_000_000)
 
 
 @pytest.fixture
@@ -183,7 +173,7 @@ def look(workspace):
 
     def run(kind, arguments=(), variables=None):
         text = SHOW.format(
-            kind=kind, root=str(workspace.root), arguments=arguments, age=AGE
+            kind=kind, root=str(workspace.root), arguments=arguments
         )
         environment = workspace.environment(**(variables or {}))
         (result,), output = workspace.run(text, environment=environment)
@@ -197,7 +187,7 @@ def remembered(look):
     """Get the packages without comparing, and whether colcon was asked."""
 
     def run():
-        (found, asked), _ = look('RememberedColcon')
+        (found, asked), _ = look('CachedColcon')
         return {package[0]: package for package in found}, asked
 
     return run
@@ -208,7 +198,7 @@ def compare(look):
     """Compare both; get the packages, and whether colcon was asked."""
 
     def run(arguments=(), **variables):
-        (found, asked), output = look('RememberedColcon', arguments, variables)
+        (found, asked), output = look('CachedColcon', arguments, variables)
         # colcon's extensions keep what they read for the whole process
         (expected, _), _ = look('Colcon', arguments, variables)
         assert found == expected, output
@@ -243,7 +233,7 @@ def plain(workspace, compare, remembered):
     workspace.write('src/group/ignored/AMENT_IGNORE')
     workspace.write('src/group/notes/readme.txt')
     workspace.write('build/COLCON_IGNORE')
-    age(workspace)
+    let_files_settle(workspace.root.parent)
     first, asked = compare()
     assert asked
     workspace.known, asked = remembered()

@@ -54,16 +54,13 @@ from colcon_core.verb import check_and_mark_build_tool
 from colcon_core.verb import check_and_mark_install_layout
 from colcon_core.verb.build import BuildVerb
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.workspace.building.build_arguments import BuildArguments
-from colcon_yamllaunch.workspace.building.identification import Identification
-from colcon_yamllaunch.workspace.building.orphan_builds import mark
+from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
+from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
+from colcon_yamllaunch.workspace.colcon.build_result import INTERRUPTED
+from colcon_yamllaunch.workspace.colcon.identification import Identification
 from colcon_yamllaunch.workspace.packages.closure import closure
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import Package
-
-#: The exit code of a build that the user stopped (128 + SIGINT).
-INTERRUPTED = 130
 
 #: Plain CMake honours no --symlink-install, but this variable since 3.22.
 _INSTALL_MODE = ('CMAKE_INSTALL_MODE', 'ABS_SYMLINK_OR_COPY')
@@ -83,21 +80,6 @@ _COMMON_SETTINGS = (
     'merge_install',
     'symlink_install',
 )
-
-
-@dataclass(frozen=True, slots=True)
-class BuildResult:
-    """
-    How a build ended.
-
-    :param returncode: 0, what colcon returned, or :data:`INTERRUPTED`
-    :param built: The names of the packages that were built successfully
-    :param failed: The names of those that were begun in vain, if known
-    """
-
-    returncode: int
-    built: frozenset[str]
-    failed: frozenset[str] = frozenset()
 
 
 class Colcon:
@@ -230,7 +212,7 @@ class Colcon:
             for folder, desc in found.items()
         }
 
-    def look_only_at(self, folders: Iterable[str]) -> None:
+    def restrict_to(self, folders: Iterable[str]) -> None:
         """
         Take the packages in some folders for all that there are.
 
@@ -241,7 +223,7 @@ class Colcon:
         self._discovered = set(found.values())
         self._index = {}
 
-    def take(self, packages: Mapping[str, Package]) -> None:
+    def adopt(self, packages: Mapping[str, Package]) -> None:
         """
         Take packages for all that there are, as they were identified before.
 
@@ -458,8 +440,7 @@ class Colcon:
         return BuildResult(returncode, built)
 
     def _variables(self, environment: Mapping[str, str]) -> dict[str, str]:
-        marked = dict(environment) | mark(self.build_base)
-        return dict([_INSTALL_MODE]) | marked
+        return dict([_INSTALL_MODE]) | dict(environment)
 
     @contextmanager
     def _in_root(self) -> Iterator[None]:

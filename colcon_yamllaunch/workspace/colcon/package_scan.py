@@ -16,11 +16,11 @@ import re
 from typing import Any
 
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.workspace.building.build_arguments import BuildArguments
-from colcon_yamllaunch.workspace.building.build_arguments import decode
+from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
+from colcon_yamllaunch.workspace.colcon.build_arguments import decode
+from colcon_yamllaunch.workspace.colcon.colcon_cache import read_cache
+from colcon_yamllaunch.workspace.colcon.package_index import PackageIndex
 from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
-from colcon_yamllaunch.workspace.index.colcon_cache import recall
-from colcon_yamllaunch.workspace.index.package_index import PackageIndex
 from colcon_yamllaunch.workspace.packages.manifest import manifest_name
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -39,7 +39,7 @@ _SETUP_NAME = re.compile(r'(?:\b|_)name\s*=\s*[\'"]([\w.-]+)[\'"]')
 _SETUP_CFG_NAME = re.compile(r'^name\s*=\s*([\w.-]+)', re.M)
 
 
-def glance(
+def scan_packages(
     root: Path | None, environment: Mapping[str, str]
 ) -> PackageLocator:
     """
@@ -51,7 +51,7 @@ def glance(
     if root is None:
         return PackageLocator((), Path(), False, environment)
     root = Path(os.path.realpath(root))
-    memory = recall(root)
+    memory = read_cache(root)
     arguments = _arguments(memory)
     install_base = root / arguments.install_base
     return PackageLocator(

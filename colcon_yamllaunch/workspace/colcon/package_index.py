@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 from typing import Protocol
 
-from colcon_yamllaunch.common.file_states import state_from
-from colcon_yamllaunch.common.file_states import state_of
+from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.common.fingerprint import fingerprint
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_folder import candidates
 from colcon_yamllaunch.workspace.packages.package_folder import conditions
@@ -186,19 +186,18 @@ class PackageIndex:
         for name, value in entry['variables'].items():
             if self._environment.get(name) != value:
                 return False
-        for name, state in entry['files'].items():
-            if state is None or state_of(f'{path}/{name}') != state:
-                return False
-        return _is_whole(entry)
+        return _is_whole(entry) and _are_same(path, entry['files'])
 
     def _if_complete(
         self, entry: Entry, path: str, status: os.stat_result
     ) -> Entry | None:
         """Return the entry if nothing new would change the answer."""
         folders = dict(entry['folders'])
-        if folders.pop('.', None) == state_from(status) and all(
-            state is not None and state_of(f'{path}/{name}') == state
-            for name, state in folders.items()
+        known = folders.pop('.', None)
+        if (
+            known is not None
+            and Fingerprint.of(status) == tuple(known)
+            and _are_same(path, folders)
         ):
             return entry
         # something was added or removed, which need not matter
@@ -250,6 +249,14 @@ class PackageIndex:
             entry['build'] = sorted(package.build_depends)
             entry['run'] = sorted(package.run_depends)
             entry['metadata'] = metadata
+
+
+def _are_same(path: str, known: Mapping[str, Any]) -> bool:
+    """Tell whether what is in a folder has its known fingerprints."""
+    return all(
+        then is not None and fingerprint(f'{path}/{name}') == tuple(then)
+        for name, then in known.items()
+    )
 
 
 def _is_whole(entry: Entry) -> bool:

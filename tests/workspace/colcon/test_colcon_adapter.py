@@ -279,7 +279,7 @@ def test_install_folder_that_cannot_be_made(workspace):
 
 
 REMEMBERED = """\
-from colcon_yamllaunch.workspace.index.colcon_cache import RememberedColcon
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 
 colcon = {kind}(Path({root!r}))
 names = [p.name for p in colcon.packages()]
@@ -298,7 +298,7 @@ def test_package_is_built_alike_from_memory(workspace):
     workspace.manifest('ros', 'cmake', depends)
     assert (folder / 'package.xml').is_file()
     made = []
-    for kind in ('Colcon', 'RememberedColcon'):
+    for kind in ('Colcon', 'CachedColcon'):
         text = REMEMBERED.format(kind=kind, root=str(workspace.root))
         assert workspace.run(text)[0] == [0]
         install = workspace.root / 'install'

@@ -17,9 +17,9 @@ from typing import Any
 
 from colcon_core.extension_point import get_extension_points
 import colcon_yamllaunch
-from colcon_yamllaunch.common.file_states import is_settled
-from colcon_yamllaunch.common.file_states import state_of
-from colcon_yamllaunch.common.file_states import states_of
+from colcon_yamllaunch.common.fingerprint import are_settled
+from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.common.fingerprint import fingerprints
 
 #: How many configuration files are looked at; with more nothing is remembered.
 MAXIMUM_FILES = 1000
@@ -67,7 +67,7 @@ _OTHER_VARIABLES = frozenset(
 _WORKSPACE_DEFAULTS = 'colcon_defaults.yaml'
 
 
-def circumstances(
+def cache_key(
     root: Path, build_arguments: Sequence[str], environment: Mapping[str, str]
 ) -> dict[str, Any] | None:
     """
@@ -102,15 +102,16 @@ def circumstances(
         'variables': _variables(environment),
         'extensions': extensions,
         # an installed or removed distribution shows in its folder
-        'installed': states_of(path for path in sys.path if path),
-        'files': states_of(files),
+        'installed': fingerprints(path for path in sys.path if path),
+        'files': fingerprints(files),
     }
 
 
-def are_settled(values: Mapping[str, Any]) -> bool:
-    """Tell whether any later change would show in :func:`circumstances`."""
-    states = [*values['installed'].values(), *values['files'].values()]
-    return all(map(is_settled, states))
+def is_settled(values: Mapping[str, Any]) -> bool:
+    """Tell whether any later change will show in :func:`cache_key`."""
+    return are_settled(
+        [*values['installed'].values(), *values['files'].values()]
+    )
 
 
 def configuration_folder(environment: Mapping[str, str]) -> Path:
@@ -159,9 +160,11 @@ def _files(folder: str) -> Iterator[str]:
             yield os.path.join(current, name)
 
 
-def named_files(root: Path, values: Mapping[str, Any]) -> dict[str, Any]:
+def named_files(
+    root: Path, values: Mapping[str, Any]
+) -> dict[str, Fingerprint | None]:
     """
-    Get the states of files that arguments name.
+    Return the fingerprints of files that arguments name.
 
     :param root: What relative paths start from
     :param values: The parsed arguments
@@ -172,7 +175,7 @@ def named_files(root: Path, values: Mapping[str, Any]) -> dict[str, Any]:
     for text in _texts(values.get('metas')):
         files += [str(root / text), str(root / text / 'colcon.meta')]
     # folders are looked into, or made by builds
-    return {path: state_of(path) for path in files if not os.path.isdir(path)}
+    return fingerprints(path for path in files if not os.path.isdir(path))
 
 
 def _texts(value: Any) -> list[str]:

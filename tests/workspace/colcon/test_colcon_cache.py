@@ -6,17 +6,18 @@
 import json
 import os
 from pathlib import Path
-import time
 
-from colcon_yamllaunch.workspace.index import colcon_cache
-from colcon_yamllaunch.workspace.index.cache_key import circumstances
-from colcon_yamllaunch.workspace.index.colcon_cache import RememberedColcon
-from colcon_yamllaunch.workspace.index.package_index import PackageIndex
+from colcon_yamllaunch.common import fingerprint
+from colcon_yamllaunch.workspace.colcon import colcon_cache
+from colcon_yamllaunch.workspace.colcon.cache_key import cache_key
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
+from colcon_yamllaunch.workspace.colcon.package_index import PackageIndex
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
 from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
 from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
 import pytest
+from support.file_clock import let_files_settle
 from support.manifest import manifest
 
 
@@ -76,7 +77,7 @@ def two(workspace):
         )
     workspace.write('src/notes/deep/readme.txt')
     workspace.write('build/COLCON_IGNORE')
-    time.sleep(2.1)
+    let_files_settle(workspace.root.parent)
     return workspace
 
 
@@ -87,8 +88,9 @@ def test_nothing_is_asked_again(two, look):
     assert look(memory) == (packages, [], memory)
 
 
-def test_only_what_changed_is_asked(two, look):
+def test_only_what_changed_is_asked(two, look, monkeypatch):
     _, _, memory = look()
+    monkeypatch.setattr(fingerprint, 'TICK', 10**12)
     two.write('src/one/package.xml', manifest('one', 'cmake'))
     two.write('src/three/package.xml', manifest('three', 'cmake'))
     _, asked, memory = look(memory)
@@ -132,7 +134,7 @@ def test_variables_of_conditions(two, look):
         'one', 'ament_cmake', '<depend condition="$A == 1">two</depend>'
     )
     two.write('src/one/package.xml', text)
-    time.sleep(2.1)
+    let_files_settle(two.root.parent)
     _, _, memory = look(environment={'A': '1', 'B': '1'})
     assert look(memory, environment={'A': '1', 'B': '2'})[1] == []
     assert look(memory, environment={'A': '2'})[1] == ['./src/one']
@@ -162,29 +164,27 @@ def known(two, monkeypatch):
         if name.startswith('COLCON_') and name != 'COLCON_HOME':
             monkeypatch.delenv(name)
     text = (
-        'from colcon_yamllaunch.workspace.index.colcon_cache '
-        'import RememberedColcon\n'
-        f'colcon = RememberedColcon(Path({str(two.root)!r}), ())\n'
+        'from colcon_yamllaunch.workspace.colcon.colcon_cache '
+        'import CachedColcon\n'
+        f'colcon = CachedColcon(Path({str(two.root)!r}), ())\n'
         'show([p.name for p in colcon.packages()])\n'
     )
     (names,), output = two.run(text, environment=two.environment())
     assert names == ['one', 'two'], output
-    path = two.root / 'build' / colcon_cache.MEMORY_NAME
+    path = two.root / 'build' / colcon_cache.CACHE_NAME
     # as if this process had written it
     values = json.loads(path.read_bytes())
-    values['circumstances'] = circumstances(
-        Path(os.path.realpath(two.root)), (), os.environ
-    )
+    values['key'] = cache_key(Path(os.path.realpath(two.root)), (), os.environ)
     path.write_text(json.dumps(values))
     monkeypatch.setattr(
-        'colcon_yamllaunch.workspace.building.colcon_adapter.Colcon',
+        'colcon_yamllaunch.workspace.colcon.colcon_adapter.Colcon',
         Colcon,
     )
     return path
 
 
 def test_known_workspace_needs_no_colcon(two, known):
-    colcon = RememberedColcon(two.root)
+    colcon = CachedColcon(two.root)
     assert [p.name for p in colcon.packages()] == ['one', 'two']
     assert colcon.install_base == two.root / 'install'
     assert not colcon.merge_install
@@ -193,7 +193,7 @@ def test_known_workspace_needs_no_colcon(two, known):
 
 def test_layout_is_looked_up(two, known):
     two.write('install/.colcon_install_layout', 'merged\n')
-    colcon = RememberedColcon(two.root)
+    colcon = CachedColcon(two.root)
     assert colcon.merge_install
     assert colcon.settings('one')['merge_install'] == 'true'
 
@@ -201,13 +201,13 @@ def test_layout_is_looked_up(two, known):
 @pytest.mark.parametrize(
     ('key', 'value'),
     [
-        ('version', colcon_cache.MEMORY_VERSION + 1),
+        ('version', colcon_cache.CACHE_VERSION + 1),
         ('named', {'/nowhere': [1, 2, 3, 4]}),
         ('named', None),
         ('everywhere', None),
         ('arguments', {}),
         ('arguments', {'build_base': 3}),
-        ('circumstances', None),
+        ('key', None),
         ('folders', {'src': 1}),
         ('folders', None),
     ],
@@ -216,14 +216,14 @@ def test_damaged_memory_is_not_used(two, known, key, value):
     values = json.loads(known.read_bytes())
     known.write_text(json.dumps(values | {key: value}))
     with pytest.raises(AssertionError, match='was asked'):
-        RememberedColcon(two.root)
+        CachedColcon(two.root)
 
 
 @pytest.mark.parametrize('content', [b'', b'{', b'[]', b'\xff', b'null'])
 def test_no_memory_is_not_used(two, known, content):
     known.write_bytes(content)
     with pytest.raises(AssertionError, match='was asked'):
-        RememberedColcon(two.root)
+        CachedColcon(two.root)
 
 
 @pytest.mark.parametrize(
@@ -241,18 +241,18 @@ def test_no_memory_is_not_used(two, known, content):
 )
 def test_memory_of_other_circumstances_is_not_used(two, known, key, value):
     values = json.loads(known.read_bytes())
-    values['circumstances'][key] = value
+    values['key'][key] = value
     known.write_text(json.dumps(values))
     with pytest.raises(AssertionError, match='was asked'):
-        RememberedColcon(two.root)
+        CachedColcon(two.root)
 
 
 def test_unknown_extension_is_no_matter_of_memory(two, monkeypatch):
-    module = 'colcon_yamllaunch.workspace.index.cache_key'
+    module = 'colcon_yamllaunch.workspace.colcon.cache_key'
     monkeypatch.delenv('COLCON_EXTENSION_BLOCKLIST', raising=False)
-    assert circumstances(two.root, (), {}) is not None
+    assert cache_key(two.root, (), {}) is not None
     monkeypatch.setattr(
         f'{module}.get_extension_points',
         lambda group: {'cargo': 'colcon_cargo.identification:Cargo'},
     )
-    assert circumstances(two.root, (), {}) is None
+    assert cache_key(two.root, (), {}) is None
