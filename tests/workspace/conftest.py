@@ -63,7 +63,7 @@ location.set_default_log_path(
 location.create_log_path('launch')
 
 from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.workspace.building import update
 from colcon_yamllaunch.workspace.environment.underlays import BuildEnvironment
 

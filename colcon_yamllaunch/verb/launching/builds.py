@@ -13,7 +13,7 @@ from colcon_yamllaunch.verb.launching.interruption import interruption
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.building.build_report import after_build
 from colcon_yamllaunch.workspace.building.build_report import after_failure
-from colcon_yamllaunch.workspace.building.build_report import explanations
+from colcon_yamllaunch.workspace.building.build_report import explanation
 from colcon_yamllaunch.workspace.building.update import bring_up_to_date
 from colcon_yamllaunch.workspace.building.update import BuildRequest
 from colcon_yamllaunch.workspace.building.update import decide
@@ -114,8 +114,8 @@ class Builds:
             new = [d for d in decisions if d.name not in self._explained]
             self._explained.update(d.name for d in new)
             ways = self._session.needed_by(wanted)
-            for line in explanations(new, ways, launch):
-                say(line)
+            for decision in new:
+                say(explanation(decision, ways[decision.name], launch))
 
         return explain
 

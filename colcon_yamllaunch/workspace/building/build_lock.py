@@ -28,7 +28,6 @@ class BuildLock:
     """
     The lock of a workspace, while it is held.
 
-    :param handle: The lock file
     :param waited: Whether another process held it before
     """
 

@@ -5,7 +5,6 @@
 
 from collections.abc import Iterable
 from collections.abc import Iterator
-from collections.abc import Mapping
 from collections.abc import Sequence
 import time
 
@@ -92,12 +91,10 @@ def setup_missing(failed: Iterable[Package]) -> Iterator[str]:
 
 def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:
     """
-    Tell all about one decision, in one line.
+    Tell all about a decision, in one line.
 
-    :param decision: The decision
     :param way: How the launch comes to need the package, as
       :func:`closure.needed_by` tells it
-    :param launch: The launch file
     """
     texts = [reason.text for reason in decision.reasons]
     if not texts:
@@ -156,12 +153,3 @@ def _fresh(count: int) -> str:
 def _time(nanoseconds: int) -> str:
     moment = time.localtime(nanoseconds / 1_000_000_000)
     return time.strftime('%Y-%m-%d %H:%M:%S', moment)
-
-
-def explanations(
-    decisions: Sequence[Decision],
-    ways: Mapping[str, Sequence[str]],
-    launch: str,
-) -> list[str]:
-    """Tell all about some decisions, a line each."""
-    return [explanation(d, ways[d.name], launch) for d in decisions]

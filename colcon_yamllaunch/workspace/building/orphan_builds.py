@@ -25,7 +25,7 @@ _INTERVAL = 0.02
 
 
 def mark(build_base: Path) -> dict[str, str]:
-    """Get the variable for what this process builds."""
+    """Return the variable for what this process builds."""
     return {MARK: f'{os.getpid()}:{build_base}'}
 
 
@@ -47,7 +47,6 @@ def end_orphan_builds(
 
     To be called while no other launch builds there.
 
-    :param build_base: The build folder of the workspace
     :param announce: Is called with one line if there are some
     """
 

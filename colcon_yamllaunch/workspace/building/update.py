@@ -28,6 +28,7 @@ from colcon_yamllaunch.workspace.freshness.build_context import (
 from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_decision import Decision
 from colcon_yamllaunch.workspace.freshness.build_decision import Reason
+from colcon_yamllaunch.workspace.freshness.build_products import Products
 from colcon_yamllaunch.workspace.freshness.freshness import Attempt
 from colcon_yamllaunch.workspace.freshness.freshness import Freshness
 from colcon_yamllaunch.workspace.freshness.relocated import relocated_packages
@@ -103,8 +104,6 @@ def bring_up_to_date(
 
     Another launch that builds in this workspace is waited for.
 
-    :param colcon: What builds
-    :param request: What is wanted
     :param environment: What it is built in
     :param announce: Is called with a line that the user should see at once
     :param explain: Is called with what was decided
@@ -114,8 +113,8 @@ def bring_up_to_date(
     if not needed:
         return Update(0)
     with build_lock(colcon.build_base, announce) as lock:
-        _remove_relocated(colcon, needed, announce)
         work = _Work(colcon, environment.variables)
+        work.remove_relocated(needed, announce)
         decisions = work.decide(needed, request)
         if explain is not None:
             explain(decisions)
@@ -164,27 +163,6 @@ def _needed(colcon: CachedColcon, request: BuildRequest) -> list[Package]:
     ]
 
 
-def _remove_relocated(
-    colcon: CachedColcon,
-    needed: Sequence[Package],
-    announce: Callable[[str], None],
-) -> None:
-    relocated = relocated_packages(needed, colcon.build_base)
-    if not relocated:
-        return
-    place = next(iter(relocated.values()))
-    announce(
-        f'the workspace was moved or copied since it was built ({place}): '
-        f'building anew what belongs to the old place: {", ".join(relocated)}'
-    )
-    remove_builds(
-        relocated,
-        colcon.build_base,
-        colcon.install_base,
-        colcon.merge_install,
-    )
-
-
 class _Work:
     """Deciding and building under the same context."""
 
@@ -195,12 +173,28 @@ class _Work:
         self._known = index(colcon.packages())
         self._environment = environment
         self._relevant = relevant_environment(environment, colcon.install_base)
-        self._freshness = Freshness(
+        self._products = Products(
             colcon.build_base, colcon.install_base, colcon.merge_install
         )
+        self._freshness = Freshness(self._products)
         self._underlays = PackageLocator(
             (), colcon.install_base, colcon.merge_install, environment
         )
+
+    def remove_relocated(
+        self, needed: Sequence[Package], announce: Callable[[str], None]
+    ) -> None:
+        """Remove builds that belong to another place, and say so."""
+        relocated = relocated_packages(needed, self._products.build_base)
+        if not relocated:
+            return
+        place = next(iter(relocated.values()))
+        announce(
+            f'the workspace was moved or copied since it was built ({place}): '
+            'building anew what belongs to the old place: '
+            + ', '.join(relocated)
+        )
+        remove_builds(relocated, self._products)
 
     def decide(
         self, needed: Sequence[Package], request: BuildRequest

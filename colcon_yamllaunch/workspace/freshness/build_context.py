@@ -102,13 +102,12 @@ def relevant_environment(
     environment: Mapping[str, str], install_base: Path
 ) -> dict[str, str]:
     """
-    Get the part of an environment that the outcome of a build depends on.
+    Return the part of an environment that the outcome of a build depends on.
 
     The workspace's own install space is left out: whether the user sourced it
     makes no difference. Programs are told apart by place, size and time.
 
     :param environment: The environment of the build
-    :param install_base: The install folder of the workspace
     """
     relevant = {'python': f'{sys.executable} {platform.python_version()}'}
     for name, value in environment.items():

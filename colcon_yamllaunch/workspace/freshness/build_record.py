@@ -78,10 +78,9 @@ class Record:
 
 def read_record(path: Path) -> Record | None:
     """
-    Read a record.
+    Read a record; None if there is none, or one of another version.
 
-    :returns: None if there is none, or if it is one of another version
-    :raises DamagedRecordError: if there is one that makes no sense
+    :raises DamagedRecordError: when there is one that makes no sense
     """
     try:
         data = path.read_bytes()

@@ -20,6 +20,7 @@ import uuid
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_context import build_of
 from colcon_yamllaunch.workspace.freshness.build_context import BuildContext
 from colcon_yamllaunch.workspace.freshness.build_context import context_changes
@@ -78,15 +79,11 @@ class Freshness:
     """
     The records of a workspace.
 
-    :param build_base: The build folder of the workspace
-    :param install_base: The install folder of the workspace
-    :param merge_install: Whether all packages are installed into one prefix
+    :param products: What its builds leave
     """
 
-    def __init__(
-        self, build_base: Path, install_base: Path, merge_install: bool
-    ) -> None:
-        self._products = Products(build_base, install_base, merge_install)
+    def __init__(self, products: Products) -> None:
+        self._products = products
         self._records: dict[str, Record | None] = {}
 
     def decide(
@@ -98,7 +95,6 @@ class Freshness:
         """
         Decide whether a package has to be built, and why.
 
-        :param package: The package
         :param context: What the build would depend on now
         :param before: Reasons that follow from packages that are built before;
           one that was never built needs none of them
@@ -117,14 +113,12 @@ class Freshness:
 
     def prepare(self, package: Package, mode: BuildMode) -> Attempt:
         """
-        Get ready for a build: remove what must not stay, look at the source.
+        Get ready for a build: remove what must not stay, record the source.
 
         Links to source files that are gone are removed, as builds trip over
-        them.
+        them. The attempt is for :meth:`finish` or :meth:`give_up`.
 
-        :param package: The package
         :param mode: What is to stay
-        :returns: For :meth:`finish` or :meth:`give_up`
         :raises WorkspaceError: when something cannot be removed
         """
         name = package.name
@@ -307,11 +301,7 @@ class Freshness:
         return None
 
     def _arguments(self, name: str) -> str:
-        try:
-            path = self._products.build(name) / ARGUMENTS
-            return path.read_text(encoding='utf-8', errors='replace')
-        except OSError:
-            return ''
+        return text_of(self._products.build(name) / ARGUMENTS)
 
     def _make_room(
         self, package: Package, mode: BuildMode, known: Record
@@ -366,7 +356,7 @@ def _generates(record: Record) -> bool:
 
 
 def _of_others(record: Record, found: Iterable[Reason]) -> Iterator[Reason]:
-    """Get reasons from beyond a package as they concern its last build."""
+    """Return reasons from beyond a package as they concern its last build."""
     generates = _generates(record)
     for reason in found:
         if generates and reason.mode > BuildMode.COMPILE:

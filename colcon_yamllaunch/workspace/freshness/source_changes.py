@@ -58,7 +58,6 @@ def snapshot(
     """
     Return what all files of a package's source are like, with their content.
 
-    :param folder: The package
     :param known: What they were like before, so that only those that were
       written since are read
     """
@@ -74,7 +73,6 @@ def snapshot_of(paths: Iterable[Path], started: int) -> dict[str, Fingerprint]:
     """
     Return what files are like that turned out to matter after a build.
 
-    :param paths: The files
     :param started: When the build started (nanoseconds); what a file that was
       written since was built like is not known
     """
@@ -97,7 +95,6 @@ def changes(
 
     New files come first, then deleted ones, then changed ones.
 
-    :param folder: The package
     :param before: What its files were like; one that is named by an absolute
       path does not belong to the source, but matters as well
     :param ignored: Files whose content does not matter

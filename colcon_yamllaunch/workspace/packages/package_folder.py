@@ -6,10 +6,12 @@
 from collections.abc import Collection
 from collections.abc import Set
 import os
+from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import fingerprint
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.workspace_root import IGNORE_MARKERS
 
 #: What a folder may be.
@@ -39,12 +41,7 @@ def has_ignore_marker(path: str) -> bool:
 
 
 def content(path: str) -> tuple[set[str], list[str]] | None:
-    """
-    Get what is in a folder.
-
-    :returns: The names of the files, and those of the folders that are
-      crawled, or None when the folder cannot be read
-    """
+    """Return the names of the files in a folder and of those crawled below."""
     files, folders = set(), []
     try:
         with os.scandir(path) as entries:
@@ -62,13 +59,12 @@ def relevant(
     path: str, package_type: str, names: Collection[str]
 ) -> tuple[Set[str], list[str]]:
     """
-    Get the files that colcon's answer about a folder depends on.
+    Return the files that colcon's answer about a folder depends on.
 
-    :param path: The folder
+    With them come the folders where others may appear; all are relative.
+
     :param package_type: The type of the package, empty if it is none
     :param names: The files directly in the folder
-    :returns: The files, and the folders where others may appear, relative to
-      the folder
     """
     if package_type.startswith(_ROS):
         return _ROS_FILES.intersection(names), ['.']
@@ -84,10 +80,9 @@ def relevant(
 
 def cmake_files(path: str) -> tuple[set[str], list[str]]:
     """
-    Get the files in which colcon-cmake looks for dependencies.
+    Return the files in which colcon-cmake finds dependencies.
 
-    :returns: The files, and all folders that they may be in, relative to the
-      folder
+    With them come all folders that they may be in; all are relative.
     """
     files, folders = set(), []
     for current, below, names in os.walk(path):
@@ -141,17 +136,12 @@ def is_certain(kind: str, package_type: str, names: Collection[str]) -> bool:
 
 def conditions(path: str) -> tuple[set[str], bool]:
     """
-    Get what a manifest says that depends on more than the manifest.
+    Return what a manifest says that depends on more than the manifest.
 
-    :param path: The folder
-    :returns: The variables that conditions may name, and whether it depends
-      on the members of a group
+    That is the variables that conditions may name, and whether it depends on
+    the members of a group.
     """
-    try:
-        with open(os.path.join(path, MANIFEST), 'rb') as file:
-            text = file.read().decode('utf-8', errors='replace')
-    except OSError:
-        return set(), False
+    text = text_of(Path(path, MANIFEST))
     names = set(_VARIABLE.findall(text)) if 'condition' in text else set()
     return names, 'group_depend' in text
 

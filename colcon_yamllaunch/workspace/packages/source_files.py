@@ -39,14 +39,11 @@ _BUILD_FOLDERS = frozenset(('build', 'install', 'log'))
 
 def source_files(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
     """
-    Iterate over the files of a package's source.
+    Iterate over the files of a package's source, by path and status.
 
     Left out is what version control, editors, caches and colcon itself put
     there. Symbolic links are followed; a dangling one is a file on its own.
-
-    :param folder: The package
-    :returns: For each file its path relative to the folder and its status,
-      in no particular order
+    They come in no particular order.
     """
     pending = [(str(folder), '')]
     seen: set[tuple[int, int]] = set()

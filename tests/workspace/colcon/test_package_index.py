@@ -168,8 +168,8 @@ def odd(workspace):
 
 
 @pytest.fixture
-def look(workspace):
-    """Look for packages; get what was found, and the output."""
+def show(workspace):
+    """Find packages; get what was found, and the output."""
 
     def run(kind, arguments=(), variables=None):
         text = SHOW.format(
@@ -183,24 +183,24 @@ def look(workspace):
 
 
 @pytest.fixture
-def remembered(look):
+def cached(show):
     """Get the packages without comparing, and whether colcon was asked."""
 
     def run():
-        (found, asked), _ = look('CachedColcon')
+        (found, asked), _ = show('CachedColcon')
         return {package[0]: package for package in found}, asked
 
     return run
 
 
 @pytest.fixture
-def compare(look):
+def compare(show):
     """Compare both; get the packages, and whether colcon was asked."""
 
     def run(arguments=(), **variables):
-        (found, asked), output = look('CachedColcon', arguments, variables)
+        (found, asked), output = show('CachedColcon', arguments, variables)
         # colcon's extensions keep what they read for the whole process
-        (expected, _), _ = look('Colcon', arguments, variables)
+        (expected, _), _ = show('Colcon', arguments, variables)
         assert found == expected, output
         return {package[0]: package for package in found}, asked
 
@@ -221,7 +221,7 @@ def test_odd_packages(odd, compare):
 
 
 @pytest.fixture
-def plain(workspace, compare, remembered):
+def plain(workspace, compare, cached):
     """A workspace that nothing is wrong with, which is known."""
     workspace.manifest('ros_a')
     workspace.manifest('conditional', depends=CONDITIONS)
@@ -236,7 +236,7 @@ def plain(workspace, compare, remembered):
     let_files_settle(workspace.root.parent)
     first, asked = compare()
     assert asked
-    workspace.known, asked = remembered()
+    workspace.known, asked = cached()
     assert not asked
     assert workspace.known == first
     return workspace
@@ -367,12 +367,12 @@ def test_paths_in_the_defaults(plain, compare):
 
 
 @pytest.mark.parametrize('change', CHANGES, ids=lambda c: c.__name__)
-def test_change_is_noticed(plain, compare, remembered, change):
+def test_change_is_noticed(plain, compare, cached, change):
     change(plain)
     after, _ = compare()
     assert after != plain.known
     # and is not forgotten
-    assert remembered()[0] == after
+    assert cached()[0] == after
 
 
 def test_whole_source_is_ignored(plain, compare):

@@ -48,7 +48,7 @@ def test_manifest_goes_first(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    'memory',
+    'cache',
     [
         '[]',
         '{"version": 0}',
@@ -57,15 +57,15 @@ def test_manifest_goes_first(tmp_path: Path) -> None:
         json.dumps({'version': CACHE_VERSION, 'folders': {'./a': 1}}),
     ],
 )
-def test_damaged_memory_is_passed_over(tmp_path: Path, memory: str) -> None:
+def test_damaged_cache_is_passed_over(tmp_path: Path, cache: str) -> None:
     (tmp_path / 'a').mkdir()
     (tmp_path / 'a' / 'CMakeLists.txt').write_text('project(one)')
     (tmp_path / 'build').mkdir()
-    (tmp_path / 'build' / CACHE_NAME).write_text(memory)
+    (tmp_path / 'build' / CACHE_NAME).write_text(cache)
     assert scan_packages(tmp_path, {}).names() == ('one',)
 
 
-def test_remembered_arguments_count(tmp_path: Path) -> None:
+def test_cached_arguments_count(tmp_path: Path) -> None:
     for folder in ('here', 'there'):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / 'CMakeLists.txt').write_text(f'project({folder})')
@@ -76,9 +76,9 @@ def test_remembered_arguments_count(tmp_path: Path) -> None:
         'base_paths': ['there'],
         'settings': {},
     }
-    memory = {'version': CACHE_VERSION, 'folders': {}, 'arguments': arguments}
+    cache = {'version': CACHE_VERSION, 'folders': {}, 'arguments': arguments}
     (tmp_path / 'build').mkdir()
-    (tmp_path / 'build' / CACHE_NAME).write_text(json.dumps(memory))
+    (tmp_path / 'build' / CACHE_NAME).write_text(json.dumps(cache))
     packages = scan_packages(tmp_path, {})
     assert packages.names() == ('there',)
     assert packages.prefix('there') == str(tmp_path / 'other')

@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.workspace.freshness.build_products import Products
 from colcon_yamllaunch.workspace.freshness.relocated import relocated_packages
 from colcon_yamllaunch.workspace.freshness.relocated import remove_builds
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -82,7 +83,8 @@ def test_removal_follows_no_link(tmp_path, package):
     (build / 'other').mkdir()
     install.mkdir()
     (install / 'flow').symlink_to(precious)
-    remove_builds({'flow': OLD, 'unknown': OLD}, build, install, False)
+    products = Products(build, install, merge_install=False)
+    remove_builds({'flow': OLD, 'unknown': OLD}, products)
     assert sorted(p.name for p in build.iterdir()) == ['other']
     assert list(install.iterdir()) == []
     assert (precious / 'file').exists()
@@ -95,17 +97,15 @@ def test_merged_install_space_loses_old_links_only(tmp_path, package):
     kept.symlink_to(package.path / 'kept.yaml')
     for name in ('src/flow/x.yaml', 'build/flow/y.sh'):
         (share / Path(name).name).symlink_to(Path('/old') / name)
-    remove_builds(
-        {'flow': OLD}, tmp_path / 'build', tmp_path / 'install', True
-    )
+    products = Products(tmp_path / 'build', tmp_path / 'install', True)
+    remove_builds({'flow': OLD}, products)
     assert list(share.iterdir()) == [kept]
     assert not (tmp_path / 'build/flow').exists()
 
 
 @pytest.mark.parametrize('name', ['..', '.', '', '../src', '/etc'])
 def test_nothing_outside_is_removed(tmp_path, package, name):
+    products = Products(tmp_path / 'build', tmp_path / 'install', False)
     with pytest.raises(WorkspaceError):
-        remove_builds(
-            {name: OLD}, tmp_path / 'build', tmp_path / 'install', False
-        )
+        remove_builds({name: OLD}, products)
     assert package.path.exists()
