@@ -83,11 +83,12 @@ def arrived_packages(
     :param paths: What sourcing it depends on
     :param install_base: The install folder of the workspace
     """
+    described = [path for path in paths if path.endswith('/package.dsv')]
     arrived = set()
-    for path in map(Path, paths):
-        prefix = path.parents[2] if path.name == 'package.dsv' else None
-        if prefix is not None and install_base in (prefix, prefix.parent):
-            name, merged = path.parent.name, prefix == install_base
+    for path in map(Path, described):
+        name, prefix = path.parent.name, path.parents[2]
+        if install_base in (prefix, prefix.parent):
+            merged = prefix == install_base
             if not missing_packages(environment, [name], install_base, merged):
                 arrived.add(name)
     return frozenset(arrived)

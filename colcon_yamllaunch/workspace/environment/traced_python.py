@@ -108,6 +108,8 @@ def main() -> None:
     _paths.clear()
     _unknown.clear()
     _note_start()
+    for module in modules.values():
+        _note(module.__file__)
     with open(program, 'rb') as file:
         text = file.read()
     _check(text)
