@@ -41,6 +41,11 @@ _COMMENT = re.compile(r'^ *#.*$', re.M)
 _FUNCTION = re.compile(r'BASH_FUNC_(.*)(?:%%|\(\))', re.S)
 _CHAINED = re.compile(rf'^COLCON_CURRENT_PREFIX="({LITERAL})"$', re.M)
 _PYTHON = re.compile(r'_(colcon|ament)_python_executable="([\w./+@:,%=-]+)"')
+#: Variables by which a user chooses another Python.
+_OVERRIDES = {
+    'colcon': 'COLCON_PYTHON_EXECUTABLE',
+    'ament': 'AMENT_PYTHON_EXECUTABLE',
+}
 #: A list of paths that a shell leaves as it is, even without quotes.
 _PLAIN_PATHS = re.compile(r'[^$`"\\\n*?\[\]]*')
 #: Variables that bash gives another value whenever they are used.
@@ -139,8 +144,8 @@ class _Inputs:
         found = _PYTHON.search(script)
         if found is None:
             raise UnknownContentError(script)
-        override = f'{found[1].upper()}_PYTHON_EXECUTABLE'
-        python = self._environment.get(override) or found[2]
+        override = self._environment.get(_OVERRIDES[found[1]])
+        python = override or found[2]
         with open(python, 'rb') as file:
             is_program = file.read(len(_ELF)) == _ELF
         self._require(os.path.isabs(python) and is_program, python)
