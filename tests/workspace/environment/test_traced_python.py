@@ -11,6 +11,8 @@ import sys
 from colcon_yamllaunch.workspace.environment import traced_python
 import pytest
 
+pytestmark = pytest.mark.full
+
 
 def run(folder: Path, text: str) -> 'subprocess.CompletedProcess[str]':
     """Run a program in the folder `folder`."""
