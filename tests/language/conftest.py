@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import os
 from pathlib import Path
 
-from colcon_yamllaunch.language.evaluation.evaluate import evaluate
-from colcon_yamllaunch.language.evaluation.evaluate import Evaluation
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.policies.evaluate import evaluate
+from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.source_text import Source
 from hypothesis import HealthCheck
