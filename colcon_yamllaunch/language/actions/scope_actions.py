@@ -192,7 +192,7 @@ def inner_namespace(
     problem = namespace_problem(namespace)
     if problem is not None:
         attributes.fail('namespace', problem)
-        return outer
+        return inner.forgotten()
     if outer is not None and base is None and inner.text[:1] != '/':
         return outer
     return known(namespace)

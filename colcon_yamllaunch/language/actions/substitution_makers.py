@@ -45,9 +45,9 @@ def _of_texts(make: TextMaker) -> Maker:
 
     def made(call: Call) -> Value:
         values = call.all()
-        texts = [value.text for value in values if value.text is not None]
+        texts = [value.text for value in values]
         text = None
-        if len(texts) == len(values):
+        if None not in texts:
             try:
                 text = make(call, *texts)
             except SubstitutionError as e:
@@ -56,6 +56,8 @@ def _of_texts(make: TextMaker) -> Maker:
                     e.hint,
                     may_pass_after_build=e.may_pass_after_build,
                 )
+        if call.walk.is_launch and text is not None:
+            return derived(text, text, values)
         return call.walk.settled(derived(text, call.key(values), values))
 
     return made
@@ -73,7 +75,7 @@ def _shown(value: bool) -> str:
 
 
 def _var(call: Call) -> Value:
-    name = call[0].text
+    name = call.text(0)
     if name is None:
         return call.unknown(call.all())
     walk = call.walk
@@ -96,7 +98,7 @@ def _var(call: Call) -> Value:
 
 
 def _env(call: Call) -> Value:
-    name = call[0].text
+    name = call.text(0)
     if name is None:
         return call.unknown(call.all())
     walk = call.walk
@@ -315,7 +317,7 @@ def _if(call: Call) -> Value:
 
 
 def _param(call: Call) -> Value:
-    name, walk = call[0].text, call.walk
+    name, walk = call.text(0), call.walk
     if name is None:
         return call.unknown(call.all())
     for parameter in walk.scope.parameters:
@@ -338,7 +340,7 @@ def _param(call: Call) -> Value:
 
 
 def _for_variable(call: Call) -> Value:
-    name = call[0].text
+    name = call.text(0)
     variables = call.walk.scope.variables
     if name is None:
         return call.unknown(call.all())

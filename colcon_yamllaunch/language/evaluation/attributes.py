@@ -7,8 +7,8 @@ from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
 import math
+from typing import NamedTuple
 from typing import Protocol
-from typing import TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
@@ -27,8 +27,6 @@ from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
 
-_T = TypeVar('_T')
-
 
 class Reader(Protocol):
     """What evaluates the texts of attributes."""
@@ -43,8 +41,7 @@ class Reader(Protocol):
         """Take note of an error."""
 
 
-@dataclass(frozen=True, slots=True)
-class Word:
+class Word(NamedTuple):
     """An argument of a command line, and the text that it stands in."""
 
     text: Text
@@ -81,7 +78,7 @@ class Attributes:
         reader: Reader,
         name: str,
         item: Item,
-        table: Mapping[str, Attribute],
+        table: '_Table',
         children: tuple[Entity, ...] = (),
         length: int = 1,
     ) -> None:
@@ -118,7 +115,7 @@ class Attributes:
     def check(self) -> None:
         """Check all attributes that are one text, but its conditions."""
         for name in self.item.texts:
-            if self._table[name].type not in (
+            if self._table.attributes[name].type not in (
                 Type.PLAIN,
                 Type.COMMAND,
                 Type.CONDITION,
@@ -138,8 +135,9 @@ class Attributes:
         if value is None:
             value = self._reader.value(text)
             self._values[name] = value
-            if value.text is not None:
-                self._check(self._table[name], value)
+            table = self._table
+            if value.text is not None and name in table.checked:
+                self._check(table.attributes[name], value)
         return value
 
     def required(self, name: str) -> Value:
@@ -150,10 +148,12 @@ class Attributes:
 
     def text(self, name: str) -> str | None:
         """Return a text; empty when it is left out and has no default."""
-        value = self.value(name)
-        if value is None:
-            return self._table[name].default or ''
-        return value.text
+        text = self.item.texts.get(name)
+        if text is None:
+            return self._table.attributes[name].default or ''
+        if text.literal is not None and name not in self._table.checked:
+            return text.literal
+        return self.required(name).text
 
     def optional_text(self, name: str) -> str | None:
         """Return a text, None when it is left out."""
@@ -162,22 +162,31 @@ class Attributes:
 
     def boolean(self, name: str) -> bool | None:
         """Return a boolean."""
-        return self._read(name, parse_boolean)
+        value = self.value(name)
+        if value is None:
+            return self._table.booleans[name]
+        return None if value.text is None else parse_boolean(value.text)
 
     def whole(self, name: str) -> int | None:
         """Return a whole number."""
-        return self._read(name, _whole)
+        value = self.value(name)
+        if value is None:
+            return _whole(self._table.attributes[name].default or '')
+        return None if value.text is None else _whole(value.text)
 
     def seconds(self, name: str) -> float | None:
         """Return a time in seconds."""
-        return self._read(name, parse_seconds)
+        value = self.value(name)
+        if value is None:
+            return parse_seconds(self._table.attributes[name].default or '')
+        return None if value.text is None else parse_seconds(value.text)
 
     def items(self, name: str) -> tuple['Attributes', ...]:
         """Return the items of a list."""
         items = self.item.items.get(name)
         if items is None:
             return ()
-        table = _table(items_of(self._table[name]))
+        table = _table(items_of(self._table.attributes[name]))
         return tuple(Attributes(self._reader, name, i, table) for i in items)
 
     def command(self, name: str) -> list[Word]:
@@ -246,13 +255,6 @@ class Attributes:
                     one_of(written, attribute.values),
                 )
 
-    def _read(self, name: str, parse: Callable[[str], _T | None]) -> _T | None:
-        value = self.value(name)
-        if value is None:
-            default = self._table[name].default
-            return None if default is None else parse(default)
-        return None if value.text is None else parse(value.text)
-
 
 def one_of(word: str, choices: Iterable[str]) -> str:
     """Return the way out when a word is none of those that may be."""
@@ -284,13 +286,40 @@ _WANTED: Mapping[Type, tuple[Callable[[str], object], str, str | None]] = {
         'write a number >= 0',
     ),
 }
-_TABLES: dict[int, tuple[object, Mapping[str, Attribute]]] = {}
+_TABLES: dict[int, '_Table'] = {}
 
 
-def _table(attributes: tuple[Attribute, ...]) -> Mapping[str, Attribute]:
-    found = _TABLES.get(id(attributes))
-    if found is None:
-        # with the attributes themselves, so that no others get their id
-        found = attributes, {a.name: a for a in attributes}
-        _TABLES[id(attributes)] = found
-    return found[1]
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """
+    The attributes of an action or item.
+
+    :param entries: All of them
+    :param attributes: By name
+    :param checked: Those of them that cannot have any text
+    :param booleans: The defaults of those that are booleans
+    """
+
+    entries: tuple[Attribute, ...]
+    attributes: Mapping[str, Attribute]
+    checked: frozenset[str]
+    booleans: Mapping[str, bool | None]
+
+
+def _table(entries: tuple[Attribute, ...]) -> _Table:
+    # one that is in the table keeps its attributes, and they their id
+    table = _TABLES.get(id(entries))
+    if table is None:
+        table = _TABLES[id(entries)] = _Table(
+            entries,
+            {a.name: a for a in entries},
+            frozenset(
+                a.name for a in entries if a.values or a.type in _WANTED
+            ),
+            {
+                a.name: parse_boolean(a.default or '')
+                for a in entries
+                if a.type is Type.BOOLEAN
+            },
+        )
+    return table

@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 from dataclasses import dataclass
 from dataclasses import field
-from dataclasses import replace
 from operator import itemgetter
 
 from colcon_yamllaunch.common import frozen
@@ -154,7 +153,7 @@ def _guarded(value: Value, guard: Guard | None) -> Value:
     if guard is None:
         return value
     key = shortened(f'{guard.key}?{value.key}')
-    return replace(value, key=key, sources=value.sources | guard.sources)
+    return value._replace(key=key, sources=value.sources | guard.sources)
 
 
 def _either(old: Value | None, new: Value, guard: Guard) -> Value:
@@ -164,8 +163,7 @@ def _either(old: Value | None, new: Value, guard: Guard) -> Value:
     if old.key == new.key:
         return old
     keeps = guard.taken is False or old.text == new.text
-    return replace(
-        old,
+    return old._replace(
         text=old.text if keeps else None,
         key=shortened(f'{guard.key}?{new.key}:{old.key}'),
         sources=old.sources | new.sources | guard.sources,

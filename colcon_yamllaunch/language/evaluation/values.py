@@ -9,7 +9,7 @@ A launch knows all; before it, a text may depend on what the launch is given.
 
 from collections.abc import Iterable
 from collections.abc import Sequence
-from dataclasses import replace
+from typing import NamedTuple
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.syntax.position import Position
@@ -40,8 +40,7 @@ class Place:
     includes: tuple[Position, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Value:
+class Value(NamedTuple):
     """
     A text that is known or not.
 
@@ -70,7 +69,7 @@ class Value:
     def forgotten(self) -> 'Value':
         """Return the same with a text that is not known."""
         sources = self.sources or frozenset((self.key,))
-        return replace(self, text=None, sources=sources)
+        return self._replace(text=None, sources=sources)
 
 
 #: Stands for an environment variable that was removed.
@@ -101,25 +100,23 @@ def derived(text: str | None, key: str, values: Iterable[Value]) -> Value:
     """
     sources = _NO_SOURCES
     origins: tuple[Position, ...] = ()
-    for value in values:
-        if value.sources:
-            sources |= value.sources
-        origins = origins or value.origins
+    for _, _, own_sources, own_origins, _ in values:
+        if own_sources:
+            sources |= own_sources
+        origins = origins or own_origins
     if text is None:
         return unknown(key, sources)
-    key = shortened(key) if sources else text
-    return Value(text, key, sources, origins)
+    return Value(text, shortened(key) if sources else text, sources, origins)
 
 
 def joined(values: Sequence[Value]) -> Value:
     """Return the values one behind the other."""
-    if len(values) == 1:
-        return values[0]
-    texts = [value.text for value in values if value.text is not None]
-    text = None if len(texts) < len(values) else ''.join(texts)
     key = ''.join([value.key for value in values])
-    result = derived(text, key, values)
-    if result.sources and len(text or '') > MAXIMUM_TEXT_LENGTH:
+    texts = [value.text for value in values]
+    if None in texts:
+        return derived(None, key, values)
+    result = derived(''.join([text or '' for text in texts]), key, values)
+    if result.sources and len(result.text or '') > MAXIMUM_TEXT_LENGTH:
         return result.forgotten()
     return result
 

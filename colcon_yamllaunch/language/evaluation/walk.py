@@ -125,7 +125,15 @@ class Call:
 
     def __getitem__(self, index: int) -> Value:
         template = self._substitution.arguments[index]
+        literal = template.literal
+        if literal is not None:
+            return Value(literal, literal)
         return self.walk.template(template, self._position_at)
+
+    def text(self, index: int) -> str | None:
+        """Return an argument as text, None when it is not known."""
+        literal = self._substitution.arguments[index].literal
+        return self[index].text if literal is None else literal
 
     def all(self) -> list[Value]:
         """Return all arguments."""
@@ -544,6 +552,8 @@ class Walk:
     def guard(self, entity: Entity) -> Guard | None:
         """Evaluate the condition of an action, None when it has none."""
         texts = entity.item.texts
+        if 'if' not in texts and 'unless' not in texts:
+            return None
         for name, wanted in (('if', True), ('unless', False)):
             text = texts.get(name)
             if text is None:
@@ -630,12 +640,15 @@ class Walk:
         self, template: Template, position_at: Callable[[int], Position]
     ) -> Value:
         """Put the substitutions into a template."""
+        makers, parts = self._makers, template.parts
+        if len(parts) == 1 and not isinstance(parts[0], str):
+            return makers[parts[0].name](Call(self, parts[0], position_at))
         return joined(
             [
                 Value(part, part)
                 if isinstance(part, str)
-                else self._makers[part.name](Call(self, part, position_at))
-                for part in template.parts
+                else makers[part.name](Call(self, part, position_at))
+                for part in parts
             ]
         )
 

@@ -10,7 +10,6 @@ at, whatever its condition comes to, and every launch file that is included.
 
 from collections.abc import Iterable
 from collections.abc import Mapping
-from dataclasses import replace
 from itertools import islice
 import os
 import re
@@ -277,7 +276,7 @@ class _Check(Walk):
         self, value: Value, position: Position, text: Text
     ) -> Value:
         place = Place(text.position, text.length, self.includes)
-        return replace(value, place=place)
+        return value._replace(place=place)
 
     def default(self, value: Value, source: str) -> Value:
         return Value(value.text, source, value.sources | {source})

@@ -11,7 +11,6 @@ and not by what a condition comes to, since another argument may change that.
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
-from dataclasses import replace
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import EFFECTIVE
@@ -203,7 +202,7 @@ class _Listing(Walk):
     def configuration(
         self, value: Value, position: Position, text: Text
     ) -> Value:
-        return replace(value, origins=(position,))
+        return value._replace(origins=(position,))
 
     def compute(self, expression: str, modules: str) -> str | None:
         return None

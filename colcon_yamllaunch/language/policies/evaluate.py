@@ -9,7 +9,6 @@ action whose condition does not hold is passed over.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 import importlib
 import math
 import os
@@ -106,7 +105,7 @@ class _Launch(Walk):
 
     def visit(self, entity: Entity) -> None:
         try:
-            super().visit(entity)
+            Walk.visit(self, entity)
         except LaunchError as e:
             self.report(e)
         except AlreadyReportedError:
@@ -157,7 +156,7 @@ class _Launch(Walk):
     def configuration(
         self, value: Value, position: Position, text: Text
     ) -> Value:
-        return replace(value, origins=(position, *value.origins))
+        return value._replace(origins=(position, *value.origins))
 
     def compute(self, expression: str, modules: str) -> str | None:
         variables: dict[str, object] = {}

@@ -42,12 +42,13 @@ class Text:
     :raises LaunchError: if a substitution in it is malformed or unknown
     """
 
-    __slots__ = ('_scalar', 'template')
+    __slots__ = ('_scalar', 'literal', 'template')
 
     def __init__(self, scalar: Scalar, *, plain: bool = False) -> None:
         self._scalar = scalar
         if plain:
             self.template = Template((unescape(scalar.text),))
+            self.literal = self.template.literal
             return
         try:
             self.template = parse_template(scalar.text)
@@ -58,6 +59,8 @@ class Text:
                 hint=e.hint,
                 length=e.length,
             ) from e
+        #: The text when it has no substitutions, else None.
+        self.literal = self.template.literal
         for part in self.template.parts:
             if isinstance(part, Substitution):
                 self._check(part)
@@ -66,11 +69,6 @@ class Text:
     def plain(self) -> str:
         """The text as it is written, its backslashes resolved."""
         return unescape(self._scalar.text)
-
-    @property
-    def literal(self) -> str | None:
-        """The text when it has no substitutions, else None."""
-        return self.template.literal
 
     @property
     def kind(self) -> Kind:

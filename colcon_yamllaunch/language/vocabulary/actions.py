@@ -14,6 +14,7 @@ or attribute (the change logs and branches of ros2/launch and ros2/launch_ros);
 what is older than Humble counts as Humble.
 """
 
+from collections.abc import Mapping
 from enum import Enum
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -605,3 +606,16 @@ def items_of(attribute: Attribute) -> tuple[Attribute, ...]:
     if isinstance(attribute, _NestedParameters):
         return PARAMETER
     return attribute.items
+
+
+_BY_NAME: dict[int, tuple[object, Mapping[str, Attribute]]] = {}
+
+
+def by_name(attributes: tuple[Attribute, ...]) -> Mapping[str, Attribute]:
+    """Return attributes by their names; the same for the same attributes."""
+    found = _BY_NAME.get(id(attributes))
+    if found is None:
+        # with the attributes themselves, so that no others get their id
+        found = attributes, {a.name: a for a in attributes}
+        _BY_NAME[id(attributes)] = found
+    return found[1]

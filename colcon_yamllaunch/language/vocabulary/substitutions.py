@@ -40,19 +40,17 @@ class Kind:
 
     def arity_problem(self, count: int) -> str | None:
         """Say what is wrong with a number of arguments, if anything."""
+        if self.minimum <= count and (
+            self.maximum is None or count <= self.maximum
+        ):
+            return None
         wanted = str(self.minimum)
         if self.maximum is None:
             wanted = f'at least {self.minimum}'
         elif self.maximum != self.minimum:
             wanted = f'{self.minimum} to {self.maximum}'
-        if count < self.minimum or (
-            self.maximum is not None and count > self.maximum
-        ):
-            plural = '' if wanted == '1' else 's'
-            return (
-                f"'{self.name}' takes {wanted} argument{plural}, not {count}"
-            )
-        return None
+        plural = '' if wanted == '1' else 's'
+        return f"'{self.name}' takes {wanted} argument{plural}, not {count}"
 
 
 _KINDS = (
