@@ -122,19 +122,19 @@ class Launcher:
 
     def evaluate(self, text: str | bytes, **arguments: str) -> Evaluation:
         """Evaluate a launch file, whatever comes of it."""
+        return evaluate(self.request(text, **arguments))
+
+    def request(self, text: str | bytes, **arguments: str) -> Request:
+        """Write a launch file, and return what to evaluate."""
         path = str(self.write('main.yaml', text))
-        return evaluate(
-            Request(
-                path,
-                path,
-                packages=self.packages,
-                environment=self.environment,
-                arguments={
-                    k.replace('__', '-'): v for k, v in arguments.items()
-                },
-                cwd=str(self.folder),
-                log_folder=LOG_FOLDER,
-            ),
+        return Request(
+            path,
+            path,
+            packages=self.packages,
+            environment=self.environment,
+            arguments={k.replace('__', '-'): v for k, v in arguments.items()},
+            cwd=str(self.folder),
+            log_folder=LOG_FOLDER,
         )
 
     def good(self, text: str, **arguments: str) -> Evaluation:

@@ -18,5 +18,5 @@ HANDLERS: Mapping[str, Handler] = {
     **SIGN_HANDLERS,
     **PROCESS_HANDLERS,
 }
-#: The actions that others may depend on.
-EFFECTIVE = frozenset((*SCOPE_HANDLERS, *FLOW_HANDLERS))
+#: The actions that no other depends on.
+PASSIVE = frozenset((*SIGN_HANDLERS, *PROCESS_HANDLERS))

@@ -356,8 +356,7 @@ def _check_program(
     text = attributes.item.texts.get('launch-prefix', program.text)
     walk.fail(
         error(
-            f"there is no executable '{name}'"
-            + ('' if has_path else ' on the PATH'),
+            walk.no_program(name),
             text.position,
             hint=None if has_path else program.hint,
             length=text.length,

@@ -191,8 +191,7 @@ def _find_exec(call: Call, name: str) -> str | None:
     found = shutil.which(name, path=path)
     if found is None:
         raise SubstitutionError(
-            f"there is no executable '{name}' on the PATH",
-            may_pass_after_build=True,
+            call.walk.no_program(name), may_pass_after_build=True
         )
     return found
 

@@ -4,14 +4,12 @@
 """The attributes of an action, read as the table of actions says."""
 
 from collections.abc import Callable
-from collections.abc import Iterable
 from collections.abc import Mapping
 import math
 from typing import NamedTuple
 from typing import Protocol
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.syntax.command_line import split_command_line
 from colcon_yamllaunch.language.syntax.command_line import UnclosedQuoteError
@@ -246,19 +244,9 @@ class Attributes:
             if parse(written) is None:
                 message = f"'{name}' wants {wanted}, not '{written}'"
                 self.fail(name, message, hint)
-        elif attribute.values:
-            shown = written.upper() if attribute.ignore_case else written
-            if shown not in attribute.values:
-                self.fail(
-                    name,
-                    f"'{name}' cannot be '{written}'",
-                    one_of(written, attribute.values),
-                )
-
-
-def one_of(word: str, choices: Iterable[str]) -> str:
-    """Return the way out when a word is none of those that may be."""
-    return did_you_mean(word, choices) or f'it is one of {", ".join(choices)}'
+        problem = attribute.choice_problem(written)
+        if problem is not None:
+            self.fail(name, *problem)
 
 
 def _whole(text: str) -> int | None:

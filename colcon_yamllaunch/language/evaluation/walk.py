@@ -9,6 +9,8 @@ the policies, which are its subclasses. Values are known or not, see
 :mod:`colcon_yamllaunch.language.evaluation.values`.
 """
 
+from abc import ABC
+from abc import abstractmethod
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
@@ -195,7 +197,7 @@ Handler = Callable[['Walk', Attributes], None]
 Maker = Callable[[Call], Value]
 
 
-class Walk:
+class Walk(ABC):
     """
     Goes through the actions in order, and keeps what is known on the way.
 
@@ -249,6 +251,7 @@ class Walk:
 
     # what the policies decide
 
+    @abstractmethod
     def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
         """
         Take note of an error.
@@ -257,12 +260,12 @@ class Walk:
           the launch
         :raises LaunchError: when the launch cannot go on with it
         """
-        raise NotImplementedError
 
+    @abstractmethod
     def branch(self, guard: Guard, entity: Entity) -> None:
         """Do an action that has a condition, or not."""
-        raise NotImplementedError
 
+    @abstractmethod
     def follow(
         self, attributes: Attributes, located: tuple[str, str] | None
     ) -> None:
@@ -273,16 +276,16 @@ class Walk:
         :param located: The path that the file goes by and the one to read,
           None when there is none or it is not known
         """
-        raise NotImplementedError
 
+    @abstractmethod
     def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
         """
         Take note of a launch file that cannot be read.
 
         :param origin: Where it is included, None for the outermost
         """
-        raise NotImplementedError
 
+    @abstractmethod
     def launch_python(
         self, name: str, path: str, position: Position, length: int
     ) -> None:
@@ -294,17 +297,17 @@ class Walk:
         :param position: Where it is included, else its start
         :param length: How many characters that takes
         """
-        raise NotImplementedError
 
     def declare(
         self, attributes: Attributes, name: str, choices: tuple[str, ...]
     ) -> None:
         """Take note of a launch argument that is declared."""
 
+    @abstractmethod
     def missing_argument(self, attributes: Attributes, name: str) -> None:
         """Take note of a launch argument that was not given."""
-        raise NotImplementedError
 
+    @abstractmethod
     def configuration(
         self, value: Value, position: Position, text: Text
     ) -> Value:
@@ -314,7 +317,6 @@ class Walk:
         :param position: Where it is set
         :param text: What it is made of
         """
-        raise NotImplementedError
 
     def default(self, value: Value, _source: str) -> Value:
         """Return a value that stands for one that a launch may be given."""
@@ -330,13 +332,13 @@ class Walk:
             raise AlreadyReportedError
         return value
 
+    @abstractmethod
     def compute(self, expression: str, modules: str) -> str | None:
         """
         Compute an expression in Python, None when only a launch may do so.
 
         :raises SubstitutionError: when it fails
         """
-        raise NotImplementedError
 
     def enter(self, path: str, file: LaunchFile) -> None:
         """Take note of a launch file that is gone through."""
@@ -696,6 +698,11 @@ class Walk:
             f"there is no package '{name}' in the workspace or an underlay",
             did_you_mean(name, self.packages.names()),
         )
+
+    def no_program(self, name: str) -> str:
+        """Return what to say of a program that is not there."""
+        where = '' if '/' in name else ' on the PATH'
+        return f"there is no executable '{name}'{where}"
 
     def use_package(self, name: str, position: Position) -> None:
         """Note that the launch needs a package."""

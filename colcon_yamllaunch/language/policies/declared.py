@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.actions.handlers import EFFECTIVE
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
+from colcon_yamllaunch.language.actions.handlers import PASSIVE
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.request import Request
@@ -138,7 +138,7 @@ class _Listing(Walk):
             super().visit(entity)
 
     def act(self, entity: Entity) -> None:
-        if entity.action.name in EFFECTIVE:
+        if entity.action.name not in PASSIVE:
             super().act(entity)
 
     def guard(self, entity: Entity) -> Guard | None:

@@ -486,20 +486,14 @@ def _read_text(attribute: Attribute, value: Value) -> Text:
             length=len(value.text),
         )
     text = Text(value, plain=attribute.type is Type.PLAIN)
+    problem = None
     if attribute.type is Type.PLAIN:
-        _check_values(attribute, text)
+        problem = attribute.choice_problem(text.plain)
+    if problem is not None:
+        message, hint = problem
+        length = len(text.plain)
+        raise error(message, text.position, hint=hint, length=length)
     return text
-
-
-def _check_values(attribute: Attribute, text: Text) -> None:
-    if attribute.values and text.plain not in attribute.values:
-        raise error(
-            f"'{attribute.name}' cannot be '{text.plain}'",
-            text.position,
-            hint=did_you_mean(text.plain, attribute.values)
-            or f'it is one of {", ".join(attribute.values)}',
-            length=len(text.plain),
-        )
 
 
 def _read_value(value: Value) -> ParameterValue:

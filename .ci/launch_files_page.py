@@ -4,7 +4,7 @@
 """
 The reference page of launch files, from the tables of the language.
 
-`python -m colcon_yamllaunch.language.reference` writes it to the standard
+`python .ci/launch_files_page.py` writes it to the standard
 output; `docs/launch_files.md` is what it wrote.
 """
 
@@ -12,9 +12,6 @@ from collections.abc import Iterable
 from collections.abc import Sequence
 import sys
 
-from colcon_yamllaunch.language.reference_text import DIFFERENCES
-from colcon_yamllaunch.language.reference_text import INTRODUCTION
-from colcon_yamllaunch.language.reference_text import PARAMETERS
 from colcon_yamllaunch.language.vocabulary.actions import Action
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
@@ -23,11 +20,14 @@ from colcon_yamllaunch.language.vocabulary.actions import CONDITIONS
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
 from colcon_yamllaunch.language.vocabulary.actions import UNSUPPORTED
-from colcon_yamllaunch.language.vocabulary.examples import EXAMPLES
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
+from launch_examples import EXAMPLES
+from launch_files_text import DIFFERENCES
+from launch_files_text import INTRODUCTION
+from launch_files_text import PARAMETERS
 
 _MARK = (
-    '<!-- made by `python -m colcon_yamllaunch.language.reference`: change '
+    '<!-- made by `python .ci/launch_files_page.py`: change '
     'the tables that it reads, not this file -->\n'
 )
 
