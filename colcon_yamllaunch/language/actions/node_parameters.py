@@ -61,17 +61,15 @@ def parameter_arguments(
             pending.clear()
 
     for entry in attributes.items('param'):
-        if 'from' in entry:
+        if 'from' in entry.item.texts:
             flush()
             path = _from_file(walk, entry)
             if path is not None:
                 arguments.extend(['--params-file', path])
-        else:
-            pending.extend(
-                p.as_set()
-                for p in _flatten(walk, entry, node, '')
-                if p.value is not None
-            )
+            continue
+        for parameter in _flatten(walk, entry, node, ''):
+            if parameter.value is not None:
+                pending.append(parameter.as_set())
     flush()
     return arguments
 
@@ -196,7 +194,7 @@ def _flatten(
     walk: Walk, entry: Attributes, node: str, prefix: str
 ) -> Iterator[Parameter]:
     name = prefix + (entry.text('name') or '')
-    if 'param' in entry:
+    if 'param' in entry.item.items:
         for inner in entry.items('param'):
             if 'from' in inner:
                 inner.fail_as_whole(
@@ -206,7 +204,7 @@ def _flatten(
             else:
                 yield from _flatten(walk, inner, node, f'{name}.')
         return
-    kind = entry.plain('type') if 'type' in entry else None
+    kind = entry.plain('type') if 'type' in entry.item.texts else None
     what = f"parameter '{name}' of node '{node}': "
     value, origins = parameter_value(
         walk, entry.item.values['value'], kind, what=what
@@ -214,13 +212,10 @@ def _flatten(
     yield Parameter(name, value, entry.position, origins)
 
 
-def missing_file(walk: Walk, written: str) -> tuple[str, str | None]:
-    """Return what to say of a parameter file that is missing: and the hint."""
+def similar_file(walk: Walk, written: str) -> str | None:
+    """Return what may be meant by a parameter file that is not there."""
     similar = walk.packages.similar(walk.absolute(written))
-    return (
-        f"the parameter file '{written}' does not exist",
-        did_you_mean(os.path.basename(written), similar),
-    )
+    return did_you_mean(os.path.basename(written), similar)
 
 
 def _from_file(walk: Walk, entry: Attributes) -> str | ParameterFile | None:
@@ -229,11 +224,11 @@ def _from_file(walk: Walk, entry: Attributes) -> str | ParameterFile | None:
     if written is not None:
         file = walk.parameter_file(os.path.join(walk.cwd, written))
         if file is None:
-            message, hint = missing_file(walk, written)
             walk.warn(
-                f'{message}; it is skipped',
+                f"the parameter file '{written}' does not exist; it is "
+                'skipped',
                 text.position,
-                hint=hint,
+                hint=similar_file(walk, written),
                 length=text.length,
             )
     has_substitutions = entry.boolean('allow_substs')

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 import os
 
 from colcon_yamllaunch.common.suggestions import one_of
-from colcon_yamllaunch.language.actions.node_parameters import missing_file
 from colcon_yamllaunch.language.actions.node_parameters import parameter_value
+from colcon_yamllaunch.language.actions.node_parameters import similar_file
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
@@ -218,7 +218,8 @@ def _set_parameters_from_file(walk: Walk, attributes: Attributes) -> None:
         may_appear = walk.packages.may_appear(path)
         attributes.fail(
             'filename',
-            *missing_file(walk, written),
+            f"the parameter file '{written}' does not exist",
+            similar_file(walk, written),
             is_certain=not may_appear,
             may_pass_after_build=may_appear,
         )

@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 from dataclasses import dataclass
 from dataclasses import field
-from operator import itemgetter
 
 from colcon_yamllaunch.common import frozen
 from colcon_yamllaunch.language.evaluation.values import shortened
@@ -103,10 +102,9 @@ class Names:
 
     def all(self) -> dict[str, Value]:
         """Return all names that are set, in the order they were first."""
-        found: dict[str, Value] = {}
-        for layer in reversed(list(self._layers())):
-            found.update(layer.own)
-        return found
+        if self.outer is None:
+            return dict(self.own)
+        return self.outer.all() | self.own
 
     def may_have_others(self) -> bool:
         """Say whether there may be names that are not known here."""
@@ -247,7 +245,9 @@ def environment_changes(
       unset, and None in the result
     """
     return tuple(
-        (name, value.text)
-        for name, value in sorted(changed.all().items(), key=itemgetter(0))
-        if before.get(name) != value.text
+        [
+            (name, value.text)
+            for name, value in sorted(changed.all().items())
+            if before.get(name) != value.text
+        ]
     )

@@ -105,7 +105,9 @@ class _Launch(Walk):
 
     def visit(self, entity: Entity) -> None:
         try:
-            Walk.visit(self, entity)
+            guard = self.guard(entity)
+            if guard is None or guard.taken:
+                self.act(entity)
         except LaunchError as e:
             self.report(e)
         except AlreadyReportedError:
