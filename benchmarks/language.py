@@ -22,8 +22,8 @@ import sys
 import tempfile
 import time
 
-from colcon_yamllaunch.language.evaluation.evaluate import evaluate
 from colcon_yamllaunch.language.evaluation.request import Request
+from colcon_yamllaunch.language.policies.evaluate import evaluate
 import yaml
 
 #: The numbers of lines that trees are made with.

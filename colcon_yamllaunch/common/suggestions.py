@@ -25,6 +25,11 @@ def did_you_mean(word: str, names: Iterable[str]) -> str | None:
     return None if name is None else f"did you mean '{name}'?"
 
 
+def one_of(word: str, names: Iterable[str]) -> str:
+    """Return the way out when a word is none of the names."""
+    return did_you_mean(word, names) or f'it is one of {", ".join(names)}'
+
+
 def listing(names: Iterable[str]) -> str:
     """Return the names in order, for a sentence."""
     return ', '.join(sorted(names))

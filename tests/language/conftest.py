@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import os
 from pathlib import Path
 
-from colcon_yamllaunch.language.evaluation.evaluate import evaluate
-from colcon_yamllaunch.language.evaluation.evaluate import Evaluation
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.policies.evaluate import evaluate
+from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.source_text import Source
 from hypothesis import HealthCheck
@@ -125,19 +125,19 @@ class Launcher:
 
     def evaluate(self, text: str | bytes, **arguments: str) -> Evaluation:
         """Evaluate a launch file, whatever comes of it."""
+        return evaluate(self.request(text, **arguments))
+
+    def request(self, text: str | bytes, **arguments: str) -> Request:
+        """Write a launch file, and return what to evaluate."""
         path = str(self.write('main.yaml', text))
-        return evaluate(
-            Request(
-                path,
-                path,
-                packages=self.packages,
-                environment=self.environment,
-                arguments={
-                    k.replace('__', '-'): v for k, v in arguments.items()
-                },
-                cwd=str(self.folder),
-                log_folder=LOG_FOLDER,
-            ),
+        return Request(
+            path,
+            path,
+            packages=self.packages,
+            environment=self.environment,
+            arguments={k.replace('__', '-'): v for k, v in arguments.items()},
+            cwd=str(self.folder),
+            log_folder=LOG_FOLDER,
         )
 
     def good(self, text: str, **arguments: str) -> Evaluation:

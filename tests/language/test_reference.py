@@ -8,13 +8,13 @@ import re
 import subprocess
 import sys
 
-from colcon_yamllaunch.language.reference import reference_page
 from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.actions import UNSUPPORTED
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
+from launch_files_page import reference_page
 import pytest
 
 from tests.language.conftest import source
@@ -32,14 +32,13 @@ def section(name: str) -> str:
 def test_the_page_in_docs_is_not_stale() -> None:
     page = (ROOT / 'docs' / 'launch_files.md').read_text(encoding='utf-8')
     assert page == PAGE, (
-        'run: python -m colcon_yamllaunch.language.reference '
-        '> docs/launch_files.md'
+        'run: python .ci/launch_files_page.py > docs/launch_files.md'
     )
 
 
 def test_the_module_writes_the_page() -> None:
     written = subprocess.run(
-        [sys.executable, '-m', 'colcon_yamllaunch.language.reference'],
+        [sys.executable, '.ci/launch_files_page.py'],
         cwd=ROOT,
         env={'PYTHONIOENCODING': 'utf-8', 'PYTHONPATH': str(ROOT)},
         stdout=subprocess.PIPE,

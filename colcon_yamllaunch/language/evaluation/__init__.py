@@ -1,4 +1,4 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""From the tree of actions to the plan."""
+"""The walk through the actions, and what it knows on the way."""

@@ -72,6 +72,18 @@ class LaunchError(Exception):
             )
         )
 
+    def as_warning(self) -> 'LaunchError':
+        """Return the same as warnings."""
+        return LaunchError(
+            *(replace(d, severity='warning') for d in self.diagnostics)
+        )
+
+    def of(self, what: str) -> 'LaunchError':
+        """Return the same with something in front of its messages."""
+        return LaunchError(
+            *(replace(d, message=what + d.message) for d in self.diagnostics)
+        )
+
 
 def error(
     message: str,

@@ -3,7 +3,7 @@
 
 """YAML 1.1 with the position of every value."""
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from typing import Any
 from typing import Literal
 
@@ -177,28 +177,25 @@ class _Reader:
         self._documents = 0
 
     def read(self) -> Value | None:
-        for event in self._events():
-            if isinstance(event, yaml.ScalarEvent):
-                self._scalar(event)
-            elif isinstance(event, yaml.CollectionStartEvent):
-                self._start(event)
-            elif isinstance(event, yaml.CollectionEndEvent):
-                self._end()
-            elif isinstance(event, yaml.AliasEvent):
-                self._alias(event)
-            elif isinstance(event, yaml.DocumentStartEvent):
-                self._document(event)
-        return self._root
-
-    def _events(self) -> Iterator[yaml.Event]:
+        visitors: dict[type, Callable[[Any], None]] = {
+            yaml.ScalarEvent: self._scalar,
+            yaml.MappingStartEvent: self._start,
+            yaml.SequenceStartEvent: self._start,
+            yaml.MappingEndEvent: self._end,
+            yaml.SequenceEndEvent: self._end,
+            yaml.AliasEvent: self._alias,
+            yaml.DocumentStartEvent: self._document,
+        }
         loader = None
         try:
             loader = _Loader(self._source.text)
             while True:
                 event = loader.get_event()
-                if isinstance(event, yaml.StreamEndEvent):
-                    return
-                yield event
+                visit = visitors.get(type(event))
+                if visit is not None:
+                    visit(event)
+                elif isinstance(event, yaml.StreamEndEvent):
+                    return self._root
         except yaml.YAMLError as e:
             raise explain(e, self._source) from e
         finally:
@@ -254,7 +251,7 @@ class _Reader:
         self._open.append((value, None))
         self._open_anchors.append(event.anchor)
 
-    def _end(self) -> None:
+    def _end(self, _event: Any) -> None:
         value, _ = self._open.pop()
         anchor = self._open_anchors.pop()
         if isinstance(value, Mapping):

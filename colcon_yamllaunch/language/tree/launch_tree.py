@@ -4,7 +4,6 @@
 """From a launch file to the tree of its actions."""
 
 from collections.abc import Iterator
-from collections.abc import Mapping as AbstractMapping
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
@@ -25,6 +24,7 @@ from colcon_yamllaunch.language.vocabulary.actions import Action
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
 from colcon_yamllaunch.language.vocabulary.actions import Type
@@ -276,12 +276,13 @@ class _TreeReader:
             )
             value = _without_children(value)
             has_children = True
-        known = tuple(
-            a
-            for a in action.attributes
-            if not (a.name == 'children' and has_children)
+        item = self._item(
+            f"'{action.name}'",
+            action.attributes,
+            key.position,
+            value,
+            'children' if has_children else None,
         )
-        item = self._item(f"'{action.name}'", known, key.position, value)
         self._check_conditions(item)
         return Entity(action, item, children)
 
@@ -299,17 +300,28 @@ class _TreeReader:
         known: tuple[Attribute, ...],
         position: Position,
         value: Mapping,
+        done: str | None = None,
     ) -> Item:
-        by_name = {attribute.name: attribute for attribute in known}
+        """
+        Read the attributes of an action, or of an item in one of its lists.
+
+        :param done: The attribute that was read before, if any
+        """
+        table = by_name(known)
         item = Item(position, {}, {}, {}, {})
         for name, (key, attribute_value) in value.pairs.items():
-            attribute = by_name.get(name)
+            attribute = table.get(name)
             if attribute is not None:
                 self._attribute(item, attribute, attribute_value)
             else:
-                self._report_unknown(what, name, key, attribute_value, by_name)
+                names = [other for other in table if other != done]
+                self._report_unknown(what, name, key, attribute_value, names)
         for attribute in known:
-            if attribute.required and attribute.name not in value.pairs:
+            if (
+                attribute.required
+                and attribute.name not in value.pairs
+                and attribute.name != done
+            ):
                 self._report(
                     f"{what} needs the attribute '{attribute.name}'",
                     position,
@@ -323,7 +335,7 @@ class _TreeReader:
         name: str,
         key: Scalar,
         value: Value,
-        known: AbstractMapping[str, Attribute],
+        known: list[str],
     ) -> None:
         hint = did_you_mean(name, known)
         if name == 'composable_node':
@@ -474,20 +486,14 @@ def _read_text(attribute: Attribute, value: Value) -> Text:
             length=len(value.text),
         )
     text = Text(value, plain=attribute.type is Type.PLAIN)
+    problem = None
     if attribute.type is Type.PLAIN:
-        _check_values(attribute, text)
+        problem = attribute.choice_problem(text.plain)
+    if problem is not None:
+        message, hint = problem
+        length = len(text.plain)
+        raise error(message, text.position, hint=hint, length=length)
     return text
-
-
-def _check_values(attribute: Attribute, text: Text) -> None:
-    if attribute.values and text.plain not in attribute.values:
-        raise error(
-            f"'{attribute.name}' cannot be '{text.plain}'",
-            text.position,
-            hint=did_you_mean(text.plain, attribute.values)
-            or f'it is one of {", ".join(attribute.values)}',
-            length=len(text.plain),
-        )
 
 
 def _read_value(value: Value) -> ParameterValue:

@@ -17,10 +17,6 @@ from colcon_yamllaunch.language.syntax.template import unescape
 from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
 from colcon_yamllaunch.language.syntax.yaml_reader import Kind
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
-from colcon_yamllaunch.language.vocabulary.substitutions import Context
-from colcon_yamllaunch.language.vocabulary.substitutions import (
-    evaluate_template,
-)
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 
 _PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
@@ -46,12 +42,13 @@ class Text:
     :raises LaunchError: if a substitution in it is malformed or unknown
     """
 
-    __slots__ = ('_scalar', 'template')
+    __slots__ = ('_scalar', 'literal', 'template')
 
     def __init__(self, scalar: Scalar, *, plain: bool = False) -> None:
         self._scalar = scalar
         if plain:
             self.template = Template((unescape(scalar.text),))
+            self.literal = self.template.literal
             return
         try:
             self.template = parse_template(scalar.text)
@@ -62,6 +59,8 @@ class Text:
                 hint=e.hint,
                 length=e.length,
             ) from e
+        #: The text when it has no substitutions, else None.
+        self.literal = self.template.literal
         for part in self.template.parts:
             if isinstance(part, Substitution):
                 self._check(part)
@@ -70,11 +69,6 @@ class Text:
     def plain(self) -> str:
         """The text as it is written, its backslashes resolved."""
         return unescape(self._scalar.text)
-
-    @property
-    def literal(self) -> str | None:
-        """The text when it has no substitutions, else None."""
-        return self.template.literal
 
     @property
     def kind(self) -> Kind:
@@ -107,27 +101,6 @@ class Text:
     def position_at(self, index: int) -> Position:
         """Return the position of the character with this index."""
         return self._scalar.source.position_at(_locate(self._scalar, index))
-
-    def evaluate(self, context: Context) -> str:
-        """
-        Put the substitutions in.
-
-        :raises LaunchError: if one cannot be made
-        """
-        context.origins = ()
-        literal = self.template.literal
-        if literal is not None:
-            return literal
-        return evaluate_template(self.template, context, self.position_at)
-
-    def evaluate_part(self, template: Template, context: Context) -> str:
-        """
-        Put the substitutions in for a piece of the text.
-
-        :param template: What splitting the text has made of it
-        :raises LaunchError: if a substitution cannot be made
-        """
-        return evaluate_template(template, context, self.position_at)
 
     def _check(self, substitution: Substitution) -> None:
         kind = KINDS.get(substitution.name)

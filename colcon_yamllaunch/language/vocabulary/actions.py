@@ -6,17 +6,20 @@ The table of actions and their attributes.
 
 Everything that depends on which actions there are comes from here: reading a
 launch file, the types of its values, suggestions for a misspelled name, the
-JSON Schema and the reference page. To add an action is to add an entry here, a
-function in `evaluate.py` and an example in `examples.py`.
+JSON Schema and the reference page. To add an action is to add an entry here,
+what does it to a module of `actions/`, and an example: CONTRIBUTING.md shows
+it.
 
 The ROS 2 releases are those whose launch files in YAML or XML have the action
 or attribute (the change logs and branches of ros2/launch and ros2/launch_ros);
 what is older than Humble counts as Humble.
 """
 
+from collections.abc import Mapping
 from enum import Enum
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.suggestions import one_of
 from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGTERM_TIMEOUT
 from colcon_yamllaunch.language.plan.plan import OUTPUT_MODES
@@ -86,6 +89,13 @@ class Attribute:
     since: str | None = None
     pattern: str | None = None
     ignore_case: bool = False
+
+    def choice_problem(self, text: str) -> tuple[str, str] | None:
+        """Say that a text is none of its values, and the way out."""
+        shown = text.upper() if self.ignore_case else text
+        if not self.values or shown in self.values:
+            return None
+        return f"'{self.name}' cannot be '{text}'", one_of(text, self.values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -605,3 +615,16 @@ def items_of(attribute: Attribute) -> tuple[Attribute, ...]:
     if isinstance(attribute, _NestedParameters):
         return PARAMETER
     return attribute.items
+
+
+_BY_NAME: dict[int, tuple[object, Mapping[str, Attribute]]] = {}
+
+
+def by_name(attributes: tuple[Attribute, ...]) -> Mapping[str, Attribute]:
+    """Return attributes by their names; the same for the same attributes."""
+    found = _BY_NAME.get(id(attributes))
+    if found is None:
+        # with the attributes themselves, so that no others get their id
+        found = attributes, {a.name: a for a in attributes}
+        _BY_NAME[id(attributes)] = found
+    return found[1]

@@ -35,21 +35,32 @@ class Parameter:
     A parameter of a node.
 
     :param name: Its full name, parts separated by dots
-    :param value: Its value
+    :param value: Its value, None when it is not known
     :param position: Where it is set
     :param origins: Where the launch configurations were set that the value
       was made of, nearest first
     """
 
     name: str
-    value: ParameterContent
+    value: ParameterContent | None
     position: Position
     origins: tuple[Position, ...] = ()
 
     def as_set(self) -> SetParameter:
-        """Return what a plan says of it."""
+        """Return what a plan says of it, once its value is known."""
+        assert self.value is not None
         value = to_yaml(self.value)
         return SetParameter(self.name, value, self.position, self.origins)
+
+
+def parse_boolean(text: str) -> bool | None:
+    """Return the YAML 1.1 boolean, `1` or `0` that a text is, else None."""
+    text = text.strip()
+    if text in ('0', '1'):
+        return text == '1'
+    if plain_kind(text) == 'bool':
+        return construct('bool', text) is True
+    return None
 
 
 def infer(text: str) -> ParameterContent:
@@ -87,12 +98,10 @@ def coerce(text: str, kind: str) -> ParameterContent:
         return text
     try:
         if kind == 'bool':
-            stripped = text.strip()
-            if stripped in ('0', '1'):
-                return stripped == '1'
-            if plain_kind(stripped) == 'bool':
-                return construct('bool', stripped) is True
-            raise ValueError
+            value = parse_boolean(text)
+            if value is None:
+                raise ValueError
+            return value
         return _SCALAR_TYPES[kind](text)  # type: ignore[no-any-return]
     except ValueError as e:
         raise ParameterTypeError(

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 import os
 
-from colcon_yamllaunch.language.checking.github_annotations import annotation
+from colcon_yamllaunch.language.reports.github_annotations import annotation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.runtime.core.events import Ended
 

@@ -7,19 +7,19 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import replace
 
-from colcon_yamllaunch.language.checking.check import check
-from colcon_yamllaunch.language.checking.check import Checked
-from colcon_yamllaunch.language.checking.reports import as_github
-from colcon_yamllaunch.language.checking.reports import as_json
-from colcon_yamllaunch.language.checking.reports import as_sarif
-from colcon_yamllaunch.language.checking.reports import as_text
-from colcon_yamllaunch.language.evaluation.evaluate import evaluate
-from colcon_yamllaunch.language.evaluation.show_args import show_arguments
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan_graph import plan_as_dot
 from colcon_yamllaunch.language.plan.plan_graph import plan_as_mermaid
 from colcon_yamllaunch.language.plan.plan_json import plan_to_json
 from colcon_yamllaunch.language.plan.plan_text import plan_as_text
+from colcon_yamllaunch.language.policies.check import check
+from colcon_yamllaunch.language.policies.check import Checked
+from colcon_yamllaunch.language.policies.evaluate import evaluate
+from colcon_yamllaunch.language.policies.show_args import show_arguments
+from colcon_yamllaunch.language.reports.reports import as_github
+from colcon_yamllaunch.language.reports.reports import as_json
+from colcon_yamllaunch.language.reports.reports import as_sarif
+from colcon_yamllaunch.language.reports.reports import as_text
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.verb.cli.options import Options
 from colcon_yamllaunch.verb.cli.options import TEXT

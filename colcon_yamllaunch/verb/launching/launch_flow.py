@@ -15,12 +15,12 @@ import time
 from colcon_core.location import get_log_path
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.evaluation.evaluate import evaluate
-from colcon_yamllaunch.language.evaluation.evaluate import Evaluation
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan_json import plan_from_json
 from colcon_yamllaunch.language.plan.plan_json import PlanFormatError
+from colcon_yamllaunch.language.policies.evaluate import evaluate
+from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.runtime.control.launch_states import About

@@ -6,8 +6,8 @@
 import os
 import subprocess
 
-from colcon_yamllaunch.language.evaluation.evaluate import evaluate
 from colcon_yamllaunch.language.evaluation.request import Request
+from colcon_yamllaunch.language.policies.evaluate import evaluate
 import pytest
 
 FAKE_LAUNCHER = """\

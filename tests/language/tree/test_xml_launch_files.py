@@ -3,7 +3,7 @@
 
 """Mistakes in XML launch files, and where they are shown."""
 
-from colcon_yamllaunch.language.evaluation.evaluate import Evaluation
+from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.syntax.yaml_reader import MAXIMUM_VALUES
 from hypothesis import given

@@ -6,11 +6,11 @@
 from dataclasses import replace
 import textwrap
 
-from colcon_yamllaunch.language.evaluation.evaluate import evaluate
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 import pytest

@@ -17,10 +17,10 @@ from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
 from colcon_yamllaunch.language.vocabulary.actions import RELEASES
 from colcon_yamllaunch.language.vocabulary.actions import Type
-from colcon_yamllaunch.language.vocabulary.examples import EXAMPLES
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from hypothesis import given
 from hypothesis import strategies as st
+from launch_examples import EXAMPLES
 import pytest
 
 from tests.language.conftest import Launcher

@@ -13,10 +13,10 @@ from colcon_yamllaunch.language.vocabulary.actions import Action
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import Type
-from colcon_yamllaunch.language.vocabulary.examples import EXAMPLES
 from colcon_yamllaunch.language.vocabulary.json_schema import json_schema
 from colcon_yamllaunch.language.vocabulary.json_schema import schema_text
 from jsonschema import Draft7Validator
+from launch_examples import EXAMPLES
 import pytest
 import yaml
 

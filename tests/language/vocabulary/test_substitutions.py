@@ -3,8 +3,8 @@
 
 """What each substitution comes to."""
 
+from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
-from colcon_yamllaunch.language.vocabulary.substitutions import parse_boolean
 import pytest
 
 VALUES = {

@@ -165,7 +165,7 @@ def test_nothing_heavy_is_imported(user: User) -> None:
                 'setuptools',
             )
         )
-        reads = 'colcon_yamllaunch.language.evaluation.declared' in modules
+        reads = 'colcon_yamllaunch.language.policies.declared' in modules
         assert reads == (words == 'alpha alpha ')
 
 

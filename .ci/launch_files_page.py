@@ -1,0 +1,186 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The reference page of launch files, from the tables of the language.
+
+`python .ci/launch_files_page.py` writes it to the standard
+output; `docs/launch_files.md` is what it wrote.
+"""
+
+from collections.abc import Iterable
+from collections.abc import Sequence
+import sys
+
+from colcon_yamllaunch.language.vocabulary.actions import Action
+from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
+from colcon_yamllaunch.language.vocabulary.actions import ALIASES
+from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import CONDITIONS
+from colcon_yamllaunch.language.vocabulary.actions import items_of
+from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
+from colcon_yamllaunch.language.vocabulary.actions import UNSUPPORTED
+from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
+from launch_examples import EXAMPLES
+from launch_files_text import DIFFERENCES
+from launch_files_text import INTRODUCTION
+from launch_files_text import PARAMETERS
+
+_MARK = (
+    '<!-- made by `python .ci/launch_files_page.py`: change '
+    'the tables that it reads, not this file -->\n'
+)
+
+
+def reference_page() -> str:
+    """Return the page in Markdown, one sentence a line."""
+    parts = (_MARK, INTRODUCTION, DIFFERENCES, *_actions(), *_substitutions())
+    return '\n'.join(parts)
+
+
+def _actions() -> Iterable[str]:
+    yield '## Actions\n'
+    yield (
+        'Every action also takes `if` and `unless`: see '
+        '[Conditions](#conditions).\n'
+    )
+    yield _table(
+        ('action', 'what it does'),
+        (
+            (f'[`{action.name}`](#{action.name})', action.help)
+            for action in ACTIONS.values()
+        ),
+    )
+    for name, action in ACTIONS.items():
+        yield _action(action, EXAMPLES[name])
+        if name == 'node':
+            yield _parameters()
+    yield _unsupported()
+
+
+def _action(action: Action, example: str) -> str:
+    attributes = [a for a in action.attributes if a not in CONDITIONS]
+    notes = [_since(action.since)]
+    notes += [
+        f'`{alias}` is the same.'
+        for alias, name in ALIASES.items()
+        if name == action.name
+    ]
+    twin = _twin(action)
+    if twin is not None:
+        notes.append(f'The attributes are those of [`{twin}`](#{twin}).')
+    elif not attributes:
+        notes.append('It has no attributes: write `{}`.')
+    parts = [f'### {action.name}', '', action.help, *notes, '']
+    if attributes and twin is None:
+        parts += [_attributes(attributes, action.since)]
+    return '\n'.join([*parts, _code(example)])
+
+
+def _twin(action: Action) -> str | None:
+    """Return the action before this that has all the same attributes."""
+    for other in ACTIONS.values():
+        if other is action:
+            return None
+        is_long = len(other.attributes) > len(PARAMETER) + len(CONDITIONS)
+        if is_long and other.attributes == action.attributes:
+            return other.name
+    return None
+
+
+def _since(release: str) -> str:
+    return f'Since {release}.'
+
+
+def _attributes(attributes: Iterable[Attribute], since: str) -> str:
+    return _table(
+        ('attribute', 'type', 'default', 'since', 'meaning'),
+        (
+            (
+                f'`{attribute.name}`',
+                attribute.type.value,
+                _default(attribute),
+                attribute.since or since,
+                _meaning(attribute),
+            )
+            for attribute in attributes
+        ),
+    )
+
+
+def _default(attribute: Attribute) -> str:
+    if attribute.required:
+        return 'required'
+    return '' if attribute.default is None else f'`{attribute.default}`'
+
+
+def _meaning(attribute: Attribute) -> str:
+    text = attribute.help
+    items = items_of(attribute)
+    if items is PARAMETER:
+        text += ' Items: see [Parameters](#parameters).'
+    elif items:
+        text += f' Items: {_names(a.name for a in items)}.'
+    if attribute.values:
+        text += f' One of {_names(attribute.values)}.'
+    return text
+
+
+def _names(names: Iterable[str]) -> str:
+    return ', '.join(f'`{name}`' for name in names)
+
+
+def _parameters() -> str:
+    return '\n'.join(
+        (
+            '#### Parameters',
+            '',
+            PARAMETERS,
+            _attributes(PARAMETER, ACTIONS['node'].since),
+        )
+    )
+
+
+def _unsupported() -> str:
+    return '\n'.join(
+        (
+            '### Actions that are not supported',
+            '',
+            'These need a running ROS graph; `colcon launch` names them as '
+            'an error.',
+            '',
+            _table(
+                ('action', 'instead'),
+                ((f'`{name}`', text) for name, text in UNSUPPORTED.items()),
+            ),
+        )
+    )
+
+
+def _substitutions() -> Iterable[str]:
+    yield '## Substitutions\n'
+    yield 'Arguments in brackets may be left out.'
+    yield (
+        'A condition is `true`, `1`, `yes` or `on`, or `false`, `0`, `no` or '
+        '`off`.\n'
+    )
+    yield _table(
+        ('substitution', 'what it comes to', 'since', 'example'),
+        (
+            (f'`{kind.usage}`', kind.help, kind.since, f'`{kind.example}`')
+            for kind in KINDS.values()
+        ),
+    )
+
+
+def _code(example: str) -> str:
+    return f'```yaml\n{example.rstrip()}\n```\n'
+
+
+def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [header, ['---'] * len(header), *rows]
+    return ''.join(f'| {" | ".join(line)} |\n' for line in lines)
+
+
+if __name__ == '__main__':
+    sys.stdout.write(reference_page())

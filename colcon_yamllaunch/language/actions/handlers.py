@@ -1,0 +1,22 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The table of what does each action."""
+
+from collections.abc import Mapping
+
+from colcon_yamllaunch.language.actions.flow_actions import FLOW_HANDLERS
+from colcon_yamllaunch.language.actions.flow_actions import SIGN_HANDLERS
+from colcon_yamllaunch.language.actions.process_actions import PROCESS_HANDLERS
+from colcon_yamllaunch.language.actions.scope_actions import SCOPE_HANDLERS
+from colcon_yamllaunch.language.evaluation.walk import Handler
+
+#: What does each action, whatever the policy of the walk.
+HANDLERS: Mapping[str, Handler] = {
+    **SCOPE_HANDLERS,
+    **FLOW_HANDLERS,
+    **SIGN_HANDLERS,
+    **PROCESS_HANDLERS,
+}
+#: The actions that no other depends on.
+PASSIVE = frozenset((*SIGN_HANDLERS, *PROCESS_HANDLERS))

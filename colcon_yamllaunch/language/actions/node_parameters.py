@@ -1,0 +1,280 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The parameters of a node, from what the launch file says of them."""
+
+from collections.abc import Iterator
+import os
+
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.plan.plan import ParameterFile
+from colcon_yamllaunch.language.plan.plan import SetParameter
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.source_text import read_source
+from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+from colcon_yamllaunch.language.tree.launch_tree import ParameterValue
+from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.vocabulary.parameter_value import coerce
+from colcon_yamllaunch.language.vocabulary.parameter_value import infer
+from colcon_yamllaunch.language.vocabulary.parameter_value import is_of_type
+from colcon_yamllaunch.language.vocabulary.parameter_value import Parameter
+from colcon_yamllaunch.language.vocabulary.parameter_value import (
+    parameter_file,
+)
+from colcon_yamllaunch.language.vocabulary.parameter_value import (
+    ParameterContent,
+)
+from colcon_yamllaunch.language.vocabulary.parameter_value import (
+    ParameterTypeError,
+)
+from colcon_yamllaunch.language.vocabulary.parameter_value import ScalarValue
+from colcon_yamllaunch.language.vocabulary.parameter_value import type_name
+import yaml
+
+_LIST = 'list_of_'
+
+#: A value, None when it is not known, and where what it is made of was set.
+Content = tuple[ParameterContent | None, tuple[Position, ...]]
+
+
+def parameter_arguments(
+    walk: Walk, attributes: Attributes, node: str, pattern: str
+) -> list[str | ParameterFile]:
+    """
+    Return the arguments for a node's own parameters, in order.
+
+    :param attributes: Those of the node
+    :param node: What to call it in messages
+    :param pattern: The nodes that a file of parameters is for
+    """
+    arguments: list[str | ParameterFile] = []
+    pending: list[SetParameter] = []
+
+    def flush() -> None:
+        if pending:
+            file = parameter_file(pattern, pending)
+            arguments.extend(['--params-file', file])
+            pending.clear()
+
+    for entry in attributes.items('param'):
+        if 'from' in entry.item.texts:
+            flush()
+            path = _from_file(walk, entry)
+            if path is not None:
+                arguments.extend(['--params-file', path])
+            continue
+        for parameter in _flatten(walk, entry, node, ''):
+            if parameter.value is not None:
+                pending.append(parameter.as_set())
+    flush()
+    return arguments
+
+
+def parameter_value(
+    walk: Walk,
+    value: ParameterValue,
+    kind: str | None,
+    *,
+    infer_text: bool = False,
+    what: str = '',
+) -> Content:
+    """
+    Return the value of a parameter, and its origins.
+
+    :param kind: The type that the launch file gives, or None
+    :param infer_text: Whether a text without substitutions is taken for what
+      YAML takes it for, as ROS 2's `set_parameter` does
+    :param what: What a message starts with
+    """
+    try:
+        if not value.is_list:
+            return _scalar(walk, value.texts[0], kind, infer_text)
+        return _list(walk, value, kind)
+    except LaunchError as e:
+        walk.fail(e.of(what))
+        return None, ()
+
+
+def _list(walk: Walk, value: ParameterValue, kind: str | None) -> Content:
+    if kind is not None and not kind.startswith(_LIST) and kind != 'yaml':
+        raise error(f'the value is a list, not of type {kind}', value.position)
+    element = None
+    if kind is not None and kind.startswith(_LIST):
+        element = kind[len(_LIST) :]
+    contents = [_element(walk, text, element) for text in value.texts]
+    values = [content for content, _ in contents if content is not None]
+    kinds = {type(v) for v in values}
+    if len(kinds) > 1:
+        raise error(
+            'the values of a list have one type, here they have '
+            + ' and '.join(sorted(k.__name__ for k in kinds)),
+            value.position,
+            hint='write 1.0 for a whole number among others'
+            if kinds == {int, float}
+            else 'quote the values that are texts',
+        )
+    if not contents:
+        walk.warn(
+            'nodes do not accept an empty list, which has no type',
+            value.position,
+        )
+        return (), ()
+    is_known = len(values) == len(contents)
+    return tuple(values) if is_known else None, contents[-1][1]
+
+
+def _element(
+    walk: Walk, text: Text, kind: str | None
+) -> tuple[ScalarValue | None, tuple[Position, ...]]:
+    value, origins = _scalar(walk, text, kind, False)
+    if isinstance(value, tuple):
+        raise error(
+            'a list cannot have a list in it',
+            text.position,
+            length=text.length,
+        )
+    return value, origins
+
+
+def _scalar(
+    walk: Walk, text: Text, kind: str | None, infer_text: bool
+) -> Content:
+    if kind is not None and kind.startswith(_LIST):
+        raise error(
+            f'the value is no list, but its type is {kind}',
+            text.position,
+            hint='write it as [first, second, …]',
+            length=text.length,
+        )
+    literal = text.literal
+    is_typed = kind not in (None, 'yaml')
+    if literal is None or (is_typed and text.is_coerced):
+        return _evaluated(walk, text, kind)
+    if infer_text and text.kind == 'str':
+        return _evaluated(walk, text, None)
+    value = literal if text.kind == 'str' else text.value
+    assert value is not None
+    if is_typed and not is_of_type(value, str(kind)):
+        raise error(
+            f'the value is of type {type_name(value)}, not {kind}',
+            text.position,
+            hint=_retype_hint(text, str(kind)),
+            length=text.length,
+        )
+    return value, ()
+
+
+def _evaluated(walk: Walk, text: Text, kind: str | None) -> Content:
+    value = walk.value(text)
+    if value.text is None:
+        return None, ()
+    try:
+        if kind is None:
+            return infer(value.text), value.origins
+        return coerce(value.text, kind), value.origins
+    except ParameterTypeError as e:
+        raise error(
+            str(e), text.position, length=text.length, origins=value.origins
+        ) from e
+
+
+def _retype_hint(text: Text, kind: str) -> str:
+    if kind == 'str':
+        return f"quote it: '{text.plain}'"
+    if kind == 'float' and text.kind == 'int':
+        return f'write {text.plain}.0'
+    return 'change the value or the type'
+
+
+def _flatten(
+    walk: Walk, entry: Attributes, node: str, prefix: str
+) -> Iterator[Parameter]:
+    name = prefix + (entry.text('name') or '')
+    if 'param' in entry.item.items:
+        for inner in entry.items('param'):
+            if 'from' in inner:
+                inner.fail_as_whole(
+                    "'from' cannot stand within a parameter",
+                    "make it an item of the node's 'param'",
+                )
+            else:
+                yield from _flatten(walk, inner, node, f'{name}.')
+        return
+    kind = entry.plain('type') if 'type' in entry.item.texts else None
+    what = f"parameter '{name}' of node '{node}': "
+    value, origins = parameter_value(
+        walk, entry.item.values['value'], kind, what=what
+    )
+    yield Parameter(name, value, entry.position, origins)
+
+
+def similar_file(walk: Walk, written: str) -> str | None:
+    """Return what may be meant by a parameter file that is not there."""
+    similar = walk.packages.similar(walk.absolute(written))
+    return did_you_mean(os.path.basename(written), similar)
+
+
+def _from_file(walk: Walk, entry: Attributes) -> str | ParameterFile | None:
+    text, written = entry.item.texts['from'], entry.text('from')
+    file = None
+    if written is not None:
+        file = walk.parameter_file(os.path.join(walk.cwd, written))
+        if file is None:
+            walk.warn(
+                f"the parameter file '{written}' does not exist; it is "
+                'skipped',
+                text.position,
+                hint=similar_file(walk, written),
+                length=text.length,
+            )
+    has_substitutions = entry.boolean('allow_substs')
+    if has_substitutions is False:
+        return None if file is None else written
+    if file is None or has_substitutions is None:
+        walk.note_text(None)
+        return None
+    content = _substituted(walk, file, text)
+    return None if content is None else ParameterFile(content)
+
+
+def _substituted(walk: Walk, path: str, origin: Text) -> str | None:
+    content = None
+    with walk.within_text(origin):
+        text = whole_file(path)
+        walk.note_text(text.template)
+        content = walk.value(text).text
+    if content is None:
+        return None
+    try:
+        loaded = yaml.safe_load(content)
+    except (yaml.YAMLError, ValueError, RecursionError) as e:
+        loaded = None
+        reason = str(e).split('\n', 1)[0]
+    else:
+        reason = 'it has no mapping of nodes to parameters'
+    if not isinstance(loaded, dict):
+        walk.fail(
+            error(
+                f"the parameter file '{os.path.basename(path)}' is no "
+                f'parameter file once its substitutions are made: {reason}',
+                origin.position,
+                hint='it is a YAML mapping of nodes to parameters',
+                length=origin.length,
+            )
+        )
+    return content
+
+
+def whole_file(path: str) -> Text:
+    """
+    Return the content of a file with substitutions in it.
+
+    :raises LaunchError: when it cannot be read, or one of them is malformed
+    """
+    source = read_source(path, path)
+    end = source.position_at(len(source.text))
+    return Text(Scalar(source, 0, 0, source.text, '', None, (end.line, 0)))

@@ -1,0 +1,430 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The actions that run a process."""
+
+from collections.abc import Mapping
+from functools import partial
+import os
+import re
+import shlex
+import shutil
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.actions.node_parameters import (
+    parameter_arguments,
+)
+from colcon_yamllaunch.language.actions.scope_actions import check_variable
+from colcon_yamllaunch.language.actions.scope_actions import inner_namespace
+from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.attributes import parse_seconds
+from colcon_yamllaunch.language.evaluation.attributes import Word
+from colcon_yamllaunch.language.evaluation.scope import environment_changes
+from colcon_yamllaunch.language.evaluation.scope import Names
+from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.evaluation.walk import ExecutableUse
+from colcon_yamllaunch.language.evaluation.walk import Handler
+from colcon_yamllaunch.language.evaluation.walk import NamedNode
+from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.plan.plan import OUTPUT_MODES
+from colcon_yamllaunch.language.plan.plan import ParameterFile
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import SetParameter
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.ros_names import node_name_problem
+from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
+
+#: The environment variable that replaces every `output`, as in ROS 2.
+OUTPUT_OVERRIDE = 'OVERRIDE_LAUNCH_PROCESS_OUTPUT'
+#: How many nodes of one name are compared with another one.
+MAXIMUM_NAMESAKES = 8
+
+# a text that is not known is None
+Arguments = list[str | ParameterFile | None]
+
+
+@dataclass(frozen=True, slots=True)
+class _Program:
+    """What distinguishes one process from another but its attributes."""
+
+    name: str
+    argv: Arguments
+    text: Text
+    hint: str
+    package: str | None = None
+    node_name: str | None = None
+    parameters: tuple[SetParameter, ...] = ()
+
+
+def _executable(walk: Walk, attributes: Attributes) -> None:
+    words = attributes.command('cmd')
+    if not words:
+        attributes.fail_as_whole("'cmd' is empty")
+        return
+    argv = _texts(words)
+    name = attributes.text('name') or os.path.basename(argv[0] or '')
+    hint = 'install it, or correct the name'
+    _add_process(
+        walk, attributes, _Program(name, [*argv], words[0].text, hint)
+    )
+
+
+def _node(walk: Walk, attributes: Attributes) -> None:
+    package = attributes.value('pkg')
+    program = attributes.text('exec')
+    path = program
+    if package is not None:
+        path = _package_program(walk, attributes, package.text, program)
+    name = _node_name(attributes)
+    namespace = walk.scope.namespace
+    if 'namespace' in attributes:
+        inner = attributes.required('namespace')
+        namespace = inner_namespace(walk, attributes, inner)
+    full_name = _full_name(name, namespace)
+    argv: Arguments = [path, *_texts(attributes.command('args'))]
+    if 'ros_args' in attributes:
+        argv += ['--ros-args', *_texts(attributes.command('ros_args'))]
+    argv.append('--ros-args')
+    if name is not None:
+        argv += ['-r', f'__node:={name.text}']
+    if namespace is not None:
+        argv += ['-r', f'__ns:={namespace.text}']
+    own = parameter_arguments(
+        walk,
+        attributes,
+        (name and name.text) or program or '',
+        full_name if full_name and namespace is not None else '/**',
+    )
+    argv += [*_scope_parameters(walk), *own, *_remaps(walk, attributes)]
+    node = _Program(
+        attributes.text('exec_name') or os.path.basename(program or ''),
+        argv,
+        attributes.item.texts['exec'],
+        "name its package with 'pkg'",
+        None if package is None else package.text,
+        full_name,
+        _parameters(walk, own),
+    )
+    _add_process(walk, attributes, node)
+    if full_name is not None:
+        _check_unique(walk, attributes, full_name)
+
+
+def _texts(words: list[Word]) -> list[str | None]:
+    return [word.value.text for word in words]
+
+
+def _package_program(
+    walk: Walk, attributes: Attributes, package: str | None, name: str | None
+) -> str | None:
+    if package is None:
+        return None
+    packages = walk.packages
+    if packages.prefix(package) is None:
+        attributes.fail('pkg', *walk.no_package(package))
+        return None
+    walk.use_package(package, attributes.item.texts['pkg'].position)
+    if name is None:
+        return None
+    path = packages.executable(package, name)
+    if path is None:
+        attributes.fail(
+            'exec',
+            f"package '{package}' has no executable '{name}'",
+            packages.explain_executable(package, name),
+        )
+        return None
+    position = attributes.item.texts['exec'].position
+    walk.executables.append(ExecutableUse(package, name, path, position))
+    return path
+
+
+def _node_name(attributes: Attributes) -> Value | None:
+    name = attributes.value('name')
+    if name is None or name.text is None:
+        return name
+    problem = node_name_problem(name.text)
+    if problem is not None:
+        attributes.fail('name', problem)
+        return name.forgotten()
+    return name
+
+
+def _full_name(name: Value | None, namespace: Value | None) -> str | None:
+    """Return the full name of a node, None when it has none or not known."""
+    if name is None or name.text is None:
+        return None
+    outer = '' if namespace is None else namespace.text
+    return None if outer is None else f'{outer.rstrip("/")}/{name.text}'
+
+
+def _check_unique(walk: Walk, attributes: Attributes, full_name: str) -> None:
+    if walk.never:
+        return
+    text = attributes.item.texts['name']
+    node = NamedNode(text.position, tuple(walk.guards))
+    others = walk.nodes.setdefault(full_name, [])
+    for other in others:
+        if node.may_meet(other):
+            place = f'line {other.position.line} of ' + os.path.basename(
+                other.position.path
+            )
+            walk.warn(
+                f"another node of this launch has the name '{full_name}' too",
+                text.position,
+                hint='this node is launched more than once'
+                if other.position == node.position
+                else f'the other one is in {place}',
+                length=text.length,
+            )
+            break
+    if len(others) < MAXIMUM_NAMESAKES:
+        others.append(node)
+
+
+def _scope_parameters(walk: Walk) -> Arguments:
+    arguments: Arguments = []
+    for parameter in walk.scope.parameters:
+        if isinstance(parameter, str):
+            arguments += ['--params-file', parameter]
+        elif parameter.value is not None:
+            given = parameter.as_set()
+            arguments += ['-p', f'{given.name}:={given.value}']
+    return arguments
+
+
+def _parameters(
+    walk: Walk, own: list[str | ParameterFile]
+) -> tuple[SetParameter, ...]:
+    of_scope = (
+        parameter.as_set()
+        for parameter in walk.scope.parameters
+        if not isinstance(parameter, str) and parameter.value is not None
+    )
+    files = (a for a in own if isinstance(a, ParameterFile))
+    return (*of_scope, *(p for file in files for p in file.parameters))
+
+
+def _remaps(walk: Walk, attributes: Attributes) -> Arguments:
+    pairs = [*walk.scope.remaps]
+    of_scope = {old for old, _ in pairs}
+    seen: set[str] = set()
+    for remap in attributes.items('remap'):
+        old, new = remap.text('from'), remap.text('to')
+        if old is None:
+            continue
+        # the first rule that matches counts (rcl_remap)
+        if not walk.is_launch and (old in seen or old in of_scope):
+            by = 'before' if old in seen else "by 'set_remap'"
+            text = remap.item.texts['from']
+            walk.warn(
+                f"'{old}' is remapped {by} already, so this has no effect",
+                text.position,
+                hint='remove one of the two',
+                length=text.length,
+            )
+        seen.add(old)
+        pairs.append((old, new or ''))
+    return [a for old, new in pairs for a in ('-r', f'{old}:={new}')]
+
+
+def _add_process(
+    walk: Walk, attributes: Attributes, program: _Program
+) -> None:
+    variables = walk.scope.environment.inner()
+    for pair in attributes.items('env'):
+        name, value = pair.text('name'), pair.required('value')
+        check_variable(pair, name, value)
+        variables.set(name, value)
+    cwd = os.path.join(walk.cwd, attributes.text('cwd') or '')
+    prefix = _prefix(walk, attributes, program)
+    if prefix is None:
+        return
+    # in a launch, all arguments are known
+    argv = [a for a in (*prefix, *program.argv) if a is not None]
+    uses_shell = attributes.boolean('shell')
+    if uses_shell:
+        argv = _through_shell(argv)
+    elif uses_shell is False and not (prefix and not walk.is_launch):
+        first = prefix[0] if prefix else program.argv[0]
+        if first is not None:
+            path = _search_path(walk, variables)
+            _check_program(walk, attributes, program, str(first), cwd, path)
+    if not walk.is_launch:
+        return
+    walk.draft.entries.append(
+        Process(
+            label=walk.draft.label(program.name),
+            argv=tuple(argv),
+            cwd=os.path.normpath(cwd),
+            position=attributes.position,
+            environment=environment_changes(walk.environment, variables),
+            output=_output(walk, attributes),
+            emulate_tty=_emulate_tty(walk, attributes),
+            respawn=attributes.boolean('respawn') is True,
+            respawn_delay=attributes.seconds('respawn_delay') or 0.0,
+            respawn_max_retries=attributes.whole('respawn_max_retries') or 0,
+            sigterm_timeout=_timeout(walk, attributes, 'sigterm_timeout'),
+            sigkill_timeout=_timeout(walk, attributes, 'sigkill_timeout'),
+            on_exit_shutdown='on_exit' in attributes,
+            package=program.package,
+            node_name=program.node_name,
+            parameters=program.parameters,
+            block=walk.draft.block,
+        )
+    )
+
+
+def _prefix(
+    walk: Walk, attributes: Attributes, program: _Program
+) -> list[str] | None:
+    """Return the words in front of a command line, None when not known."""
+    value = attributes.value('launch-prefix')
+    fail = attributes.fail_as_whole
+    if value is None:
+        value = walk.scope.configurations.get('launch-prefix')
+        pattern = _configured(walk, 'launch-prefix-filter')
+        name = os.path.basename(str(program.argv[0]))
+        if value is None or (
+            pattern is not None and not _matches(walk, pattern, name)
+        ):
+            return []
+    else:
+        fail = partial(attributes.fail, 'launch-prefix')
+    if value.text is None:
+        return None
+    try:
+        return shlex.split(value.text)
+    except ValueError:
+        fail(f"the launch prefix '{value.text}' has an open quote")
+        return None
+
+
+def _matches(walk: Walk, pattern: str, name: str) -> bool:
+    try:
+        return re.match(pattern, name) is not None
+    except re.error as e:
+        walk.fail(
+            error(
+                f"'launch-prefix-filter:={pattern}' is no regular "
+                f'expression: {e}'
+            )
+        )
+        return False
+
+
+def _through_shell(
+    argv: list[str | ParameterFile],
+) -> list[str | ParameterFile]:
+    # ROS 2 joins the arguments without quoting them; the paths of parameter
+    # files, which are not known yet, come in as the shell's own arguments
+    files: list[str | ParameterFile] = []
+    words = []
+    for argument in argv:
+        if isinstance(argument, ParameterFile):
+            files.append(argument)
+            words.append(f'"${{{len(files)}}}"')
+        else:
+            words.append(argument)
+    shell: list[str | ParameterFile] = ['/bin/sh', '-c', ' '.join(words)]
+    return [*shell, 'sh', *files] if files else shell
+
+
+def _search_path(walk: Walk, variables: Names) -> str | None:
+    own = variables.own.get('PATH')
+    if own is None:
+        return walk.search_path()
+    return own.text if walk.has_environment else None
+
+
+def _check_program(
+    walk: Walk,
+    attributes: Attributes,
+    program: _Program,
+    name: str,
+    cwd: str,
+    path: str | None,
+) -> None:
+    has_path = '/' in name
+    if has_path:
+        found = walk.is_program(os.path.join(cwd, name))
+    else:
+        found = path is None or shutil.which(name, path=path) is not None
+    if found or any(use.path == name for use in walk.executables):
+        return
+    text = attributes.item.texts.get('launch-prefix', program.text)
+    walk.fail(
+        error(
+            walk.no_program(name),
+            text.position,
+            hint=None if has_path else program.hint,
+            length=text.length,
+            may_pass_after_build=True,
+        )
+    )
+
+
+def _output(walk: Walk, attributes: Attributes) -> str:
+    override = walk.environment.get(OUTPUT_OVERRIDE)
+    if not override:
+        return attributes.text('output') or ''
+    if override not in OUTPUT_MODES:
+        raise error(
+            f"the environment variable {OUTPUT_OVERRIDE} is '{override}'",
+            hint=f'it is one of {", ".join(OUTPUT_MODES)}',
+        )
+    return override
+
+
+def _emulate_tty(walk: Walk, attributes: Attributes) -> bool:
+    # the launch argument is stronger than every process, as in ROS 2
+    override = _configured(walk, 'emulate_tty')
+    if override is None:
+        return attributes.boolean('emulate_tty') is True
+    value = parse_boolean(override)
+    if value is None:
+        raise error(
+            f"launch argument 'emulate_tty' is '{override}'",
+            hint='it is true or false',
+        )
+    return value
+
+
+def _timeout(walk: Walk, attributes: Attributes, name: str) -> float:
+    own = attributes.seconds(name)
+    if name in attributes or own is None:
+        return own or 0.0
+    return general_timeout(walk, name, own)
+
+
+def general_timeout(walk: Walk, name: str, default: float) -> float:
+    """
+    Return the timeout for processes that set none of their own.
+
+    :param name: The launch configuration, as in ROS 2
+    :raises LaunchError: when it is no number of seconds
+    """
+    general = _configured(walk, name)
+    if general is None:
+        return default
+    value = parse_seconds(general)
+    if value is None:
+        raise error(
+            f"launch argument '{name}' is '{general}'",
+            hint='it is a number of seconds',
+        )
+    return value
+
+
+def _configured(walk: Walk, name: str) -> str | None:
+    value = walk.scope.configurations.get(name)
+    return None if value is None else value.text
+
+
+#: What does each action that runs a process.
+PROCESS_HANDLERS: Mapping[str, Handler] = {
+    'executable': _executable,
+    'node': _node,
+    'node_container': _node,
+}

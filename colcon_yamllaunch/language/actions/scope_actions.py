@@ -1,0 +1,275 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The actions that change the scope."""
+
+from collections.abc import Iterable
+from collections.abc import Mapping
+import os
+
+from colcon_yamllaunch.common.suggestions import one_of
+from colcon_yamllaunch.language.actions.node_parameters import parameter_value
+from colcon_yamllaunch.language.actions.node_parameters import similar_file
+from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
+from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.values import joined
+from colcon_yamllaunch.language.evaluation.values import known
+from colcon_yamllaunch.language.evaluation.values import unknown
+from colcon_yamllaunch.language.evaluation.values import UNSET
+from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.evaluation.walk import Handler
+from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.ros_names import join_namespace
+from colcon_yamllaunch.language.syntax.ros_names import namespace_problem
+from colcon_yamllaunch.language.vocabulary.parameter_value import Parameter
+
+#: The values of a `bool_arg`, as ROS 2 lists them.
+BOOLEAN_CHOICES = ('true', 'false', 'True', 'False', 'TRUE', 'FALSE')
+
+
+def _arg(walk: Walk, attributes: Attributes) -> None:
+    choices = [choice.plain('value') for choice in attributes.items('choice')]
+    _declare(walk, attributes, tuple(choices))
+
+
+def _bool_arg(walk: Walk, attributes: Attributes) -> None:
+    _declare(walk, attributes, BOOLEAN_CHOICES)
+
+
+def _declare(
+    walk: Walk, attributes: Attributes, choices: tuple[str, ...]
+) -> None:
+    name = attributes.plain('name')
+    walk.declare(attributes, name, choices)
+    value = walk.scope.configurations.get(name)
+    if value is None:
+        value = _default(walk, attributes, name)
+    given = value.text
+    if not choices or given is None or given in choices:
+        return
+    message = f"launch argument '{name}' cannot be '{given}'"
+    hint, place = one_of(given, choices), value.place
+    if place is None:
+        attributes.fail_as_whole(message, hint)
+    else:
+        walk.fail_at(place, message, hint)
+
+
+def _default(walk: Walk, attributes: Attributes, name: str) -> Value:
+    source = f'$(var {name})'
+    with _Setting(walk, name):
+        default = attributes.value('default')
+        if default is None:
+            walk.missing_argument(attributes, name)
+            value = unknown(source)
+        else:
+            # the user may give another value, even to an included launch file
+            value = walk.configuration(
+                walk.default(default, source),
+                attributes.position,
+                attributes.item.texts['default'],
+            )
+    walk.scope.configurations.set(name, value)
+    return value
+
+
+class _Setting:
+    """Sees to it that a name whose value cannot be had is not known."""
+
+    def __init__(self, walk: Walk, name: str | None) -> None:
+        self._walk = walk
+        self._name = name
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind in (LaunchError, AlreadyReportedError):
+            value = unknown(f'$(var {self._name})')
+            self._walk.scope.configurations.set(self._name, value)
+
+
+def set_configuration(walk: Walk, pair: Attributes) -> None:
+    """Set a launch configuration, as a `let` and items of lists do."""
+    name = pair.text('name')
+    with _Setting(walk, name):
+        value = evaluated(walk, pair)
+    walk.scope.configurations.set(name, value)
+
+
+def evaluated(walk: Walk, pair: Attributes) -> Value:
+    """Return the value that a `let` or an item of a list gives a name."""
+    value = pair.required('value')
+    return walk.configuration(value, pair.position, pair.item.texts['value'])
+
+
+def kept(
+    walk: Walk, attributes: Attributes
+) -> Iterable[tuple[str | None, Value]]:
+    """Return the names and values that an action keeps, evaluated now."""
+    return [
+        (pair.text('name'), evaluated(walk, pair))
+        for pair in attributes.items('keep')
+    ]
+
+
+def _reset(walk: Walk, attributes: Attributes) -> None:
+    keep = kept(walk, attributes)
+    walk.scope.reset()
+    for name, value in keep:
+        walk.scope.configurations.set(name, value)
+
+
+def _set_env(walk: Walk, attributes: Attributes) -> None:
+    value = attributes.required('value')
+    _set_variable(walk, attributes, attributes.text('name'), value)
+
+
+def _set_variable(
+    walk: Walk, attributes: Attributes, name: str | None, value: Value
+) -> None:
+    check_variable(attributes, name, value)
+    walk.scope.environment.set(name, value)
+
+
+def check_variable(
+    attributes: Attributes, name: str | None, value: Value
+) -> None:
+    """Check that a process can have an environment variable (POSIX)."""
+    if name is None:
+        return
+    if not name or '=' in name or '\0' in name + (value.text or ''):
+        attributes.fail_as_whole(
+            f"there can be no environment variable '{name}' with that value"
+        )
+
+
+def _unset_env(walk: Walk, attributes: Attributes) -> None:
+    walk.scope.environment.set(attributes.text('name'), UNSET)
+
+
+def _append_env(walk: Walk, attributes: Attributes) -> None:
+    name, value = attributes.text('name'), attributes.required('value')
+    separator = attributes.text('separator')
+    is_prepended = attributes.boolean('prepend')
+    if name is None:
+        walk.scope.environment.is_open = True
+        return
+    before = walk.variable(name)
+    if not walk.has_environment or separator is None or is_prepended is None:
+        value = unknown(f'$(env {name})')
+    elif before is not None:
+        values = [before, known(separator), value]
+        value = joined(values[::-1] if is_prepended else values)
+    _set_variable(walk, attributes, name, value)
+
+
+def _reset_env(walk: Walk, _attributes: Attributes) -> None:
+    walk.scope.environment.clear()
+
+
+def _push_ros_namespace(walk: Walk, attributes: Attributes) -> None:
+    pushed = attributes.required('namespace')
+    if pushed.text != '':
+        walk.scope.namespace = inner_namespace(walk, attributes, pushed)
+
+
+def inner_namespace(
+    walk: Walk, attributes: Attributes, inner: Value
+) -> Value | None:
+    """
+    Return a namespace within that of the scope.
+
+    :param attributes: Those with the inner one as `namespace`
+    """
+    outer = walk.scope.namespace
+    if inner.text is None:
+        return inner
+    base = None if outer is None else outer.text
+    namespace = join_namespace(base, inner.text)
+    problem = namespace_problem(namespace)
+    if problem is not None:
+        attributes.fail('namespace', problem)
+        return inner.forgotten()
+    if outer is not None and base is None and inner.text[:1] != '/':
+        return outer
+    return known(namespace)
+
+
+def _set_parameter(walk: Walk, attributes: Attributes) -> None:
+    name = attributes.text('name')
+    value, origins = parameter_value(
+        walk, attributes.item.values['value'], None, infer_text=True
+    )
+    parameter = Parameter(
+        name or ANY_NAME, value, attributes.position, origins
+    )
+    walk.scope.parameters += (parameter,)
+
+
+def _set_parameters_from_file(walk: Walk, attributes: Attributes) -> None:
+    written = attributes.text('filename')
+    if written is None:
+        return
+    path = os.path.join(walk.cwd, written)
+    if walk.parameter_file(path) is None:
+        may_appear = walk.packages.may_appear(path)
+        attributes.fail(
+            'filename',
+            f"the parameter file '{written}' does not exist",
+            similar_file(walk, written),
+            is_certain=not may_appear,
+            may_pass_after_build=may_appear,
+        )
+    walk.scope.parameters += (path,)
+
+
+def _set_remap(walk: Walk, attributes: Attributes) -> None:
+    old, new = attributes.text('from'), attributes.text('to')
+    if old is not None:
+        walk.scope.remaps += ((old, new or ''),)
+
+
+def _set_use_sim_time(walk: Walk, attributes: Attributes) -> None:
+    value = attributes.boolean('value')
+    written = attributes.required('value')
+    parameter = Parameter(
+        'use_sim_time', value, attributes.position, written.origins
+    )
+    walk.scope.parameters += (parameter,)
+
+
+def _set_ros_log_dir(walk: Walk, attributes: Attributes) -> None:
+    folder = attributes.text('new_log_dir')
+    current = walk.variable('ROS_LOG_DIR')
+    base = walk.log_folder if current is None else current.text
+    if folder is None or (base is None and not os.path.isabs(folder)):
+        walk.scope.environment.set('ROS_LOG_DIR', unknown('$(log_dir)'))
+        return
+    path = os.path.join(base or '', folder)
+    if not os.path.isabs(path):
+        attributes.fail(
+            'new_log_dir', f"the log folder '{path}' is not an absolute path"
+        )
+    _set_variable(walk, attributes, 'ROS_LOG_DIR', known(path))
+
+
+#: What does each action that changes the scope.
+SCOPE_HANDLERS: Mapping[str, Handler] = {
+    'arg': _arg,
+    'bool_arg': _bool_arg,
+    'let': set_configuration,
+    'reset': _reset,
+    'set_env': _set_env,
+    'unset_env': _unset_env,
+    'append_env': _append_env,
+    'reset_env': _reset_env,
+    'push_ros_namespace': _push_ros_namespace,
+    'set_parameter': _set_parameter,
+    'set_parameters_from_file': _set_parameters_from_file,
+    'set_remap': _set_remap,
+    'set_use_sim_time': _set_use_sim_time,
+    'set_ros_log_dir': _set_ros_log_dir,
+}

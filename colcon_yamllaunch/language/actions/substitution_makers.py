@@ -1,0 +1,406 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What makes the substitutions.
+
+To add a substitution is to add an entry to the table of substitutions, and a
+function here: to :data:`_TEXTS` if it makes a text of texts, else to
+:data:`_VALUES`.
+"""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+import math
+import os
+from pathlib import Path
+import platform
+import random
+import shlex
+import shutil
+import subprocess
+
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
+from colcon_yamllaunch.language.evaluation.values import derived
+from colcon_yamllaunch.language.evaluation.values import known
+from colcon_yamllaunch.language.evaluation.values import unknown
+from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.evaluation.walk import Call
+from colcon_yamllaunch.language.evaluation.walk import Maker
+from colcon_yamllaunch.language.evaluation.walk import SubstitutionError
+from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
+
+#: How many characters of a command's error output a message shows.
+MAXIMUM_STDERR = 2000
+#: The ways of `$(command …)` with output on stderr, as ROS 2 names them.
+STDERR_MODES = ('fail', 'ignore', 'warn', 'capture')
+
+# returns None for what only a launch can know
+TextMaker = Callable[..., str | None]
+
+
+def _of_texts(make: TextMaker) -> Maker:
+    """Return what makes a value, from what makes a text of known texts."""
+
+    def made(call: Call) -> Value:
+        values = call.all()
+        texts = [value.text for value in values]
+        text = None
+        if None not in texts:
+            try:
+                text = make(call, *texts)
+            except SubstitutionError as e:
+                call.fail(
+                    e.message,
+                    e.hint,
+                    may_pass_after_build=e.may_pass_after_build,
+                )
+        if call.walk.is_launch and text is not None:
+            return derived(text, text, values)
+        return call.walk.settled(derived(text, call.key(values), values))
+
+    return made
+
+
+def _boolean(text: str) -> bool:
+    value = parse_boolean(text)
+    if value is None:
+        raise SubstitutionError(f"'{text}' is neither true nor false")
+    return value
+
+
+def _shown(value: bool) -> str:
+    return 'true' if value else 'false'
+
+
+def _var(call: Call) -> Value:
+    name = call.text(0)
+    if name is None:
+        return call.unknown(call.all())
+    walk = call.walk
+    walk.read.add(name)
+    configurations = walk.scope.configurations
+    value = configurations.get(name)
+    if value is not None:
+        return walk.settled(value)
+    source = f'$(var {name})'
+    if len(call) > 1:
+        return walk.default(call[1], source)
+    if not configurations.may_have_others():
+        call.fail(
+            f"launch configuration '{name}' does not exist",
+            did_you_mean(name, configurations.all())
+            or f"declare it with 'arg' or set it with 'let' before this, or "
+            f'give a default: $(var {name} default)',
+        )
+    return unknown(source)
+
+
+def _env(call: Call) -> Value:
+    name = call.text(0)
+    if name is None:
+        return call.unknown(call.all())
+    walk = call.walk
+    value = walk.variable(name)
+    if value is not None and value.text is not None:
+        return value
+    if len(call) > 1:
+        default = call[1]
+        if value is None and walk.has_environment:
+            return default
+    elif value is None:
+        call.fail(
+            f"environment variable '{name}' does not exist",
+            did_you_mean(name, walk.environment)
+            or f'set it, or give a default: $(env {name} default)',
+            is_certain=False,
+            may_pass_after_build=True,
+        )
+    return walk.settled(value or unknown(f'$(env {name})'))
+
+
+def _eval(call: Call, expression: str, modules: str = 'math') -> str | None:
+    return call.walk.compute(expression, modules)
+
+
+def _command(call: Call, line: str, mode: str = 'fail') -> str | None:
+    if mode not in STDERR_MODES:
+        raise SubstitutionError(
+            f"'{mode}' is no way to treat output on stderr",
+            f'it is one of {", ".join(STDERR_MODES)}',
+        )
+    try:
+        words = shlex.split(line)
+    except ValueError as e:
+        raise SubstitutionError(
+            f"the command '{line}' has an open quote"
+        ) from e
+    if not words:
+        raise SubstitutionError('the command is empty')
+    return _run_command(call, line, words, mode)
+
+
+def _run_command(
+    call: Call, line: str, words: list[str], mode: str
+) -> str | None:
+    walk = call.walk
+    if not walk.is_launch:
+        return None
+    environment = walk.scope_environment()
+    program = shutil.which(words[0], path=environment.get('PATH'))
+    try:
+        result = subprocess.run(
+            words,
+            executable=program or words[0],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT if mode == 'capture' else subprocess.PIPE,
+            env=environment,
+            cwd=walk.cwd,
+            check=False,
+        )
+    except (OSError, ValueError) as e:
+        raise SubstitutionError(
+            f"the command '{line}' cannot be run: {e}",
+            may_pass_after_build=True,
+        ) from e
+    stderr = (result.stderr or b'').decode(errors='replace').strip()
+    stderr = stderr[:MAXIMUM_STDERR]
+    if result.returncode != 0:
+        raise SubstitutionError(
+            f"the command '{line}' failed with exit code "
+            f'{result.returncode}' + (f': {stderr}' if stderr else ''),
+            may_pass_after_build=True,
+        )
+    if stderr and mode == 'warn':
+        walk.warn(f"the command '{line}' said: {stderr}", call.position)
+    elif stderr and mode == 'fail':
+        raise SubstitutionError(
+            f"the command '{line}' wrote to stderr: {stderr}",
+            f"add 'ignore', 'warn' or 'capture': $(command '{line}' ignore)",
+            may_pass_after_build=True,
+        )
+    return result.stdout.decode(errors='replace')
+
+
+def _find_exec(call: Call, name: str) -> str | None:
+    path = call.walk.search_path()
+    if path is None:
+        return None
+    found = shutil.which(name, path=path)
+    if found is None:
+        raise SubstitutionError(
+            call.walk.no_program(name), may_pass_after_build=True
+        )
+    return found
+
+
+def _find_pkg_prefix(call: Call, name: str) -> str:
+    walk = call.walk
+    prefix = walk.packages.prefix(name)
+    if prefix is None:
+        raise SubstitutionError(*walk.no_package(name))
+    walk.use_package(name, call.position)
+    return prefix
+
+
+def _find_pkg_share(call: Call, name: str) -> str:
+    return os.path.join(_find_pkg_prefix(call, name), 'share', name)
+
+
+def _exec_in_pkg(call: Call, name: str, package: str) -> str:
+    _find_pkg_prefix(call, package)
+    packages = call.walk.packages
+    found = packages.executable(package, name)
+    if found is None:
+        raise SubstitutionError(packages.explain_executable(package, name))
+    return found
+
+
+def _anon(call: Call, name: str) -> str | None:
+    if not call.walk.is_launch:
+        return None
+    configurations = call.walk.scope.configurations
+    key = f'anon{name}'
+    value = configurations.get(key)
+    if value is not None:
+        return value.text
+    unique = f'{name}_{platform.node()}_{os.getpid()}_' + str(
+        random.getrandbits(64)
+    )
+    for character in '.-:':
+        unique = unique.replace(character, '_')
+    configurations.set(key, known(unique))
+    return unique
+
+
+def _dirname(call: Call) -> str:
+    folder = os.path.dirname(call.walk.source.name)
+    call.walk.name_place(call, folder)
+    return folder
+
+
+def _filename(call: Call) -> str:
+    name = call.walk.source.name
+    call.walk.name_place(call, name)
+    return name
+
+
+def _log_dir(call: Call) -> str | None:
+    return call.walk.log_folder
+
+
+def _file_content(call: Call, name: str) -> str | None:
+    walk = call.walk
+    path = Path(walk.cwd, name)
+    try:
+        return path.read_text(encoding='utf-8')
+    except (OSError, ValueError) as e:
+        may_appear = walk.packages.may_appear(str(path))
+        if may_appear and not walk.is_launch:
+            return None
+        reason = getattr(e, 'strerror', None) or 'it is not UTF-8 text'
+        raise SubstitutionError(
+            f"cannot read '{path}': {reason}", may_pass_after_build=may_appear
+        ) from e
+
+
+def _not(_call: Call, value: str) -> str:
+    return _shown(not _boolean(value))
+
+
+def _and(_call: Call, *texts: str) -> str:
+    values = [_boolean(text) for text in texts]
+    return _shown(all(values))
+
+
+def _or(_call: Call, *texts: str) -> str:
+    values = [_boolean(text) for text in texts]
+    return _shown(any(values))
+
+
+def _equals(_call: Call, left: str, right: str) -> str:
+    return _shown(_is_equal(left, right))
+
+
+def _not_equals(_call: Call, left: str, right: str) -> str:
+    return _shown(not _is_equal(left, right))
+
+
+def _is_equal(left: str, right: str) -> bool:
+    booleans = ('true', '1', 'false', '0')
+    if left.lower() in booleans and right.lower() in booleans:
+        true = ('true', '1')
+        return (left.lower() in true) == (right.lower() in true)
+    try:
+        return math.isclose(float(left), float(right))
+    except ValueError:
+        return left == right
+
+
+def _if(call: Call) -> Value:
+    condition = call[0]
+    if condition.text is None:
+        return call.unknown([condition, *call.all()[1:]])
+    try:
+        is_true = _boolean(condition.text)
+    except SubstitutionError as e:
+        call.fail(e.message)
+        return condition.forgotten()
+    side = known('')
+    if is_true or len(call) > 2:
+        side = call[1] if is_true else call[2]
+    both = [condition, side]
+    return call.walk.settled(derived(side.text, call.key(both), both))
+
+
+def _param(call: Call) -> Value:
+    name, walk = call.text(0), call.walk
+    if name is None:
+        return call.unknown(call.all())
+    for parameter in walk.scope.parameters:
+        if not isinstance(parameter, str) and parameter.name in (
+            name,
+            ANY_NAME,
+        ):
+            if walk.is_launch:
+                return known(str(parameter.value))
+            return call.unknown(call.all())
+    if walk.scope.configurations.may_have_others():
+        return call.unknown(call.all())
+    if len(call) > 1:
+        return call[1]
+    call.fail(
+        f"no 'set_parameter' before this sets the parameter '{name}'",
+        f'give a default: $(param {name} default)',
+    )
+    return call.unknown(call.all())
+
+
+def _for_variable(call: Call) -> Value:
+    name = call.text(0)
+    variables = call.walk.scope.variables
+    if name is None:
+        return call.unknown(call.all())
+    if name in variables:
+        return variables[name]
+    if len(call) > 1:
+        return call[1]
+    if ANY_NAME not in variables:
+        call.fail(
+            f"no 'for_each' or 'for' around this has the variable '{name}'",
+            did_you_mean(name, variables),
+        )
+    return call.unknown(call.all())
+
+
+def _string_join(_call: Call, delimiter: str, *parts: str) -> str:
+    return delimiter.join(parts)
+
+
+def _path_join(_call: Call, *parts: str) -> str:
+    return str(Path(*parts))
+
+
+def _string_strip(_call: Call, text: str) -> str:
+    return text.strip()
+
+
+_VALUES: Mapping[str, Maker] = {
+    'var': _var,
+    'env': _env,
+    'if': _if,
+    'param': _param,
+    'for-var': _for_variable,
+    'index': _for_variable,
+}
+_TEXTS: Mapping[str, TextMaker] = {
+    'eval': _eval,
+    'command': _command,
+    'find-exec': _find_exec,
+    'find-pkg-prefix': _find_pkg_prefix,
+    'find-pkg-share': _find_pkg_share,
+    'exec-in-pkg': _exec_in_pkg,
+    'anon': _anon,
+    'dirname': _dirname,
+    'filename': _filename,
+    'log_dir': _log_dir,
+    'launch_log_dir': _log_dir,
+    'file-content': _file_content,
+    'not': _not,
+    'and': _and,
+    'or': _or,
+    'any': _or,
+    'all': _and,
+    'equals': _equals,
+    'not-equals': _not_equals,
+    'string-join': _string_join,
+    'path-join': _path_join,
+    'string-strip': _string_strip,
+}
+#: What makes each substitution.
+MAKERS: Mapping[str, Maker] = {
+    **_VALUES,
+    **{name: _of_texts(make) for name, make in _TEXTS.items()},
+}

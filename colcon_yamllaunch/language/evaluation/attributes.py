@@ -1,0 +1,313 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The attributes of an action, read as the table of actions says."""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+import math
+from typing import NamedTuple
+from typing import Protocol
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.syntax.command_line import split_command_line
+from colcon_yamllaunch.language.syntax.command_line import UnclosedQuoteError
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.tree.launch_tree import Entity
+from colcon_yamllaunch.language.tree.launch_tree import Item
+from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import items_of
+from colcon_yamllaunch.language.vocabulary.actions import Type
+from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
+
+
+class Reader(Protocol):
+    """What evaluates the texts of attributes."""
+
+    def value(self, text: Text) -> Value:
+        """Put the substitutions into a text."""
+
+    def part(self, text: Text, template: Template) -> Value:
+        """Put the substitutions into a piece of a text."""
+
+    def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
+        """Take note of an error."""
+
+
+class Word(NamedTuple):
+    """An argument of a command line, and the text that it stands in."""
+
+    text: Text
+    value: Value
+
+
+class Attributes:
+    """
+    The attributes of an action, or of an item in one of its lists.
+
+    What is read is checked against the table. A value is None when it is not
+    known, or wrong; the default when the attribute is left out.
+
+    :param reader: What evaluates their texts
+    :param name: The name of the action or list
+    :param item: What is written
+    :param table: What the attributes are
+    :param children: The actions inside of it
+    :param length: How many characters stand for it in a message
+    """
+
+    __slots__ = (
+        '_length',
+        '_reader',
+        '_table',
+        '_values',
+        'children',
+        'item',
+        'name',
+    )
+
+    def __init__(
+        self,
+        reader: Reader,
+        name: str,
+        item: Item,
+        table: '_Table',
+        children: tuple[Entity, ...] = (),
+        length: int = 1,
+    ) -> None:
+        self._reader = reader
+        self._table = table
+        self._values: dict[str, Value] = {}
+        self.name = name
+        self.item = item
+        self.children = children
+        self._length = length
+
+    @classmethod
+    def of_action(cls, reader: Reader, entity: Entity) -> 'Attributes':
+        """Return those of an action."""
+        action = entity.action
+        return cls(
+            reader,
+            action.name,
+            entity.item,
+            _table(action.attributes),
+            entity.children,
+            len(action.name),
+        )
+
+    def __contains__(self, name: str) -> bool:
+        item = self.item
+        return name in item.texts or name in item.lists or name in item.items
+
+    @property
+    def position(self) -> Position:
+        """Where the action or item starts."""
+        return self.item.position
+
+    def check(self) -> None:
+        """Check all attributes that are one text, but its conditions."""
+        for name in self.item.texts:
+            if self._table.attributes[name].type not in (
+                Type.PLAIN,
+                Type.COMMAND,
+                Type.CONDITION,
+            ):
+                self.value(name)
+
+    def plain(self, name: str) -> str:
+        """Return a text without substitutions, which there must be."""
+        return self.item.texts[name].plain
+
+    def value(self, name: str) -> Value | None:
+        """Return an attribute as text, None when it is left out."""
+        text = self.item.texts.get(name)
+        if text is None:
+            return None
+        value = self._values.get(name)
+        if value is None:
+            value = self._reader.value(text)
+            self._values[name] = value
+            table = self._table
+            if value.text is not None and name in table.checked:
+                self._check(table.attributes[name], value)
+        return value
+
+    def required(self, name: str) -> Value:
+        """Return an attribute as text, which there must be."""
+        value = self.value(name)
+        assert value is not None
+        return value
+
+    def text(self, name: str) -> str | None:
+        """Return a text; empty when it is left out and has no default."""
+        text = self.item.texts.get(name)
+        if text is None:
+            return self._table.attributes[name].default or ''
+        if text.literal is not None and name not in self._table.checked:
+            return text.literal
+        return self.required(name).text
+
+    def optional_text(self, name: str) -> str | None:
+        """Return a text, None when it is left out."""
+        value = self.value(name)
+        return None if value is None else value.text
+
+    def boolean(self, name: str) -> bool | None:
+        """Return a boolean."""
+        value = self.value(name)
+        if value is None:
+            return self._table.booleans[name]
+        return None if value.text is None else parse_boolean(value.text)
+
+    def whole(self, name: str) -> int | None:
+        """Return a whole number."""
+        value = self.value(name)
+        if value is None:
+            return _whole(self._table.attributes[name].default or '')
+        return None if value.text is None else _whole(value.text)
+
+    def seconds(self, name: str) -> float | None:
+        """Return a time in seconds."""
+        value = self.value(name)
+        if value is None:
+            return parse_seconds(self._table.attributes[name].default or '')
+        return None if value.text is None else parse_seconds(value.text)
+
+    def items(self, name: str) -> tuple['Attributes', ...]:
+        """Return the items of a list."""
+        items = self.item.items.get(name)
+        if items is None:
+            return ()
+        table = _table(items_of(self._table.attributes[name]))
+        return tuple(Attributes(self._reader, name, i, table) for i in items)
+
+    def command(self, name: str) -> list[Word]:
+        """Return a command line as arguments."""
+        reader, texts = self._reader, self.item.lists.get(name)
+        if texts is not None:
+            return [Word(text, reader.value(text)) for text in texts]
+        text = self.item.texts.get(name)
+        if text is None:
+            return []
+        try:
+            pieces = split_command_line(text.template)
+        except UnclosedQuoteError as e:
+            self.fail(
+                name,
+                f"'{name}' has a {e} that is not closed",
+                'close it, or put it into quotes of the other kind',
+            )
+            # what was meant for the program is not known now
+            return [Word(text, reader.value(text).forgotten())]
+        return [Word(text, reader.part(text, piece)) for piece in pieces]
+
+    def fail(
+        self,
+        name: str,
+        message: str,
+        hint: str | None = None,
+        *,
+        is_certain: bool = True,
+        may_pass_after_build: bool = False,
+    ) -> None:
+        """Take note of an error in an attribute; see :meth:`Walk.fail`."""
+        text = self.item.texts[name]
+        value = self._values.get(name)
+        self._reader.fail(
+            error(
+                message,
+                text.position,
+                hint=hint,
+                length=text.length,
+                may_pass_after_build=may_pass_after_build,
+                origins=() if value is None else value.origins,
+            ),
+            is_certain=is_certain,
+        )
+
+    def fail_as_whole(self, message: str, hint: str | None = None) -> None:
+        """Take note of an error in the action or item."""
+        length = self._length
+        problem = error(message, self.position, hint=hint, length=length)
+        self._reader.fail(problem)
+
+    def _check(self, attribute: Attribute, value: Value) -> None:
+        name, written = attribute.name, value.text or ''
+        if attribute.type in _WANTED:
+            parse, wanted, hint = _WANTED[attribute.type]
+            if parse(written) is None:
+                message = f"'{name}' wants {wanted}, not '{written}'"
+                self.fail(name, message, hint)
+        problem = attribute.choice_problem(written)
+        if problem is not None:
+            self.fail(name, *problem)
+
+
+def _whole(text: str) -> int | None:
+    try:
+        return int(text)
+    except ValueError:
+        return None
+
+
+def parse_seconds(text: str) -> float | None:
+    """Return the time in seconds that a text is, None when it is none."""
+    try:
+        seconds = float(text)
+    except ValueError:
+        return None
+    return seconds if math.isfinite(seconds) and seconds >= 0 else None
+
+
+_WANTED: Mapping[Type, tuple[Callable[[str], object], str, str | None]] = {
+    Type.BOOLEAN: (parse_boolean, 'a boolean', 'write true or false'),
+    Type.INTEGER: (_whole, 'a whole number', None),
+    Type.SECONDS: (
+        parse_seconds,
+        'a number of seconds',
+        'write a number >= 0',
+    ),
+}
+_TABLES: dict[int, '_Table'] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """
+    The attributes of an action or item.
+
+    :param entries: All of them
+    :param attributes: By name
+    :param checked: Those of them that cannot have any text
+    :param booleans: The defaults of those that are booleans
+    """
+
+    entries: tuple[Attribute, ...]
+    attributes: Mapping[str, Attribute]
+    checked: frozenset[str]
+    booleans: Mapping[str, bool | None]
+
+
+def _table(entries: tuple[Attribute, ...]) -> _Table:
+    # one that is in the table keeps its attributes, and they their id
+    table = _TABLES.get(id(entries))
+    if table is None:
+        table = _TABLES[id(entries)] = _Table(
+            entries,
+            {a.name: a for a in entries},
+            frozenset(
+                a.name for a in entries if a.values or a.type in _WANTED
+            ),
+            {
+                a.name: parse_boolean(a.default or '')
+                for a in entries
+                if a.type is Type.BOOLEAN
+            },
+        )
+    return table

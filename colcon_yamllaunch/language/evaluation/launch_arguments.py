@@ -1,0 +1,35 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The launch arguments that there are besides those of one launch file."""
+
+from collections.abc import Collection
+
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+
+#: The actions that declare one.
+ARGUMENT_ACTIONS = ('arg', 'bool_arg')
+#: Those that every process heeds, as in ROS 2.
+PROCESS_ARGUMENTS = (
+    'launch-prefix',
+    'launch-prefix-filter',
+    'emulate_tty',
+    'sigterm_timeout',
+    'sigkill_timeout',
+)
+
+
+def undeclared_argument(name: str, hint: str) -> Diagnostic:
+    """Return the warning of a given argument that no launch file declares."""
+    return Diagnostic(
+        'warning',
+        f"no launch file declares the launch argument '{name}'",
+        hint=hint,
+    )
+
+
+def undeclared_hint(name: str, declared: Collection[str]) -> str:
+    """Return what may be meant by an argument that is not declared."""
+    listed = ', '.join(sorted(declared)) or 'none'
+    return did_you_mean(name, declared) or f'it declares {listed}'

@@ -1,0 +1,73 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A plan that is being made."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+from colcon_yamllaunch.language.plan.plan import Block
+from colcon_yamllaunch.language.plan.plan import Condition
+from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.syntax.position import Position
+
+
+class PlanDraft:
+    """What is to be run so far, and the blocks that are open."""
+
+    def __init__(self) -> None:
+        self.entries: list[Entry] = []
+        self.conditions: list[Condition] = []
+        self._blocks: list[Block] = []
+        self._open_blocks: list[int] = []
+        self._count = 0
+
+    def plan(self) -> Plan:
+        """Return the plan."""
+        return Plan(
+            tuple(self.entries), tuple(self._blocks), tuple(self.conditions)
+        )
+
+    @property
+    def block(self) -> int | None:
+        """The index of the block that is open."""
+        return self._open_blocks[-1] if self._open_blocks else None
+
+    @contextmanager
+    def within_block(
+        self, kind: str, title: str, position: Position
+    ) -> Iterator[None]:
+        """Note a block for the time of the context."""
+        self._blocks.append(Block(kind, title, position, self.block))
+        self._open_blocks.append(len(self._blocks) - 1)
+        try:
+            yield
+        finally:
+            self._open_blocks.pop()
+
+    def name_block(self, title: str) -> None:
+        """Give the block that is open another title."""
+        index = self._open_blocks[-1]
+        self._blocks[index] = replace(self._blocks[index], title=title)
+
+    @contextmanager
+    def collect(self) -> Iterator[list[Entry]]:
+        """Give the entries that are added for the time of the context."""
+        before = self.entries
+        collected: list[Entry] = []
+        self.entries = collected
+        try:
+            yield collected
+        finally:
+            self.entries = before
+
+    def label(self, name: str) -> str:
+        """
+        Return the label of the next process.
+
+        The number counts all processes of the launch, as in ROS 2.
+        """
+        self._count += 1
+        return f'{name}-{self._count}'

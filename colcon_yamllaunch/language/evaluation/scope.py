@@ -1,0 +1,253 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What an action sees of the actions before it.
+
+A scope within another one is a layer upon it, so that it ends by being left.
+An action that may not be done gets a layer, too; what it has set is merged
+into the scope around, as far as it is known then.
+"""
+
+from collections.abc import Iterator
+from collections.abc import Mapping
+from dataclasses import dataclass
+from dataclasses import field
+
+from colcon_yamllaunch.common import frozen
+from colcon_yamllaunch.language.evaluation.values import shortened
+from colcon_yamllaunch.language.evaluation.values import unknown
+from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.vocabulary.parameter_value import Parameter
+
+#: Stands for all names, of variables or parameters, when they are not known.
+ANY_NAME = ''
+
+
+@frozen.dataclass(frozen=True, slots=True)
+class Guard:
+    """
+    A condition around an action.
+
+    :param key: The key of what is tested
+    :param wanted: What it must be
+    :param sources: What it depends on; empty when it is the same in every
+      launch
+    :param taken: Whether it holds with every launch argument at its default,
+      None when that is not known
+    """
+
+    key: str
+    wanted: bool
+    sources: frozenset[str]
+    taken: bool | None
+
+    def excludes(self, other: 'Guard') -> bool:
+        """
+        Say whether the two may never hold together.
+
+        Conditions that differ and depend on the same things, such as two
+        tests of one argument, are taken for alternatives.
+        """
+        if self.key == other.key:
+            return self.wanted is not other.wanted
+        return not self.sources.isdisjoint(other.sources)
+
+
+@dataclass(slots=True)
+class Names:
+    """
+    Names and what they stand for, seen from within a scope.
+
+    :param outer: The names around; None when nothing of them is seen
+    :param hides: Whether the values of those may be others here
+    :param masked: Those of them whose values may be others here
+    :param is_open: Whether there may be names that cannot be known
+    :param is_given: Whether what the command line gives may be seen here;
+      None when that is not known
+    :param own: What was set in this scope
+    """
+
+    outer: 'Names | None' = None
+    hides: bool = False
+    masked: frozenset[str] = frozenset()
+    is_open: bool = False
+    is_given: bool | None = True
+    own: dict[str, Value] = field(default_factory=dict)
+
+    def inner(
+        self, *, hides: bool = False, masked: frozenset[str] = frozenset()
+    ) -> 'Names':
+        """Return a layer upon these."""
+        return Names(self, hides, masked, is_given=self.is_given)
+
+    def get(self, name: str) -> Value | None:
+        """Return what a name stands for, None when it is not set."""
+        layer: Names | None = self
+        is_hidden = False
+        while layer is not None:
+            value = layer.own.get(name)
+            if value is not None:
+                return value.forgotten() if is_hidden else value
+            is_hidden = is_hidden or layer.hides or name in layer.masked
+            layer = layer.outer
+        return None
+
+    def set(self, name: str | None, value: Value) -> None:
+        """Set a name; one that is not known may be any."""
+        if name is None:
+            self.is_open = True
+        else:
+            self.own[name] = value
+
+    def all(self) -> dict[str, Value]:
+        """Return all names that are set, in the order they were first."""
+        if self.outer is None:
+            return dict(self.own)
+        return self.outer.all() | self.own
+
+    def may_have_others(self) -> bool:
+        """Say whether there may be names that are not known here."""
+        return any(layer.is_open for layer in self._layers())
+
+    def clear(self) -> None:
+        """Forget all names."""
+        self.outer = None
+        self.own = {}
+        self.is_open = self.is_given = False
+
+    def merge(self, inner: 'Names', guard: Guard | None) -> None:
+        """
+        Take over what was set in a layer upon these that ends.
+
+        :param guard: The condition that it stood under, if a launch decides
+        """
+        self.is_open = self.is_open or inner.is_open
+        if guard is None or guard.taken:
+            if inner.outer is None:
+                self.clear()
+                self.is_open = inner.is_open
+            for name, value in inner.own.items():
+                self.own[name] = _guarded(value, guard)
+        else:
+            if inner.outer is None and guard.taken is None:
+                for name, value in self.all().items():
+                    self.own[name] = value.forgotten()
+            for name, value in inner.own.items():
+                self.own[name] = _either(self.get(name), value, guard)
+        if guard is None or inner.is_given is self.is_given:
+            self.is_given = inner.is_given
+        else:
+            self.is_given = None
+
+    def _layers(self) -> Iterator['Names']:
+        layer: Names | None = self
+        while layer is not None:
+            yield layer
+            layer = layer.outer
+
+
+def _guarded(value: Value, guard: Guard | None) -> Value:
+    if guard is None:
+        return value
+    key = shortened(f'{guard.key}?{value.key}')
+    return value._replace(key=key, sources=value.sources | guard.sources)
+
+
+def _either(old: Value | None, new: Value, guard: Guard) -> Value:
+    """Return what a name stands for when a condition may have set it."""
+    if old is None:
+        return _guarded(new, guard).forgotten()
+    if old.key == new.key:
+        return old
+    keeps = guard.taken is False or old.text == new.text
+    return old._replace(
+        text=old.text if keeps else None,
+        key=shortened(f'{guard.key}?{new.key}:{old.key}'),
+        sources=old.sources | new.sources | guard.sources,
+    )
+
+
+@dataclass(slots=True)
+class Scope:
+    """
+    The state that actions leave to those behind them.
+
+    ROS 2 keeps the last three among the launch configurations too; here each
+    has its own place, and lists are never shared between scopes.
+
+    :param configurations: The launch configurations
+    :param environment: The environment variables that launch files change
+    :param variables: The variables of the loops around
+    :param namespace: The namespace of nodes, absolute, if one was pushed
+    :param parameters: What nodes get before their own parameters: a parameter
+      or the path of a file with parameters
+    :param remaps: The remappings of nodes, as from and to
+    """
+
+    configurations: Names = field(default_factory=Names)
+    environment: Names = field(default_factory=Names)
+    variables: dict[str, Value] = field(default_factory=dict)
+    namespace: Value | None = None
+    parameters: tuple[Parameter | str, ...] = ()
+    remaps: tuple[tuple[str, str], ...] = ()
+
+    def inner(
+        self, *, hides: bool = False, masked: frozenset[str] = frozenset()
+    ) -> 'Scope':
+        """Return a scope within this one; see :class:`Names`."""
+        return Scope(
+            self.configurations.inner(hides=hides, masked=masked),
+            self.environment.inner(hides=hides),
+            self.variables,
+            self.namespace,
+            self.parameters,
+            self.remaps,
+        )
+
+    def without_outer(self) -> 'Scope':
+        """Return a scope within this one that sees none of what was set."""
+        scope = Scope(variables=self.variables)
+        scope.configurations.is_given = self.configurations.is_given
+        return scope
+
+    def reset(self) -> None:
+        """Forget what ROS 2 keeps as launch configurations."""
+        self.configurations.clear()
+        self.namespace = None
+        self.parameters = ()
+        self.remaps = ()
+
+    def merge(self, inner: 'Scope', guard: Guard | None) -> None:
+        """Take over what an inner scope leaves; see :meth:`Names.merge`."""
+        self.configurations.merge(inner.configurations, guard)
+        self.environment.merge(inner.environment, guard)
+        if guard is None or guard.taken:
+            self.namespace = inner.namespace
+            self.parameters = inner.parameters
+            self.remaps = inner.remaps
+            return
+        if inner.parameters != self.parameters:
+            both = (*self.parameters, *inner.parameters)
+            self.parameters = tuple(dict.fromkeys(both))
+        if guard.taken is None and inner.namespace != self.namespace:
+            self.namespace = unknown(f'namespace {guard.key}', guard.sources)
+
+
+def environment_changes(
+    before: Mapping[str, str], changed: Names
+) -> tuple[tuple[str, str | None], ...]:
+    """
+    Return the variables that differ from an environment, sorted by name.
+
+    :param before: The environment to change
+    :param changed: What launch files change; a variable without a text is
+      unset, and None in the result
+    """
+    return tuple(
+        [
+            (name, value.text)
+            for name, value in sorted(changed.all().items())
+            if before.get(name) != value.text
+        ]
+    )

@@ -1,0 +1,782 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The walk through the actions of launch files, in order.
+
+It is the same for all that is done with launch files; what differs is said by
+the policies, which are its subclasses. Values are known or not, see
+:mod:`colcon_yamllaunch.language.evaluation.values`.
+"""
+
+from abc import ABC
+from abc import abstractmethod
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from contextlib import contextmanager
+import os
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.plan_draft import PlanDraft
+from colcon_yamllaunch.language.evaluation.request import Request
+from colcon_yamllaunch.language.evaluation.scope import Guard
+from colcon_yamllaunch.language.evaluation.scope import Scope
+from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.values import joined
+from colcon_yamllaunch.language.evaluation.values import known
+from colcon_yamllaunch.language.evaluation.values import Place
+from colcon_yamllaunch.language.evaluation.values import unknown
+from colcon_yamllaunch.language.evaluation.values import UNSET
+from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.plan.plan import Condition
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.source_text import read_source
+from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.syntax.template import Substitution
+from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.tree.launch_tree import Entity
+from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
+from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
+from colcon_yamllaunch.language.tree.text import Text
+
+#: How many launch files may be open inside of one another.
+MAXIMUM_INCLUDE_DEPTH = 40
+#: How many actions a launch may have.
+MAXIMUM_ACTIONS = 200_000
+#: The suffix of launch files in Python.
+PYTHON_SUFFIX = '.py'
+#: What is wrong when launch files include one another without end.
+DEPTH_PROBLEM = (
+    f'more than {MAXIMUM_INCLUDE_DEPTH} launch files include one another'
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ExecutableUse:
+    """
+    A program of a package that the launch runs or names.
+
+    :param package: The package
+    :param name: The program
+    :param path: Where it is, or will be once the package is built
+    :param position: Where the launch file says so
+    """
+
+    package: str
+    name: str
+    path: str
+    position: Position
+
+
+class SubstitutionError(Exception):
+    """
+    A substitution cannot be made.
+
+    :param message: Why
+    :param hint: The way out
+    :param may_pass_after_build: See :class:`Diagnostic`
+    """
+
+    def __init__(
+        self,
+        message: str,
+        hint: str | None = None,
+        *,
+        may_pass_after_build: bool = False,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+        self.may_pass_after_build = may_pass_after_build
+
+
+class EndlessError(Exception):
+    """The launch would hardly ever end; the user was told."""
+
+
+class Call:
+    """
+    A substitution to be made.
+
+    :param walk: What it may look at
+    :param substitution: The substitution
+    :param position_at: Gives the position for an index in its text
+    """
+
+    __slots__ = ('_position_at', '_substitution', 'walk')
+
+    def __init__(
+        self,
+        walk: 'Walk',
+        substitution: Substitution,
+        position_at: Callable[[int], Position],
+    ) -> None:
+        self.walk = walk
+        self._substitution = substitution
+        self._position_at = position_at
+
+    def __len__(self) -> int:
+        return len(self._substitution.arguments)
+
+    def __getitem__(self, index: int) -> Value:
+        template = self._substitution.arguments[index]
+        literal = template.literal
+        if literal is not None:
+            return Value(literal, literal)
+        return self.walk.template(template, self._position_at)
+
+    def text(self, index: int) -> str | None:
+        """Return an argument as text, None when it is not known."""
+        literal = self._substitution.arguments[index].literal
+        return self[index].text if literal is None else literal
+
+    def all(self) -> list[Value]:
+        """Return all arguments."""
+        return [self[index] for index in range(len(self))]
+
+    @property
+    def name(self) -> str:
+        """Which substitution it is."""
+        return self._substitution.name
+
+    @property
+    def position(self) -> Position:
+        """Where it is written."""
+        return self._position_at(self._substitution.start)
+
+    @property
+    def length(self) -> int:
+        """How many characters it takes there."""
+        return self._substitution.end - self._substitution.start
+
+    def key(self, values: Iterable[Value]) -> str:
+        """Return the key of what is made of these arguments."""
+        words = ' '.join([value.key for value in values])
+        return f'$({self.name} {words})'
+
+    def unknown(self, values: Iterable[Value]) -> Value:
+        """
+        Return the value that is not known.
+
+        :raises AlreadyReportedError: when a launch has to know it
+        """
+        values = tuple(values)
+        key = self.key(values)
+        sources = {key}.union(*(value.sources for value in values))
+        return self.walk.settled(unknown(key, sources))
+
+    def fail(
+        self,
+        message: str,
+        hint: str | None = None,
+        *,
+        is_certain: bool = True,
+        may_pass_after_build: bool = False,
+    ) -> None:
+        """Say that it cannot be made; see :meth:`Walk.fail`."""
+        self.walk.fail(
+            error(
+                message,
+                self.position,
+                hint=hint,
+                length=self.length,
+                may_pass_after_build=may_pass_after_build,
+            ),
+            is_certain=is_certain,
+        )
+
+
+Handler = Callable[['Walk', Attributes], None]
+Maker = Callable[[Call], Value]
+
+
+class Walk(ABC):
+    """
+    Goes through the actions in order, and keeps what is known on the way.
+
+    :param request: What is to be launched
+    :param handlers: What does each action
+    :param makers: What makes each substitution
+    """
+
+    #: Whether everything is known, as in a launch: then an error ends its
+    #: action, and a value that is not known is one that was reported.
+    is_launch = False
+    #: Whether the environment is that of the launch.
+    has_environment = True
+
+    def __init__(
+        self,
+        request: Request,
+        handlers: Mapping[str, Handler],
+        makers: Mapping[str, Maker],
+    ) -> None:
+        self._handlers = handlers
+        self._makers = makers
+        self.packages = request.packages
+        self.environment = dict(request.environment)
+        self.cwd = request.cwd
+        self.log_folder: str | None = request.log_folder
+        self.scope = Scope()
+        for name, value in request.arguments.items():
+            self.scope.configurations.set(name, known(value))
+        self.draft = PlanDraft()
+        self.diagnostics: list[Diagnostic] = []
+        self.packages_used: dict[str, Position] = {}
+        self.executables: list[ExecutableUse] = []
+        #: The launch files by their paths, None where one has mistakes.
+        self.files: dict[str, LaunchFile | None] = {}
+        #: The launch files that were read, those with mistakes too.
+        self.sources: list[Source] = []
+        #: The conditions around that only a launch decides.
+        self.guards: list[Guard] = []
+        #: How many of the conditions around hold in no launch.
+        self.never = 0
+        #: The nodes that have a name, by that.
+        self.nodes: dict[str, list[NamedNode]] = {}
+        #: The launch configurations that are read.
+        self.read: set[str] = set()
+        self._broken: dict[str, LaunchError] = {}
+        self._open: list[Source] = []
+        self._includes: list[Position] = []
+        self._reported: set[tuple[str, Position | None]] = set()
+        self._actions = 0
+
+    # what the policies decide
+
+    @abstractmethod
+    def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
+        """
+        Take note of an error.
+
+        :param is_certain: Whether it is one, as far as it can be told before
+          the launch
+        :raises LaunchError: when the launch cannot go on with it
+        """
+
+    @abstractmethod
+    def branch(self, guard: Guard, entity: Entity) -> None:
+        """Do an action that has a condition, or not."""
+
+    @abstractmethod
+    def follow(
+        self, attributes: Attributes, located: tuple[str, str] | None
+    ) -> None:
+        """
+        Go through an included launch file.
+
+        :param attributes: Those of the include
+        :param located: The path that the file goes by and the one to read,
+          None when there is none or it is not known
+        """
+
+    @abstractmethod
+    def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
+        """
+        Take note of a launch file that cannot be read.
+
+        :param origin: Where it is included, None for the outermost
+        """
+
+    @abstractmethod
+    def launch_python(
+        self, name: str, path: str, position: Position, length: int
+    ) -> None:
+        """
+        Launch a file in Python.
+
+        :param name: The path that it goes by
+        :param path: The file to read
+        :param position: Where it is included, else its start
+        :param length: How many characters that takes
+        """
+
+    def declare(
+        self, attributes: Attributes, name: str, choices: tuple[str, ...]
+    ) -> None:
+        """Take note of a launch argument that is declared."""
+
+    @abstractmethod
+    def missing_argument(self, attributes: Attributes, name: str) -> None:
+        """Take note of a launch argument that was not given."""
+
+    @abstractmethod
+    def configuration(
+        self, value: Value, position: Position, text: Text
+    ) -> Value:
+        """
+        Return a value as that of a launch configuration.
+
+        :param position: Where it is set
+        :param text: What it is made of
+        """
+
+    def default(self, value: Value, _source: str) -> Value:
+        """Return a value that stands for one that a launch may be given."""
+        return value
+
+    def settled(self, value: Value) -> Value:
+        """
+        Return a value that is read.
+
+        :raises AlreadyReportedError: when a launch has to know it
+        """
+        if value.text is None and self.is_launch:
+            raise AlreadyReportedError
+        return value
+
+    @abstractmethod
+    def compute(self, expression: str, modules: str) -> str | None:
+        """
+        Compute an expression in Python, None when only a launch may do so.
+
+        :raises SubstitutionError: when it fails
+        """
+
+    def enter(self, path: str, file: LaunchFile) -> None:
+        """Take note of a launch file that is gone through."""
+
+    def found_beside(self, file: Text, written: str) -> None:
+        """Take note of an include that ROS 2 would not find."""
+
+    def name_place(self, call: Call, path: str) -> None:
+        """Take note of a path that a launch file takes for its own."""
+
+    def note_text(self, template: Template | None) -> None:
+        """
+        Take note of a text that is not the launch file's own.
+
+        :param template: The text, or None when it is not known
+        """
+
+    def note_file(self, path: str, file: LaunchFile) -> None:
+        """Take note of a launch file that is read for the first time."""
+
+    def is_program(self, path: str) -> bool:
+        """Say whether there is such a program, or a build may bring it."""
+        is_file = os.path.isfile(path) and os.access(path, os.X_OK)
+        return is_file or self.packages.may_appear(path)
+
+    def parameter_file(self, path: str) -> str | None:
+        """Return where to read a file with parameters, None if nowhere."""
+        if os.path.isfile(path):
+            return path
+        located = self.packages.locate(path)
+        if located is None or not self.packages.may_appear(path):
+            return None
+        return located[1]
+
+    def visit_later(self, children: tuple[Entity, ...]) -> None:
+        """Do actions that are done some time afterwards."""
+        with self.within_scope(self.scope.inner()):
+            self.visit_all(children)
+
+    def visit_rounds(
+        self,
+        children: tuple[Entity, ...],
+        rounds: Iterable[dict[str, Value]],
+        _otherwise: dict[str, Value],
+    ) -> None:
+        """
+        Do actions once for each of some variables of a loop.
+
+        :param rounds: The variables of each round, as far as they are known
+        :param _otherwise: The variables of any round
+        """
+        for variables in rounds:
+            self.visit_round(children, variables)
+
+    # what they have in common
+
+    def launch(self, name: str, path: str) -> None:
+        """
+        Go through a launch file with everything that it includes.
+
+        :param name: The path that it goes by
+        :param path: The file to read
+        """
+        try:
+            if path.endswith(PYTHON_SUFFIX):
+                self.launch_python(name, path, Position(path, 1, 1), 1)
+            else:
+                self.visit_file(name, path, None)
+        except LaunchError as e:
+            self.report(e)
+        except (AlreadyReportedError, EndlessError):
+            pass
+        except RecursionError:
+            self.report(error('the launch file is nested too deep'))
+
+    @property
+    def source(self) -> Source:
+        """The launch file that is gone through."""
+        return self._open[-1]
+
+    @property
+    def depth(self) -> int:
+        """How many launch files are open inside of one another."""
+        return len(self._open)
+
+    @property
+    def includes(self) -> tuple[Position, ...]:
+        """The includes that led to the open file, innermost first."""
+        return tuple(reversed(self._includes))
+
+    def is_open(self, path: str) -> bool:
+        """Say whether a launch file is gone through, with others inside."""
+        return any(source.path == path for source in self._open)
+
+    @contextmanager
+    def within(self, source: Source, origin: Text | None) -> Iterator[None]:
+        """Go through another file for the time of the context."""
+        self._open.append(source)
+        if origin is not None:
+            self._includes.append(origin.position)
+        try:
+            yield
+        finally:
+            self._open.pop()
+            if origin is not None:
+                self._includes.pop()
+
+    @contextmanager
+    def within_text(self, origin: Text) -> Iterator[None]:
+        """Read a file that a text names for the time of the context."""
+        self._includes.append(origin.position)
+        problem = None
+        try:
+            yield
+        except LaunchError as e:
+            problem = e.included_from(origin.position)
+        finally:
+            self._includes.pop()
+        if problem is not None:
+            self.fail(problem)
+
+    @contextmanager
+    def within_scope(self, scope: Scope) -> Iterator[None]:
+        """Go on in another scope for the time of the context."""
+        outer, self.scope = self.scope, scope
+        try:
+            yield
+        finally:
+            self.scope = outer
+
+    def visit_file(self, name: str, path: str, origin: Text | None) -> bool:
+        """
+        Do the actions of a launch file.
+
+        :param origin: Where it is included, None for the outermost
+        :returns: Whether it could be read
+        """
+        file = self.read_file(name, path, origin)
+        if file is None:
+            return False
+        start = file.source.position(0, 0)
+        position = start if origin is None else origin.position
+        with (
+            self.within(file.source, origin),
+            self.draft.within_block('file', name, position),
+        ):
+            self.enter(path, file)
+            if file.deprecated is not None:
+                self.warn(
+                    f'this launch file is deprecated: {file.deprecated}', start
+                )
+            self.visit_all(file.entities)
+        return True
+
+    def read_file(
+        self, name: str, path: str, origin: Text | None
+    ) -> LaunchFile | None:
+        """Read a launch file, unless it was read before."""
+        if path not in self.files:
+            self.files[path] = None
+            try:
+                source = read_source(path, name)
+                self.sources.append(source)
+                file = read_launch_file(source)
+            except LaunchError as e:
+                self._broken[path] = e
+            else:
+                self.files[path] = file
+                self.note_file(path, file)
+        if path in self._broken:
+            problem = self._broken[path]
+            if origin is not None:
+                problem = problem.included_from(origin.position)
+            self.read_failed(problem, origin)
+        return self.files[path]
+
+    def visit_all(self, entities: tuple[Entity, ...]) -> None:
+        """Do some actions in order."""
+        for entity in entities:
+            self._actions += 1
+            if self._actions > MAXIMUM_ACTIONS:
+                self.end(
+                    f'the launch has more than {MAXIMUM_ACTIONS} actions',
+                    entity.item.position,
+                )
+            self.visit(entity)
+
+    def visit_round(
+        self, children: tuple[Entity, ...], variables: dict[str, Value]
+    ) -> None:
+        """Do actions with other variables of a loop."""
+        scope = self.scope
+        outer = scope.variables
+        scope.variables = {**outer, **variables}
+        try:
+            self.visit_all(children)
+        finally:
+            scope.variables = outer
+
+    def visit(self, entity: Entity) -> None:
+        """Do an action if its condition holds."""
+        guard = self.guard(entity)
+        if guard is None:
+            self.act(entity)
+        else:
+            self.branch(guard, entity)
+
+    def act(self, entity: Entity) -> None:
+        """Do an action whatever its condition is."""
+        handler = self._handlers[entity.action.name]
+        handler(self, Attributes.of_action(self, entity))
+
+    def guard(self, entity: Entity) -> Guard | None:
+        """Evaluate the condition of an action, None when it has none."""
+        texts = entity.item.texts
+        if 'if' not in texts and 'unless' not in texts:
+            return None
+        for name, wanted in (('if', True), ('unless', False)):
+            text = texts.get(name)
+            if text is None:
+                continue
+            value = self.value(text)
+            result = _truth(text, value)
+            if result is None and value.text is not None:
+                self.fail(
+                    error(
+                        f"the condition '{name}' is '{value.text.strip()}'",
+                        text.position,
+                        hint='it must be true, 1, false or 0',
+                        length=text.length,
+                        origins=value.origins,
+                    )
+                )
+            if result is None:
+                sources = value.sources or frozenset((value.key,))
+                return Guard(value.key, wanted, sources, None)
+            is_taken = result is wanted
+            self.draft.conditions.append(
+                Condition(f'{name}: {text.plain}', is_taken, text.position)
+            )
+            return Guard(value.key, wanted, value.sources, is_taken)
+        return None
+
+    def end(self, message: str, position: Position) -> None:
+        """
+        End the walk, since it would hardly ever end.
+
+        :raises EndlessError: always
+        """
+        self.report(endless(message, position))
+        raise EndlessError
+
+    def locate(self, attributes: Attributes) -> tuple[str, str] | None:
+        """
+        Find the file of an include.
+
+        :returns: The path that it goes by and the one to read
+        """
+        file, packages = attributes.item.texts['file'], self.packages
+        written = attributes.text('file')
+        if written is None:
+            return None
+        candidate = self.absolute(written)
+        located = packages.locate(candidate)
+        if located is None and not os.path.isabs(written):
+            folder = os.path.dirname(self.source.name)
+            candidate = os.path.normpath(os.path.join(folder, written))
+            located = packages.locate(candidate)
+            if located is not None:
+                self.found_beside(file, written)
+        if located is None:
+            attributes.fail(
+                'file',
+                f"the launch file '{written}' does not exist",
+                did_you_mean(
+                    os.path.basename(written), packages.similar(candidate)
+                ),
+            )
+        return located
+
+    def value(self, text: Text) -> Value:
+        """
+        Put the substitutions into a text, as far as they are known.
+
+        :raises LaunchError: when the launch cannot go on without one
+        """
+        literal = text.literal
+        if literal is not None:
+            return Value(literal, literal)
+        return self.template(text.template, text.position_at)
+
+    def part(self, text: Text, template: Template) -> Value:
+        """
+        Put the substitutions into a piece of a text.
+
+        :param template: What splitting the text has made of it
+        """
+        return self.template(template, text.position_at)
+
+    def template(
+        self, template: Template, position_at: Callable[[int], Position]
+    ) -> Value:
+        """Put the substitutions into a template."""
+        makers, parts = self._makers, template.parts
+        if len(parts) == 1 and not isinstance(parts[0], str):
+            return makers[parts[0].name](Call(self, parts[0], position_at))
+        return joined(
+            [
+                Value(part, part)
+                if isinstance(part, str)
+                else makers[part.name](Call(self, part, position_at))
+                for part in parts
+            ]
+        )
+
+    def variable(self, name: str) -> Value | None:
+        """Return an environment variable, None when there is none."""
+        value = self.scope.environment.get(name)
+        if value is not None and value is not UNSET:
+            return value
+        if self.has_environment:
+            if value is None and name in self.environment:
+                return known(self.environment[name])
+            if not self.scope.environment.may_have_others():
+                return None
+        elif value is None and name not in self.environment:
+            return None
+        source = f'$(env {name})'
+        return unknown(source, (source,))
+
+    def search_path(self) -> str | None:
+        """Return where programs are looked for, None when not known."""
+        if self.has_environment:
+            value = self.variable('PATH')
+            return os.defpath if value is None else value.text
+        if self.scope.environment.get('PATH') is not None:
+            return None
+        return self.environment.get('PATH', os.defpath)
+
+    def scope_environment(self) -> dict[str, str]:
+        """Return the environment with all that launch files changed."""
+        environment = dict(self.environment)
+        for name, value in self.scope.environment.all().items():
+            if value.text is None:
+                environment.pop(name, None)
+            else:
+                environment[name] = value.text
+        return environment
+
+    def absolute(self, path: str) -> str:
+        """Return the path that a relative one means."""
+        return os.path.normpath(os.path.join(self.cwd, path))
+
+    def no_package(self, name: str) -> tuple[str, str | None]:
+        """Return what to say of a package that is not there: and the hint."""
+        return (
+            f"there is no package '{name}' in the workspace or an underlay",
+            did_you_mean(name, self.packages.names()),
+        )
+
+    def no_program(self, name: str) -> str:
+        """Return what to say of a program that is not there."""
+        where = '' if '/' in name else ' on the PATH'
+        return f"there is no executable '{name}'{where}"
+
+    def use_package(self, name: str, position: Position) -> None:
+        """Note that the launch needs a package."""
+        self.packages_used.setdefault(name, position)
+
+    def warn(
+        self,
+        message: str,
+        position: Position | None,
+        *,
+        hint: str | None = None,
+        length: int = 1,
+    ) -> None:
+        """Note a warning; see :class:`Diagnostic`."""
+        self.report(
+            LaunchError(Diagnostic('warning', message, position, hint, length))
+        )
+
+    def fail_at(self, place: Place, message: str, hint: str) -> None:
+        """Note an error at a place in a launch file that may be closed."""
+        self.diagnostics.append(
+            Diagnostic(
+                'error',
+                message,
+                place.position,
+                hint,
+                place.length,
+                place.includes,
+            )
+        )
+
+    def report(self, problem: LaunchError) -> None:
+        """Note a problem, unless it is known."""
+        for position in reversed(self._includes):
+            problem = problem.included_from(position)
+        for diagnostic in problem.diagnostics:
+            # a file that is included twice has its mistakes but once
+            where = (diagnostic.message, diagnostic.position)
+            if where not in self._reported:
+                self._reported.add(where)
+                self.diagnostics.append(diagnostic)
+
+
+@dataclass(frozen=True, slots=True)
+class NamedNode:
+    """A node that has a name, and when there is one."""
+
+    position: Position
+    guards: tuple[Guard, ...]
+
+    def may_meet(self, other: 'NamedNode') -> bool:
+        """Say whether one launch may evidently have both."""
+        return not any(
+            mine.excludes(its) for mine in self.guards for its in other.guards
+        )
+
+
+def _truth(text: Text, value: Value) -> bool | None:
+    if value.text is None:
+        return None
+    word = value.text.strip().lower()
+    if text.literal is not None and text.kind == 'bool':
+        word = str(text.value).lower()
+    if word not in ('true', '1', 'false', '0'):
+        return None
+    return word in ('true', '1')
+
+
+def endless(message: str, position: Position) -> LaunchError:
+    """Return the error of a launch that would hardly ever end."""
+    hint = 'does a launch file include itself?'
+    return error(message, position, hint=hint)
+
+
+def expression_error(expression: str, reason: str) -> SubstitutionError:
+    """Return the error of an expression in Python that fails."""
+    return SubstitutionError(f"the expression '{expression}' fails: {reason}")

@@ -1,0 +1,353 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Looking a launch file over without running it.
+
+This is the policy that explores: values may be unknown, every action is looked
+at, whatever its condition comes to, and every launch file that is included.
+"""
+
+from collections.abc import Iterable
+from collections.abc import Mapping
+from itertools import islice
+import os
+import re
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.actions.handlers import HANDLERS
+from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
+from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.request import Request
+from colcon_yamllaunch.language.evaluation.scope import Guard
+from colcon_yamllaunch.language.evaluation.values import Place
+from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.evaluation.walk import Call
+from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
+from colcon_yamllaunch.language.evaluation.walk import endless
+from colcon_yamllaunch.language.evaluation.walk import ExecutableUse
+from colcon_yamllaunch.language.evaluation.walk import expression_error
+from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
+from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
+from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.policies.argument_use import ArgumentUse
+from colcon_yamllaunch.language.policies.argument_use import FileUse
+from colcon_yamllaunch.language.policies.expression import compute
+from colcon_yamllaunch.language.policies.expression import ExpressionError
+from colcon_yamllaunch.language.policies.portability import (
+    portability_problems,
+)
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.tree.launch_tree import Entity
+from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
+from colcon_yamllaunch.language.tree.text import Text
+
+#: How often one launch file is looked at, with other arguments each time.
+MAXIMUM_VISITS = 20
+#: How many rounds of a loop are looked at one by one.
+MAXIMUM_ROUNDS = 50
+
+# where a package's programs are (ament, REP 122): PREFIX/lib/PACKAGE/PROGRAM
+_PROGRAM_PATH = re.compile(r'(.+)/lib/([^/]+)/([^/]+)')
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """
+    What a check found.
+
+    :param diagnostics: Errors and warnings, in the order found
+    :param files: The launch files that were read, the given one first
+    :param packages: The packages that they name, and where first
+    :param executables: The packages' programs that they name
+    """
+
+    diagnostics: tuple[Diagnostic, ...]
+    files: tuple[Source, ...]
+    packages: Mapping[str, Position]
+    executables: tuple[ExecutableUse, ...]
+
+    @property
+    def errors(self) -> tuple[Diagnostic, ...]:
+        """The errors among the diagnostics."""
+        return tuple(d for d in self.diagnostics if d.severity == 'error')
+
+
+def check(request: Request, *, portable: bool) -> Checked:
+    """
+    Look a launch file over, with everything that it includes.
+
+    Nothing is started, and nothing but harmless expressions is computed.
+
+    :param request: The launch file; its launch arguments are sure to be given
+    :param portable: Whether to report what ROS 2's launcher does not accept
+    """
+    walk = _Check(request, portable=portable)
+    walk.launch(request.name, request.path)
+    if None not in walk.files.values():
+        walk.check_arguments(request)
+    return Checked(
+        tuple(dict.fromkeys(walk.diagnostics)),
+        tuple(walk.sources),
+        walk.packages_used,
+        tuple(dict.fromkeys(walk.executables)),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _OpenFile:
+    """
+    A launch file that is being looked at.
+
+    :param path: The file
+    :param origin: Where it is included, None for the outermost
+    :param conditions: How many conditions there are around it
+    :param use: What it does with launch arguments
+    """
+
+    path: str
+    origin: Text | None
+    conditions: int
+    use: FileUse
+
+
+class _Check(Walk):
+    """Goes through all that launches may do."""
+
+    has_environment = False
+
+    def __init__(self, request: Request, *, portable: bool) -> None:
+        super().__init__(request, HANDLERS, MAKERS)
+        self.log_folder = None
+        self._portable = portable
+        self._arguments = ArgumentUse()
+        self._visits: dict[str, int] = {}
+        self._files: list[_OpenFile] = []
+        # how many conditions there are around, of any kind
+        self._conditions = 0
+        # the launch file that was included last in the one that is open
+        self._included: str | None = None
+
+    def check_arguments(self, request: Request) -> None:
+        """Report arguments that are declared or given, and not used."""
+        for diagnostic in (
+            *self._arguments.unused(),
+            *self._arguments.unknown_given(request.path, request.arguments),
+        ):
+            self.report(LaunchError(diagnostic))
+
+    def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
+        if not is_certain:
+            problem = problem.as_warning()
+        self.report(problem)
+
+    def act(self, entity: Entity) -> None:
+        attributes = Attributes.of_action(self, entity)
+        attributes.check()
+        HANDLERS[attributes.name](self, attributes)
+
+    def branch(self, guard: Guard, entity: Entity) -> None:
+        is_sure = not guard.sources
+        is_never = is_sure and not guard.taken
+        masked: frozenset[str] = frozenset()
+        if guard.taken is None:
+            masked = _read_by_condition(entity)
+        inner = self.scope.inner(hides=guard.taken is False, masked=masked)
+        self._conditions += 1
+        self.never += is_never
+        if not is_sure:
+            self.guards.append(guard)
+        with self.within_scope(inner):
+            self.act(entity)
+        if not is_sure:
+            self.guards.pop()
+        self.never -= is_never
+        self._conditions -= 1
+        if not is_never:
+            self.scope.merge(inner, None if is_sure else guard)
+
+    def visit_file(self, name: str, path: str, origin: Text | None) -> bool:
+        is_read = self.read_file(name, path, origin) is not None
+        if not is_read:
+            self.scope.configurations.is_open = True
+            return False
+        file = _OpenFile(path, origin, self._conditions, self._arguments[path])
+        self._files.append(file)
+        included, self._included = self._included, None
+        super().visit_file(name, path, origin)
+        self._included = included
+        self._files.pop()
+        return True
+
+    def enter(self, path: str, file: LaunchFile) -> None:
+        self._visits[path] = self._visits.get(path, 0) + 1
+        if self._portable and self._visits[path] == 1:
+            for diagnostic in portability_problems(file):
+                self.report(LaunchError(diagnostic))
+
+    def note_file(self, path: str, file: LaunchFile) -> None:
+        self._arguments.add(path, file)
+
+    def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
+        self.report(problem)
+
+    def launch_python(
+        self, name: str, path: str, position: Position, length: int
+    ) -> None:
+        self.warn('a launch file in Python cannot be checked', position)
+        # what it declares is not known
+        self.files[path] = None
+
+    def follow(
+        self, attributes: Attributes, located: tuple[str, str] | None
+    ) -> None:
+        use = self._files[-1].use
+        file = attributes.item.texts['file']
+        if located is None or not self._may_follow(located[1], file):
+            # it could do anything
+            use.is_open = True
+            self.scope.configurations.is_open = True
+            return
+        path = located[1]
+        use.includes.add(path)
+        is_read = self.visit_file(*located, file)
+        if not self.never:
+            self._included = located[0]
+        use.is_open = use.is_open or not is_read
+        for argument in ('arg', 'let'):
+            for pair in attributes.items(argument):
+                self._check_passed(path, pair)
+
+    def _may_follow(self, path: str, file: Text) -> bool:
+        if path.endswith(PYTHON_SUFFIX):
+            return False
+        conditions = [f.conditions for f in self._files if f.path == path]
+        if conditions and conditions[0] < self._conditions:
+            # whether it ends depends on what a launch decides
+            return False
+        if self.depth >= MAXIMUM_INCLUDE_DEPTH:
+            # to look at it again would only find the same
+            self._visits[path] = MAXIMUM_VISITS
+            self.report(endless(DEPTH_PROBLEM, file.position))
+            return False
+        if conditions:
+            return self._visits[path] < MAXIMUM_INCLUDE_DEPTH
+        return self._visits.get(path, 0) < MAXIMUM_VISITS
+
+    def _check_passed(self, path: str, pair: Attributes) -> None:
+        name = pair.text('name')
+        if name is None:
+            return
+        hint = self._arguments.unknown_argument(path, name)
+        if hint is not None:
+            text = pair.item.texts['name']
+            self.warn(
+                f"'{os.path.basename(path)}' declares no launch argument "
+                f"'{name}'",
+                text.position,
+                hint=hint,
+                length=text.length,
+            )
+
+    def missing_argument(self, attributes: Attributes, name: str) -> None:
+        include = self._files[-1]
+        text = include.origin
+        is_open = self.scope.configurations.may_have_others()
+        if text is None or is_open or self.never:
+            return
+        is_certain = include.conditions == self._conditions
+        problem = Diagnostic(
+            'error' if is_certain else 'warning',
+            f"'{os.path.basename(include.path)}' requires the launch argument "
+            f"'{name}', which is not passed",
+            text.position,
+            f'pass it: arg: [{{name: {name}, value: …}}]',
+            text.length,
+            self.includes[1:],
+        )
+        self.diagnostics.append(problem)
+
+    def configuration(
+        self, value: Value, position: Position, text: Text
+    ) -> Value:
+        place = Place(text.position, text.length, self.includes)
+        return value._replace(place=place)
+
+    def default(self, value: Value, source: str) -> Value:
+        return Value(value.text, source, value.sources | {source})
+
+    def compute(self, expression: str, modules: str) -> str | None:
+        try:
+            return compute(expression) if modules == 'math' else None
+        except ExpressionError as e:
+            raise expression_error(expression, str(e)) from e
+
+    def visit_rounds(
+        self,
+        children: tuple[Entity, ...],
+        rounds: Iterable[dict[str, Value]],
+        otherwise: dict[str, Value],
+    ) -> None:
+        first = list(islice(rounds, MAXIMUM_ROUNDS))
+        super().visit_rounds(children, first or [otherwise], otherwise)
+
+    def is_program(self, path: str) -> bool:
+        packages = self.packages
+        found = _PROGRAM_PATH.fullmatch(path)
+        if found:
+            prefix, package, name = found.groups()
+            if packages.prefix(package) == prefix:
+                return packages.executable(package, name) is not None
+        return super().is_program(path) or packages.locate(path) is not None
+
+    def parameter_file(self, path: str) -> str | None:
+        located = self.packages.locate(path)
+        return super().parameter_file(path) if located is None else located[1]
+
+    def found_beside(self, file: Text, written: str) -> None:
+        if self._portable:
+            self.report(
+                error(
+                    'ROS 2 looks up a relative path in the working directory',
+                    file.position,
+                    hint=f'write $(dirname)/{written}',
+                    length=file.length,
+                )
+            )
+
+    def name_place(self, call: Call, path: str) -> None:
+        included = self._included
+        if not self._portable or included is None:
+            return
+        if call.name == 'dirname':
+            included = os.path.dirname(included)
+        if included != path:
+            self.warn(
+                f"behind an 'include', ROS 2 before Lyrical takes "
+                f'$({call.name}) for that of the included file',
+                call.position,
+                hint="set it before the 'include': let: {name: here, value: "
+                f'$({call.name})}}',
+                length=call.length,
+            )
+
+    def note_text(self, template: Template | None) -> None:
+        use = self._files[-1].use
+        if template is None:
+            use.is_open = True
+        else:
+            use.add_text(template)
+
+
+def _read_by_condition(entity: Entity) -> frozenset[str]:
+    """Return the names whose values a condition may decide on."""
+    use = FileUse()
+    for name in ('if', 'unless'):
+        if name in entity.item.texts:
+            use.add_text(entity.item.texts[name].template)
+    return frozenset(use.read)

@@ -1,0 +1,193 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+From a launch file and its arguments to a plan.
+
+This is the policy of a launch: all is known, an error ends its action, and an
+action whose condition does not hold is passed over.
+"""
+
+from collections.abc import Mapping
+import importlib
+import math
+import os
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.actions.handlers import HANDLERS
+from colcon_yamllaunch.language.actions.python_launch import (
+    add_python_launch_file,
+)
+from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
+from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.launch_arguments import (
+    ARGUMENT_ACTIONS,
+)
+from colcon_yamllaunch.language.evaluation.launch_arguments import (
+    PROCESS_ARGUMENTS,
+)
+from colcon_yamllaunch.language.evaluation.launch_arguments import (
+    undeclared_argument,
+)
+from colcon_yamllaunch.language.evaluation.launch_arguments import (
+    undeclared_hint,
+)
+from colcon_yamllaunch.language.evaluation.request import Request
+from colcon_yamllaunch.language.evaluation.scope import Guard
+from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
+from colcon_yamllaunch.language.evaluation.walk import ExecutableUse
+from colcon_yamllaunch.language.evaluation.walk import expression_error
+from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
+from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
+from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.tree.launch_tree import Entity
+from colcon_yamllaunch.language.tree.text import Text
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """
+    What a launch file comes to.
+
+    :param plan: What to run; not complete when there are errors
+    :param packages: The packages that it names, and where first
+    :param executables: The packages' programs that it names
+    :param files: The launch files that were read, the given one first
+    :param diagnostics: Errors and warnings, in the order found
+    """
+
+    plan: Plan
+    packages: Mapping[str, Position]
+    executables: tuple[ExecutableUse, ...]
+    files: tuple[Source, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def errors(self) -> tuple[Diagnostic, ...]:
+        """The errors among the diagnostics."""
+        return tuple(d for d in self.diagnostics if d.severity == 'error')
+
+
+def evaluate(request: Request) -> Evaluation:
+    """
+    Evaluate a launch file with everything that it includes.
+
+    Nothing is started but what `$(command …)` says.
+
+    :param request: The launch file, and what to evaluate it with
+    """
+    walk = _Launch(request, HANDLERS, MAKERS)
+    walk.launch(request.name, request.path)
+    if not walk.has_python:
+        # what a launch file in Python declares is not known
+        walk.warn_of_unknown_arguments(request.arguments)
+    return Evaluation(
+        walk.draft.plan(),
+        walk.packages_used,
+        tuple(walk.executables),
+        tuple(f.source for f in walk.files.values() if f is not None),
+        tuple(walk.diagnostics),
+    )
+
+
+class _Launch(Walk):
+    """Goes through what a launch does."""
+
+    is_launch = True
+    has_python = False
+
+    def visit(self, entity: Entity) -> None:
+        try:
+            guard = self.guard(entity)
+            if guard is None or guard.taken:
+                self.act(entity)
+        except LaunchError as e:
+            self.report(e)
+        except AlreadyReportedError:
+            pass
+
+    def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
+        raise problem
+
+    def branch(self, guard: Guard, entity: Entity) -> None:
+        if guard.taken:
+            self.act(entity)
+
+    def follow(
+        self, attributes: Attributes, located: tuple[str, str] | None
+    ) -> None:
+        file = attributes.item.texts['file']
+        if self.depth >= MAXIMUM_INCLUDE_DEPTH:
+            self.end(DEPTH_PROBLEM, file.position)
+        if located is None:
+            return
+        name, path = located
+        if path.endswith(PYTHON_SUFFIX):
+            self.launch_python(name, path, file.position, file.length)
+        else:
+            self.visit_file(name, path, file)
+
+    def launch_python(
+        self, name: str, path: str, position: Position, length: int
+    ) -> None:
+        # before the package is built, only the file in its source is there
+        file = name if os.path.isfile(name) else path
+        self.has_python = True
+        with self.draft.within_block('file', name, position):
+            add_python_launch_file(self, file, position, length)
+
+    def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
+        raise problem
+
+    def missing_argument(self, attributes: Attributes, name: str) -> None:
+        given = f'{name}:=…'
+        if self.depth > 1:
+            given = f"arg: [{{name: {name}, value: …}}] in the 'include'"
+        attributes.fail_as_whole(
+            f"launch argument '{name}' is required, and was not given",
+            f'give it: {given}',
+        )
+
+    def configuration(
+        self, value: Value, position: Position, text: Text
+    ) -> Value:
+        return value._replace(origins=(position, *value.origins))
+
+    def compute(self, expression: str, modules: str) -> str | None:
+        variables: dict[str, object] = {}
+        try:
+            for name in modules.split(','):
+                name = name.strip()
+                if not name:
+                    continue
+                module = importlib.import_module(name)
+                if name == 'math':
+                    variables.update(vars(math))
+                variables[module.__name__] = module
+                variables.setdefault(name.partition('.')[0], module)
+            return str(eval(expression, variables))
+        except (Exception, SystemExit) as e:
+            # the expression is the user's own program, and may raise anything
+            reason = f'{type(e).__name__}: {e}'
+            raise expression_error(expression, reason) from e
+
+    def warn_of_unknown_arguments(self, given: Mapping[str, str]) -> None:
+        """Warn of arguments that no launch file declares or reads."""
+        declared = {
+            entity.item.texts['name'].plain
+            for file in self.files.values()
+            if file is not None
+            for entity in file.walk()
+            if entity.action.name in ARGUMENT_ACTIONS
+        }
+        for name in given:
+            if name not in {*declared, *self.read, *PROCESS_ARGUMENTS}:
+                hint = undeclared_hint(name, declared)
+                self.report(LaunchError(undeclared_argument(name, hint)))

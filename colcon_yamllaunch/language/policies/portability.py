@@ -1,0 +1,258 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What ROS 2 does not accept, though it has a meaning here.
+
+The rules are those of the parsers of `launch` and `launch_ros`: they take a
+YAML value of one type for each attribute, and change no type into another.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Mapping
+import shlex
+
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.template import Substitution
+from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
+from colcon_yamllaunch.language.tree.launch_tree import Entity
+from colcon_yamllaunch.language.tree.launch_tree import Item
+from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
+from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import items_of
+from colcon_yamllaunch.language.vocabulary.actions import Type
+from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
+
+#: The release that has all actions, attributes and substitutions but those
+#: that say otherwise.
+OLDEST_RELEASE = 'Humble'
+
+# ROS 2 reads these as a text, which it takes for a boolean afterwards
+_TEXT_BOOLEANS = ('respawn', 'value')
+# ROS 2 makes substitutions in these, and takes no other text
+_SUBSTITUTED_BOOLEANS = ('cancel_on_shutdown', 'prepend')
+# ROS 2 takes a text for these too, and makes its substitutions
+_TEXT_SECONDS = ('period',)
+_KIND_NAMES = {
+    'bool': 'a boolean',
+    'float': 'a number',
+    'int': 'a number',
+    'null': 'nothing',
+    'timestamp': 'a date',
+}
+
+
+def portability_problems(file: LaunchFile) -> Iterator[Diagnostic]:
+    """Report what ROS 2's own launcher does not accept in a launch file."""
+    # in XML all values are texts, which ROS 2 reads as the type it wants
+    is_typed = not is_xml(file.source)
+    for entity in file.walk():
+        yield from _newer_action(entity)
+        yield from _missing_names(entity)
+        known = {a.name: a for a in entity.action.attributes}
+        since = entity.action.since
+        yield from _item(entity.item, known, since, is_typed)
+        if entity.action.name == 'set_parameter':
+            yield from _set_parameter(entity.item)
+
+
+def _item(
+    item: Item, known: Mapping[str, Attribute], since: str, is_typed: bool
+) -> Iterator[Diagnostic]:
+    for name, text in item.texts.items():
+        attribute = known[name]
+        if is_typed:
+            yield from _TYPE_RULES.get(attribute.type, _text)(name, text)
+        if attribute.type is Type.COMMAND:
+            yield from _quotes(text)
+        if text.template.literal is None:
+            yield from _newer_substitutions(text, text.template)
+        yield from _newer_attribute(attribute, since, text)
+    for name, texts in item.lists.items():
+        yield from _list(name, texts)
+    for value in item.values.values():
+        for text in value.texts:
+            yield from _newer_substitutions(text, text.template)
+    for name, items in item.items.items():
+        attribute = known[name]
+        inner_known = {a.name: a for a in items_of(attribute)}
+        for inner in items:
+            yield from _item(inner, inner_known, since, is_typed)
+
+
+def _newer_action(entity: Entity) -> Iterator[Diagnostic]:
+    action = entity.action
+    if action.since != OLDEST_RELEASE:
+        yield Diagnostic(
+            'warning',
+            f"ROS 2 has the action '{action.name}' since {action.since} only",
+            entity.item.position,
+            length=len(action.name),
+        )
+
+
+def _newer_attribute(
+    attribute: Attribute, since: str, text: Text
+) -> Iterator[Diagnostic]:
+    if attribute.since not in (None, OLDEST_RELEASE, since):
+        yield Diagnostic(
+            'warning',
+            f"ROS 2 has the attribute '{attribute.name}' since "
+            f'{attribute.since} only',
+            text.position,
+            length=text.length,
+        )
+
+
+def _newer_substitutions(
+    text: Text, template: Template
+) -> Iterator[Diagnostic]:
+    for part in template.parts:
+        if not isinstance(part, Substitution):
+            continue
+        since = KINDS[part.name].since
+        if since != OLDEST_RELEASE:
+            yield Diagnostic(
+                'warning',
+                f'ROS 2 has the substitution $({part.name} …) since {since} '
+                'only',
+                text.position_at(part.start),
+                length=part.end - part.start,
+            )
+        for argument in part.arguments:
+            yield from _newer_substitutions(text, argument)
+
+
+def _missing_names(entity: Entity) -> Iterator[Diagnostic]:
+    if entity.action.name != 'node_container':
+        return
+    for name in ('name', 'namespace'):
+        if name not in entity.item.texts:
+            yield Diagnostic(
+                'error',
+                f"ROS 2 wants a '{name}' for 'node_container'",
+                entity.item.position,
+                hint=f"add it, '{name}: /' for none"
+                if name == 'namespace'
+                else 'add it',
+                length=len('node_container'),
+            )
+
+
+def _problem(text: Text, message: str, hint: str) -> Iterator[Diagnostic]:
+    yield Diagnostic('error', message, text.position, hint, text.length)
+
+
+def _text(name: str, text: Text) -> Iterator[Diagnostic]:
+    if text.kind in _KIND_NAMES:
+        yield from _problem(
+            text,
+            f"ROS 2 wants a text for '{name}', and YAML reads "
+            f'{text.plain} as {_KIND_NAMES[text.kind]}',
+            f"quote it: '{text.plain}'",
+        )
+
+
+def _boolean(name: str, text: Text) -> Iterator[Diagnostic]:
+    if name in _TEXT_BOOLEANS:
+        yield from _text(name, text)
+    elif text.kind == 'bool':
+        return
+    elif text.literal is not None:
+        yield from _problem(
+            text,
+            f"ROS 2 wants a boolean for '{name}', and takes any "
+            'text for true or for an error',
+            'write true or false, without quotes',
+        )
+    elif name not in _SUBSTITUTED_BOOLEANS:
+        yield from _problem(
+            text,
+            f"ROS 2 makes no substitutions in '{name}', and takes "
+            'any text for true or for an error',
+            "write true and false in two actions, one with 'if', one with "
+            "'unless'",
+        )
+
+
+def _integer(name: str, text: Text) -> Iterator[Diagnostic]:
+    if name == 'len':
+        yield from _text(name, text)
+    elif text.kind != 'int':
+        yield from _problem(
+            text,
+            f"ROS 2 wants a whole number for '{name}', and fails with a text",
+            'write a number, without quotes or substitutions',
+        )
+
+
+def _seconds(name: str, text: Text) -> Iterator[Diagnostic]:
+    if text.kind == 'float':
+        return
+    if text.kind == 'int':
+        yield from _problem(
+            text,
+            f"ROS 2 wants a number with a decimal point for '{name}'",
+            f'write {text.plain}.0',
+        )
+    elif name not in _TEXT_SECONDS:
+        yield from _problem(
+            text,
+            f"ROS 2 wants a number for '{name}', and fails with a text",
+            'write it without quotes or substitutions, with a decimal point: '
+            '2.0',
+        )
+
+
+_TYPE_RULES: Mapping[Type, Callable[[str, Text], Iterator[Diagnostic]]] = {
+    Type.BOOLEAN: _boolean,
+    Type.INTEGER: _integer,
+    Type.SECONDS: _seconds,
+}
+
+
+def _list(name: str, texts: tuple[Text, ...]) -> Iterator[Diagnostic]:
+    if texts:
+        yield Diagnostic(
+            'error',
+            f"ROS 2 wants one text for '{name}', not a list",
+            texts[0].position,
+            hint=f'write one line: {shlex.join(t.plain for t in texts)}'
+            if all(text.literal is not None for text in texts)
+            else 'write the arguments in one line, with a space between',
+            length=texts[0].length,
+        )
+    for text in texts:
+        yield from _newer_substitutions(text, text.template)
+
+
+def _quotes(text: Text) -> Iterator[Diagnostic]:
+    # ROS 2 splits each text between substitutions by itself
+    for part in text.template.parts:
+        if not isinstance(part, str):
+            continue
+        try:
+            shlex.split(part)
+        except ValueError:
+            yield from _problem(
+                text,
+                'in ROS 2 no quote of a command line spans a substitution',
+                'remove the quotes: what a substitution gives is never split',
+            )
+            return
+
+
+def _set_parameter(item: Item) -> Iterator[Diagnostic]:
+    value = item.values['value']
+    if value.is_list:
+        yield Diagnostic(
+            'error',
+            "ROS 2 wants one text for the value of 'set_parameter'",
+            value.position,
+            hint="quote the whole list: '[…]'",
+        )
+        return
+    yield from _text('value', value.texts[0])

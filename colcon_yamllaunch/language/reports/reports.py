@@ -1,0 +1,181 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The problems that a check found, for people and for programs.
+
+`as_github` is for the log of a GitHub workflow, `as_sarif` for what reads
+SARIF 2.1.0 (code scanning, editors), `as_json` for everything else.
+"""
+
+from collections.abc import Mapping
+from collections.abc import Sequence
+import json
+import os
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from colcon_yamllaunch import __version__
+from colcon_yamllaunch.language.policies.check import Checked
+from colcon_yamllaunch.language.reports.github_annotations import annotation
+from colcon_yamllaunch.language.reports.github_annotations import with_hint
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import render
+from colcon_yamllaunch.language.syntax.diagnostics import Severity
+from colcon_yamllaunch.language.syntax.diagnostics import shown_path
+from colcon_yamllaunch.language.syntax.position import Position
+
+#: The version of what `as_json` returns: greater when a member is renamed or
+#: removed or means something else; new members do not change it.
+JSON_VERSION = 1
+
+_SARIF_SCHEMA = 'https://json.schemastore.org/sarif-2.1.0.json'
+_RULES: Mapping[Severity, tuple[str, str]] = {
+    'error': ('launch-error', 'The launch file cannot be launched as it is.'),
+    'warning': ('launch-warning', 'The launch file may not do what is meant.'),
+}
+
+
+def as_text(checked: Checked, cwd: str) -> str:
+    """
+    Lay the problems out as a compiler does, with their number at the end.
+
+    :param cwd: The folder that paths are shown relative to
+    """
+    parts = [render(checked.diagnostics, cwd), _summary(checked)]
+    return '\n'.join(part for part in parts if part)
+
+
+def as_json(checked: Checked, cwd: str) -> str:
+    """
+    Return the problems as a JSON object.
+
+    Its members are `version` (see :data:`JSON_VERSION`), `files` (the launch
+    files that were read, the given one first) and `diagnostics`, in the order
+    found. Each of these has `severity` (`error` or `warning`), `message`,
+    `help` (the way out, or null), `path`, `line` and `column` (counted from 1;
+    all three null for the command line), `length` (in characters) and
+    `includes`: `path`, `line` and `column` of each include that led there,
+    innermost first.
+
+    :param cwd: The folder that paths below it are relative to
+    """
+    document = {
+        'version': JSON_VERSION,
+        'files': [shown_path(file.path, cwd) for file in checked.files],
+        'diagnostics': [_json(d, cwd) for d in checked.diagnostics],
+    }
+    return json.dumps(document, indent=2, ensure_ascii=False)
+
+
+def as_github(checked: Checked, cwd: str) -> str:
+    """
+    Return the problems as GitHub's workflow commands, one a line.
+
+    GitHub shows them beside the lines of a pull request.
+
+    :param cwd: The root of the repository, which paths are relative to
+    """
+    return '\n'.join(
+        [*(annotation(d, cwd) for d in checked.diagnostics), _summary(checked)]
+    )
+
+
+def as_sarif(checked: Checked, cwd: str) -> str:
+    """
+    Return the problems as a log of SARIF 2.1.0 (OASIS).
+
+    :param cwd: The root of the repository, which paths are relative to
+    """
+    driver = {
+        'name': 'colcon-yamllaunch',
+        'version': __version__,
+        'rules': [
+            {'id': rule, 'shortDescription': {'text': text}}
+            for rule, text in _RULES.values()
+        ],
+    }
+    root = f'{_uri(cwd)}/' if cwd != '/' else 'file:///'
+    run = {
+        'tool': {'driver': driver},
+        'columnKind': 'unicodeCodePoints',
+        'originalUriBaseIds': {'SRCROOT': {'uri': root}},
+        'results': [_sarif(d, cwd) for d in checked.diagnostics],
+    }
+    log = {'$schema': _SARIF_SCHEMA, 'version': '2.1.0', 'runs': [run]}
+    return json.dumps(log, indent=2, ensure_ascii=False)
+
+
+def _summary(checked: Checked) -> str:
+    counts = dict.fromkeys(_RULES, 0)
+    for diagnostic in checked.diagnostics:
+        counts[diagnostic.severity] += 1
+    found = [_count(n, name) for name, n in counts.items() if n]
+    files = _count(len(checked.files), 'launch file')
+    return f'{", ".join(found) or "no problems"} in {files}'
+
+
+def _count(number: int, name: str) -> str:
+    return f'{number} {name}' if number == 1 else f'{number} {name}s'
+
+
+def _json(diagnostic: Diagnostic, cwd: str) -> dict[str, Any]:
+    return {
+        'severity': diagnostic.severity,
+        'message': diagnostic.message,
+        'help': diagnostic.hint,
+        **_json_place(diagnostic.position, cwd),
+        'length': diagnostic.length,
+        'includes': [_json_place(p, cwd) for p in diagnostic.includes],
+    }
+
+
+def _json_place(position: Position | None, cwd: str) -> dict[str, Any]:
+    if position is None:
+        return {'path': None, 'line': None, 'column': None}
+    return {
+        'path': shown_path(position.path, cwd),
+        'line': position.line,
+        'column': position.column,
+    }
+
+
+def _sarif(diagnostic: Diagnostic, cwd: str) -> dict[str, Any]:
+    names: Sequence[Severity] = list(_RULES)
+    result: dict[str, Any] = {
+        'ruleId': _RULES[diagnostic.severity][0],
+        'ruleIndex': names.index(diagnostic.severity),
+        'level': diagnostic.severity,
+        'message': {'text': with_hint(diagnostic)},
+    }
+    position = diagnostic.position
+    if position is not None:
+        place = _sarif_place(position, cwd, diagnostic.length)
+        result['locations'] = [{'physicalLocation': place}]
+    if diagnostic.includes:
+        result['relatedLocations'] = [
+            {
+                'physicalLocation': _sarif_place(include, cwd),
+                'message': {'text': 'included from here'},
+            }
+            for include in diagnostic.includes
+        ]
+    return result
+
+
+def _sarif_place(
+    position: Position, cwd: str, length: int | None = None
+) -> dict[str, Any]:
+    path = shown_path(position.path, cwd)
+    artifact = {'uri': quote(path), 'uriBaseId': 'SRCROOT'}
+    if os.path.isabs(path):
+        artifact = {'uri': _uri(path)}
+    region = {'startLine': position.line, 'startColumn': position.column}
+    if length is not None:
+        region['endColumn'] = position.column + length
+    return {'artifactLocation': artifact, 'region': region}
+
+
+def _uri(path: str) -> str:
+    return Path(path).as_uri()

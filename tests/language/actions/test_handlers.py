@@ -1,0 +1,112 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""There is one handler for each action, which no policy passes over."""
+
+import ast
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import colcon_yamllaunch
+from colcon_yamllaunch.language.actions import handlers
+from colcon_yamllaunch.language.actions.handlers import HANDLERS
+from colcon_yamllaunch.language.actions.handlers import PASSIVE
+from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
+from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.policies.check import check
+from colcon_yamllaunch.language.policies.declared import find_declarations
+from colcon_yamllaunch.language.policies.evaluate import evaluate
+from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
+from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
+from launch_examples import EXAMPLES
+import pytest
+
+from tests.language.conftest import Launcher
+
+FAMILIES = [
+    handlers.SCOPE_HANDLERS,
+    handlers.FLOW_HANDLERS,
+    handlers.SIGN_HANDLERS,
+    handlers.PROCESS_HANDLERS,
+]
+LANGUAGE = Path(colcon_yamllaunch.__file__).parent / 'language'
+#: The folders that interpret launch files.
+INTERPRETER = ('actions', 'evaluation', 'policies')
+#: The shortest text that is taken for a message, in characters.
+SHORTEST = 20
+
+
+def test_that_each_action_has_exactly_one_handler() -> None:
+    found = Counter(name for family in FAMILIES for name in family)
+    assert found == Counter(list(ACTIONS))
+    assert found.keys() == HANDLERS.keys()
+
+
+def test_that_each_action_has_exactly_one_example() -> None:
+    assert EXAMPLES.keys() == ACTIONS.keys()
+
+
+def test_that_each_substitution_has_a_maker() -> None:
+    assert MAKERS.keys() == KINDS.keys()
+
+
+@pytest.mark.parametrize('name', ACTIONS)
+def test_that_each_policy_comes_to(
+    name: str, launcher: Launcher, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[type[Walk]] = []
+    handler = HANDLERS[name]
+
+    def spy(walk: Walk, attributes: Attributes) -> None:
+        seen.append(type(walk))
+        handler(walk, attributes)
+
+    monkeypatch.setitem(HANDLERS, name, spy)  # type: ignore[misc]
+    launcher.packages.programs = {'my_pkg': {'driver', 'planner'}}
+    request = launcher.request(f'launch:\n{EXAMPLES[name]}')
+    evaluate(request)
+    check(request, portable=True)
+    find_declarations(request)
+
+    missed = {policy.__name__ for policy in {*Walk.__subclasses__()} - {*seen}}
+    may_miss = set()
+    if name in PASSIVE:
+        may_miss.add('_Listing')
+    if ' if: ' in EXAMPLES[name]:
+        may_miss.add('_Launch')
+    assert missed <= may_miss
+
+
+def messages(path: Path) -> Iterator[str]:
+    """Yield the texts of a module that a user may read, as patterns."""
+    tree = ast.parse(path.read_text())
+    parts: set[int] = set()
+    for node in ast.walk(tree):
+        text = None
+        if isinstance(node, ast.Expr):
+            # a docstring
+            parts.add(id(node.value))
+        elif isinstance(node, ast.JoinedStr):
+            parts.update(id(value) for value in node.values)
+            text = ''.join(
+                str(value.value) if isinstance(value, ast.Constant) else '{}'
+                for value in node.values
+            )
+        elif isinstance(node, ast.Constant) and id(node) not in parts:
+            text = node.value if isinstance(node.value, str) else None
+        if text is not None and len(text) > SHORTEST and ' ' in text:
+            yield text
+
+
+def test_that_each_message_stands_once() -> None:
+    found = Counter(
+        message
+        for folder in INTERPRETER
+        for path in (LANGUAGE / folder).glob('*.py')
+        for message in messages(path)
+    )
+    twice = {message for message, count in found.items() if count > 1}
+    # parts of sentences, on what ROS 2's launcher does with a value
+    assert all(message.startswith("', and ") for message in twice)

@@ -1,0 +1,656 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Looking a launch file over without running it."""
+
+from pathlib import Path
+
+from colcon_yamllaunch.language.evaluation.request import Request
+from colcon_yamllaunch.language.policies.check import check
+from colcon_yamllaunch.language.policies.check import Checked
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+import pytest
+
+from tests.language.conftest import Launcher
+from tests.language.conftest import Marked
+
+
+def checked(
+    launcher: Launcher,
+    text: str | bytes,
+    *,
+    portable: bool = False,
+    **given: str,
+) -> Checked:
+    path = str(launcher.write('main.yaml', text))
+    return check(
+        Request(
+            path,
+            path,
+            packages=launcher.packages,
+            environment=launcher.environment,
+            arguments=given,
+            cwd=str(launcher.folder),
+        ),
+        portable=portable,
+    )
+
+
+def found(launcher: Launcher, text: str, **given: str) -> list[str]:
+    """Return the problems, without their places."""
+    return [
+        f'{d.severity}: {d.message}'
+        for d in checked(launcher, text, **given).diagnostics
+    ]
+
+
+def only(launcher: Launcher, marked: str, **given: str) -> Diagnostic:
+    """Return the one problem, which is where the text marks."""
+    mark = Marked.of(marked)
+    (diagnostic,) = checked(launcher, mark.text, **given).diagnostics
+    mark.check(diagnostic)
+    return diagnostic
+
+
+GOOD = {
+    'both branches': """
+launch:
+- arg: {name: flag, default: 'true'}
+- node: {pkg: alpha, exec: talker, name: one, if: $(var flag)}
+- node: {pkg: alpha, exec: listener, name: one, unless: $(var flag)}
+""",
+    'alternatives of one argument': """
+launch:
+- arg: {name: mode, default: sim}
+- node: {pkg: alpha, exec: talker, name: n, if: $(equals $(var mode) sim)}
+- node: {pkg: alpha, exec: talker, name: n, if: $(equals $(var mode) real)}
+""",
+    'an empty default that a condition asks for': """
+launch:
+- arg: {name: extra, default: ''}
+- include: {file: $(var extra), if: "$(not-equals $(var extra) '')"}
+""",
+    'such a condition behind another name': """
+launch:
+- arg: {name: extra, default: ''}
+- let: {name: has_extra, value: "$(not-equals $(var extra) '')"}
+- include: {file: $(var extra), if: $(var has_extra)}
+""",
+    'such a condition in Python': """
+launch:
+- arg: {name: extra, default: ''}
+- include:
+    file: $(var extra)
+    if: $(eval "'$(var extra)' != ''")
+""",
+    'a name that only some branch sets': """
+launch:
+- arg: {name: flag, default: 'false'}
+- let: {name: port, value: /dev/tty0, if: $(var flag)}
+- node: {pkg: alpha, exec: talker, args: $(var port), if: $(var flag)}
+""",
+    'a package that is only known at launch': """
+launch:
+- node: {pkg: $(env PACKAGE x), exec: talker}
+- node: {pkg: $(command 'cat /etc/package'), exec: talker}
+- include: {file: $(env FOLDER .)/x.yaml}
+- node: {pkg: alpha, exec: talker, args: $(var may_come_with_the_include)}
+""",
+    'names that differ by namespace': """
+launch:
+- group:
+  - push_ros_namespace: {namespace: left}
+  - node: {pkg: alpha, exec: talker, name: one}
+- group:
+  - push_ros_namespace: {namespace: right}
+  - node: {pkg: alpha, exec: talker, name: one}
+- node: {pkg: alpha, exec: talker, name: one}
+""",
+    'what a group keeps': """
+launch:
+- let: {name: a, value: alpha}
+- group:
+    forwarding: false
+    keep: [{name: b, value: $(var a)}]
+    children:
+    - node: {pkg: $(var b), exec: talker}
+- reset: {keep: [{name: c, value: $(var a)}]}
+- node: {pkg: $(var c), exec: talker}
+""",
+    'a loop': """
+launch:
+- for:
+    len: 3
+    name: i
+    children:
+    - node: {pkg: alpha, exec: talker, name: n$(index i)}
+- for_each:
+    values: '{who: talker}; {who: listener}'
+    children:
+    - node: {pkg: alpha, exec: $(for-var who)}
+- for_each:
+    values: $(env ROBOTS '')
+    children:
+    - node: {pkg: alpha, exec: $(for-var who)}
+""",
+    'a parameter of the scope': """
+launch:
+- set_parameter: {name: rate, value: '5'}
+- node: {pkg: alpha, exec: talker, args: $(param rate)}
+""",
+    'a process with a PATH of its own': """
+launch:
+- set_env: {name: PATH, value: /my/bin}
+- executable: {cmd: my_program}
+""",
+    'launch arguments that every process heeds': """
+launch:
+- arg: {name: sigterm_timeout, default: '2'}
+- arg: {name: launch-prefix, default: nice}
+- executable: {cmd: whatever}
+""",
+    'a program that something else finds': """
+launch:
+- executable: {cmd: whatever, shell: true}
+- executable: {cmd: whatever, launch-prefix: find}
+""",
+    'a file that a build may bring': """
+launch:
+- set_parameter: {name: x, value: $(file-content /install/x/share/x/y)}
+""",
+}
+
+
+@pytest.mark.parametrize('name', GOOD)
+def test_nothing_is_wrong_with(name: str, launcher: Launcher) -> None:
+    assert found(launcher, GOOD[name]) == []
+
+
+BAD = {
+    'a package': """
+launch:
+- node: {pkg: «alhpa», exec: talker}
+""",
+    'a package under a condition that does not hold': """
+launch:
+- arg: {name: flag, default: 'false'}
+- node: {pkg: «alhpa», exec: talker, if: $(var flag)}
+""",
+    'a package under a condition that never holds': """
+launch:
+- node: {pkg: «alhpa», exec: talker, if: 'false'}
+""",
+    'a package of a substitution': """
+launch:
+- let: {name: x, value: «$(find-pkg-share alhpa)»}
+""",
+    'a package of a default': """
+launch:
+- arg: {name: where, default: alhpa}
+- node: {pkg: «$(var where)», exec: talker}
+""",
+    'a program of a package': """
+launch:
+- node: {pkg: alpha, exec: «talkr»}
+""",
+    'a program on the PATH': """
+launch:
+- executable: {cmd: «no_such_program --verbose»}
+""",
+    'a program by its path': """
+launch:
+- executable: {cmd: «$(dirname)/no_such_program»}
+""",
+    'an undefined name': """
+launch:
+- node: {pkg: alpha, exec: talker, args: --x «$(var nonesuch)»}
+""",
+    'an undefined name within an eval': """
+launch:
+- let: {name: x, value: "$(eval '«$(var nonesuch)» + 1')"}
+""",
+    'a name that is set too late': """
+launch:
+- node: {pkg: alpha, exec: talker, args: «$(var late)»}
+- let: {name: late, value: x}
+""",
+    'a name of a scope that has ended': """
+launch:
+- group:
+  - let: {name: inner, value: x}
+- node: {pkg: alpha, exec: talker, args: «$(var inner)»}
+""",
+    'a name that a group does not see': """
+launch:
+- let: {name: a, value: alpha}
+- group:
+    forwarding: false
+    children:
+    - node: {pkg: «$(var a)», exec: talker}
+""",
+    'an environment variable that cannot be': """
+launch:
+- «set_env»: {name: 'A=B', value: c}
+""",
+    'a name that was reset': """
+launch:
+- let: {name: gone, value: x}
+- reset: {}
+- node: {pkg: alpha, exec: talker, args: «$(var gone)»}
+""",
+    'a default that is no choice': """
+launch:
+- arg: {name: mode, default: «warp», choice: [{value: fast}, {value: slow}]}
+- node: {pkg: alpha, exec: talker, args: $(var mode)}
+""",
+    'an included file': """
+launch:
+- include: {file: «$(dirname)/nonesuch.yaml»}
+""",
+    'a file of parameters': """
+launch:
+- set_parameters_from_file: {filename: «/no/such/file.yaml»}
+""",
+    'a node name': """
+launch:
+- node: {pkg: alpha, exec: talker, name: «bad-name»}
+""",
+    'a node name made of an argument': """
+launch:
+- arg: {name: robot, default: r-2}
+- node: {pkg: alpha, exec: talker, name: «$(var robot)_driver»}
+""",
+    'a namespace': """
+launch:
+- push_ros_namespace: {namespace: «a b»}
+""",
+    'a condition': """
+launch:
+- node: {pkg: alpha, exec: talker, if: «maybe»}
+""",
+    'an output': """
+launch:
+- node: {pkg: alpha, exec: talker, output: «nowhere»}
+""",
+    'a log level': """
+launch:
+- log: {message: x, level: «loud»}
+""",
+    'a time': """
+launch:
+- timer: {period: «soon», children: []}
+""",
+    'a parameter type': """
+launch:
+- node:
+    pkg: alpha
+    exec: talker
+    param: [{name: a, value: «5», type: str}]
+""",
+    'a parameter value of an argument': """
+launch:
+- arg: {name: rate, default: fast}
+- node:
+    pkg: alpha
+    exec: talker
+    param: [{name: a, value: «$(var rate)», type: int}]
+""",
+    'a quote': """
+launch:
+- node: {pkg: alpha, exec: talker, args: «it's»}
+""",
+    'an expression': """
+launch:
+- let: {name: x, value: "«$(eval '1 / 0')»"}
+""",
+    'an expression that is no Python': """
+launch:
+- let: {name: x, value: "«$(eval '1 +')»"}
+""",
+    'a variable of no loop': """
+launch:
+- log: {message: «$(for-var x)»}
+""",
+    'a parameter that nothing sets': """
+launch:
+- log: {message: «$(param rate)»}
+""",
+}
+
+
+@pytest.mark.parametrize('name', BAD)
+def test_an_error_points_at(name: str, launcher: Launcher) -> None:
+    assert only(launcher, BAD[name]).severity == 'error'
+
+
+DOUBTFUL = {
+    'the same node twice': """
+launch:
+- node: {pkg: alpha, exec: talker, name: one}
+- node: {pkg: alpha, exec: talker, name: «one»}
+""",
+    'the same node under conditions that have nothing in common': """
+launch:
+- arg: {name: a, default: 'true'}
+- arg: {name: b, default: 'false'}
+- node: {pkg: alpha, exec: talker, name: one, if: $(var a)}
+- node: {pkg: alpha, exec: talker, name: «one», if: $(var b)}
+""",
+    'the same full name in two ways': """
+launch:
+- node: {pkg: alpha, exec: talker, name: one, namespace: /x}
+- push_ros_namespace: {namespace: x}
+- node: {pkg: alpha, exec: talker, name: «one»}
+""",
+    'a node in a loop': """
+launch:
+- for:
+    len: 2
+    name: i
+    children:
+    - node: {pkg: alpha, exec: talker, name: «one»}
+""",
+    'a name that is remapped twice': """
+launch:
+- node:
+    pkg: alpha
+    exec: talker
+    remap: [{from: a, to: b}, {from: «a», to: c}]
+""",
+    'a name that the scope remaps': """
+launch:
+- set_remap: {from: a, to: b}
+- node: {pkg: alpha, exec: talker, remap: [{from: «a», to: c}]}
+""",
+    'an argument that is not used': """
+launch:
+- arg: {name: «unused», default: x}
+""",
+    'a parameter file that is skipped': """
+launch:
+- node: {pkg: alpha, exec: talker, param: [{from: «/no/such.yaml»}]}
+""",
+    'an environment variable that is not there': """
+launch:
+- log: {message: «$(env NOT_SET)»}
+""",
+    'an empty list': """
+launch:
+- node: {pkg: alpha, exec: talker, param: [{name: a, value: «[]}]}
+""",
+}
+
+
+@pytest.mark.parametrize('name', DOUBTFUL)
+def test_a_warning_points_at(name: str, launcher: Launcher) -> None:
+    assert only(launcher, DOUBTFUL[name]).severity == 'warning'
+
+
+def test_that_the_nearest_package_is_named(launcher: Launcher) -> None:
+    assert only(launcher, BAD['a package']).hint == "did you mean 'alpha'?"
+
+
+def test_that_all_mistakes_are_found_at_once(launcher: Launcher) -> None:
+    launcher.write('broken.yaml', 'launch:\n- nod: {}\n- grop: []\n')
+    text = """
+launch:
+- node: {pkg: alhpa, exec: talker, args: $(var x), output: y, name: 1a}
+- include: {file: $(dirname)/broken.yaml}
+- node: {pkg: alpha, exec: nonesuch}
+"""
+    assert len(found(launcher, text)) == 7
+
+
+def test_that_a_command_is_never_run(launcher: Launcher) -> None:
+    witness = launcher.folder / 'witness'
+    text = f"""
+launch:
+- let: {{name: x, value: "$(command 'touch {witness}')"}}
+- let:
+    name: y
+    value: $(eval "open('{witness}', 'w')")
+- log: {{message: $(var x), if: "$(command 'touch {witness}')"}}
+"""
+    assert found(launcher, text) == []
+    assert not witness.exists()
+
+
+CHILD = """
+launch:
+- arg: {name: mode, choice: [{value: fast}, {value: slow}]}
+- node: {pkg: alpha, exec: talker, args: $(var mode)}
+"""
+
+
+class TestInclude:
+    def test_that_it_is_looked_at(self, launcher: Launcher) -> None:
+        launcher.write('child.yaml', 'launch:\n- node: {pkg: no, exec: x}\n')
+        text = 'launch:\n- include: {file: $(dirname)/child.yaml}\n'
+        (problem,) = checked(launcher, text).diagnostics
+        assert problem.position is not None
+        assert Path(problem.position.path).name == 'child.yaml'
+        (include,) = problem.includes
+        assert (include.line, include.column) == (2, 19)
+
+    def test_a_required_argument(self, launcher: Launcher) -> None:
+        launcher.write('child.yaml', CHILD)
+        problem = only(
+            launcher, 'launch:\n- include: {file: «$(dirname)/child.yaml»}\n'
+        )
+        assert problem.severity == 'error'
+        assert "requires the launch argument 'mode'" in problem.message
+
+    def test_an_argument_of_the_scope(self, launcher: Launcher) -> None:
+        launcher.write('child.yaml', CHILD)
+        text = """
+launch:
+- arg: {name: mode, default: fast}
+- include: {file: $(dirname)/child.yaml}
+"""
+        assert found(launcher, text) == []
+
+    def test_an_unknown_argument(self, launcher: Launcher) -> None:
+        launcher.write('child.yaml', CHILD)
+        problem = only(
+            launcher,
+            """
+launch:
+- include:
+    file: $(dirname)/child.yaml
+    arg: [{name: mode, value: fast}, {name: «mod», value: fast}]
+""",
+        )
+        assert problem.severity == 'warning'
+        assert problem.hint == "did you mean 'mode'?"
+
+    def test_an_argument_for_what_it_includes(
+        self, launcher: Launcher
+    ) -> None:
+        launcher.write('grandchild.yaml', CHILD)
+        launcher.write(
+            'child.yaml', 'launch:\n- include: {file: grandchild.yaml}\n'
+        )
+        text = """
+launch:
+- include: {file: child.yaml, arg: [{name: mode, value: fast}]}
+"""
+        assert found(launcher, text) == []
+
+    def test_that_a_value_that_is_no_choice_is_shown_where_it_is_passed(
+        self, launcher: Launcher
+    ) -> None:
+        launcher.write('child.yaml', CHILD)
+        problem = only(
+            launcher,
+            """
+launch:
+- include:
+    file: $(dirname)/child.yaml
+    arg: [{name: mode, value: «warp»}]
+""",
+        )
+        assert problem.severity == 'error'
+        assert problem.includes == ()
+
+    def test_two_times_with_other_values(self, launcher: Launcher) -> None:
+        launcher.write(
+            'child.yaml',
+            """
+launch:
+- arg: {name: robot}
+- arg: {name: talks, default: 'true'}
+- node: {pkg: alpha, exec: talker, name: $(var robot), if: $(var talks)}
+- node: {pkg: alpha, exec: listener, name: ear, unless: $(var talks)}
+""",
+        )
+        text = """
+launch:
+- group:
+  - include: {file: child.yaml, arg: [{name: robot, value: a}]}
+- group:
+  - include: {file: child.yaml, arg: [{name: robot, value: b},
+      {name: talks, value: 'true'}]}
+"""
+        assert found(launcher, text) == []
+
+    def test_that_what_it_sets_is_seen(self, launcher: Launcher) -> None:
+        launcher.write('common.yaml', 'launch:\n- arg: {name: x, default: 1}')
+        text = """
+launch:
+- include: {file: common.yaml}
+- log: {message: $(var x)}
+"""
+        assert found(launcher, text) == []
+
+    def test_one_that_includes_itself(self, launcher: Launcher) -> None:
+        text = 'launch:\n- include: {file: $(dirname)/main.yaml}\n'
+        (problem,) = found(launcher, text)
+        assert 'include one another' in problem
+
+    def test_one_that_may_include_itself(self, launcher: Launcher) -> None:
+        text = """
+launch:
+- arg: {name: depth, default: '0'}
+- include:
+    file: $(dirname)/main.yaml
+    if: $(not-equals $(var depth) 0)
+    arg: [{name: depth, value: "$(eval '$(var depth) - 1')"}]
+"""
+        assert found(launcher, text) == []
+
+    def test_a_tree_of_many_paths(self, launcher: Launcher) -> None:
+        for number in range(30):
+            text = f'- include: {{file: part{number + 1}.yaml}}\n' * 3
+            launcher.write(f'part{number}.yaml', f'launch:\n{text}')
+        launcher.write('part30.yaml', 'launch: []\n')
+        text = 'launch:\n- include: {file: part0.yaml}\n'
+        assert found(launcher, text) == []
+
+    def test_one_in_python(self, launcher: Launcher) -> None:
+        launcher.write('child.launch.py', '')
+        text = """
+launch:
+- arg: {name: x, default: '1'}
+- include: {file: child.launch.py, arg: [{name: y, value: z}]}
+- log: {message: $(var set_in_python)}
+"""
+        assert found(launcher, text) == []
+
+
+class TestArguments:
+    @pytest.mark.parametrize('file', ['$(dirname)/p.yaml', '$(env FILE x)'])
+    def test_that_a_parameter_file_may_use_them(
+        self, file: str, launcher: Launcher
+    ) -> None:
+        launcher.write('p.yaml', '/**: {ros__parameters: {a: $(var a)}}')
+        launcher.write(
+            'child.yaml',
+            f"""
+launch:
+- arg: {{name: a, default: '1'}}
+- node:
+    pkg: alpha
+    exec: talker
+    param: [{{from: {file}, allow_substs: true}}]
+""",
+        )
+        text = """
+launch:
+- include: {file: child.yaml, arg: [{name: a, value: '2'}]}
+"""
+        assert found(launcher, text) == []
+
+    REQUIRED = """
+launch:
+- arg: {name: must}
+- node: {pkg: $(var must), exec: talker}
+"""
+
+    def test_that_they_need_not_be_given(self, launcher: Launcher) -> None:
+        assert found(launcher, self.REQUIRED) == []
+
+    def test_that_those_of_an_include_are_not_those_of_its_parent(
+        self, launcher: Launcher
+    ) -> None:
+        launcher.write('child.yaml', 'launch:\n- arg: {name: a, default: x}\n')
+        text = """
+launch:
+- arg: {name: a, default: x}
+- include: {file: child.yaml, arg: [{name: a, value: $(var a)}]}
+"""
+        (problem,) = checked(launcher, text).diagnostics
+        assert problem.message == "the launch argument 'a' is never used"
+        assert problem.position is not None
+        assert Path(problem.position.path).name == 'child.yaml'
+
+    def test_that_given_ones_count(self, launcher: Launcher) -> None:
+        assert found(launcher, self.REQUIRED, must='alpha') == []
+        (problem,) = found(launcher, self.REQUIRED, must='nonesuch')
+        assert "no package 'nonesuch'" in problem
+
+    def test_one_that_is_not_declared(self, launcher: Launcher) -> None:
+        path = launcher.write('main.yaml', self.REQUIRED)
+        (problem,) = check(
+            Request(
+                str(path),
+                str(path),
+                packages=launcher.packages,
+                environment=launcher.environment,
+                arguments={'mus': 'x'},
+                cwd=str(launcher.folder),
+            ),
+            portable=False,
+        ).diagnostics
+        assert problem.position is None
+        assert problem.hint == "did you mean 'must'?"
+
+
+def test_that_the_result_names_what_was_seen(launcher: Launcher) -> None:
+    launcher.write('child.yaml', 'launch: []\n')
+    result = checked(
+        launcher,
+        """
+launch:
+- include: {file: child.yaml, if: 'false'}
+- node: {pkg: alpha, exec: talker}
+""",
+    )
+    names = [Path(source.path).name for source in result.files]
+    assert names == ['main.yaml', 'child.yaml']
+    assert list(result.packages) == ['alpha']
+    assert [use.name for use in result.executables] == ['talker']
+
+
+def test_a_file_that_cannot_be_read(launcher: Launcher) -> None:
+    (problem,) = found(launcher, 'launch: [')
+    assert problem.startswith('error: ')
+
+
+def test_a_launch_file_in_xml(launcher: Launcher) -> None:
+    launcher.write(
+        'child.launch.xml',
+        '<launch><node pkg="alhpa" exec="talker" respawn="true"/></launch>',
+    )
+    text = 'launch:\n- include: {file: child.launch.xml}\n'
+    (problem,) = checked(launcher, text, portable=True).errors[:1]
+    assert "no package 'alhpa'" in problem.message
