@@ -12,7 +12,7 @@ import sys
 import pytest
 
 ROOT = Path(__file__).parents[3]
-COMMAND = 'python -m colcon_yamllaunch.verb.reference'
+COMMAND = 'python docs/generate_options.py'
 
 
 @pytest.fixture(scope='module')

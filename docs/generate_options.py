@@ -4,7 +4,7 @@
 """
 A page about the options of the verbs, made from what their parsers know.
 
-usage: python -m colcon_yamllaunch.verb.reference > docs/options.md
+usage: python docs/generate_options.py > docs/options.md
 """
 
 import argparse
@@ -25,8 +25,7 @@ def _page() -> Iterator[str]:
     yield '# Options'
     yield ''
     yield (
-        'Made by `python -m colcon_yamllaunch.verb.reference` from what '
-        '`--help` shows.'
+        'Made by `python docs/generate_options.py` from what `--help` shows.'
     )
     found = entry_points(group='colcon_core.verb')
     ours = [entry for entry in found if entry.value.startswith(_PACKAGE)]
