@@ -7,7 +7,7 @@ from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Sequence
 
-from colcon_yamllaunch.verb.cli.options import Options
+from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.launching.workspace_session import (
     InstalledWorkspace,
 )
@@ -33,7 +33,7 @@ class Building:
     def __init__(
         self,
         workspace: InstalledWorkspace,
-        options: Options,
+        options: LaunchOptions,
         say: Callable[[str], None],
     ) -> None:
         self._workspace = workspace
@@ -73,7 +73,7 @@ class Building:
 
     def tell(self) -> None:
         """Say in one line what was built, if it came to that."""
-        if not self._has_decided or self._options.run.verbosity == 'quiet':
+        if not self._has_decided or self._options.quiet:
             return
         fresh = self._fresh - set(self._built)
         self._say(after_build(list(self._built.values()), len(fresh)))

@@ -12,7 +12,7 @@ import sys
 import time
 from typing import Any
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.client import LaunchError
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
@@ -35,11 +35,10 @@ PROGRESS_INTERVAL = 1.0
 
 def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
     """
-    Do what was asked.
+    Do what was asked, and return the exit code.
 
     :param environment: The user's environment
-    :returns: The exit code
-    :raises WorkspaceError: if no launch or no process is meant
+    :raises UserError: when no launch or no process is meant
     """
     candidates = find_launches(environment, options.launch)
     if options.action == 'status':
@@ -60,7 +59,7 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
 
         return show_logs(chosen, processes, follow=options.follow)
     except LaunchError as e:
-        raise WorkspaceError(f'{chosen.state.title}: {e}') from e
+        raise UserError(f'{chosen.state.title}: {e}') from e
 
 
 def _status(candidates: Sequence[Candidate], form: str) -> int:

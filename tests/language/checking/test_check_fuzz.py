@@ -19,12 +19,12 @@ from colcon_yamllaunch.language.vocabulary.substitutions import Kind
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.language.test_language_fuzz import FRAGMENTS
+from tests.language.test_language_fuzz import YAMLISH
 import yaml
 
 from tests.language.checking.test_check import checked
 from tests.language.conftest import Launcher
-from tests.language.evaluation.test_language_fuzz import FRAGMENTS
-from tests.language.evaluation.test_language_fuzz import YAMLISH
 
 CASES = [
     path.read_bytes()
