@@ -60,8 +60,7 @@ def test_launch_without_changes_imports_nothing_heavy(user: User) -> None:
     path = colcon_yamllaunch.__path__
     names = pkgutil.walk_packages(path, 'colcon_yamllaunch.')
     modules = {name for _, name, _ in names}
-    assert 'colcon_yamllaunch' in found
-    assert len(found & modules) <= SHARE * len(modules)
+    assert 0 < len(found & modules) <= SHARE * len(modules)
 
 
 def test_change_asks_colcon(user: User) -> None:

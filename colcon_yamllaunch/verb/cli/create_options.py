@@ -8,8 +8,7 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.verb.cli.option_parser import given_options
-from colcon_yamllaunch.verb.cli.option_parser import read_values
+from colcon_yamllaunch.verb.cli.option_parser import read_options
 from colcon_yamllaunch.verb.cli.option_parser import unknown_option
 
 _USAGE = 'Usage: colcon create PKG [options]'
@@ -56,5 +55,4 @@ def parse_create_options(known: Any) -> CreateOptions:
             f"'{words[1]}' is one word too many: one package is made at a "
             f'time. {_USAGE}'
         )
-    read = read_values(given_options(known, 'create'), known)
-    return CreateOptions(words[0], **read)
+    return CreateOptions(words[0], **read_options(known, 'create'))

@@ -16,10 +16,8 @@ from colcon_yamllaunch.runtime.screen.reporting import Verbosity
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
 from colcon_yamllaunch.verb.cli.control_options import control_options
 from colcon_yamllaunch.verb.cli.control_options import ControlOptions
-from colcon_yamllaunch.verb.cli.option_parser import given_options
 from colcon_yamllaunch.verb.cli.option_parser import parse_more
-from colcon_yamllaunch.verb.cli.option_parser import read_values
-from colcon_yamllaunch.verb.cli.option_parser import refuse_unfit
+from colcon_yamllaunch.verb.cli.option_parser import read_options
 from colcon_yamllaunch.verb.cli.option_parser import unknown_option
 from colcon_yamllaunch.verb.cli.option_scanner import normalised
 from colcon_yamllaunch.verb.cli.option_scanner import SEPARATOR
@@ -104,14 +102,11 @@ def parse_launch_options(known: Any) -> LaunchOptions:
         more, values.paths = _split_arguments(values.paths)
         arguments = more + arguments
     control = control_options(values, positionals)
-    given = given_options(values, 'launch')
-    if control is None:
-        # it is about the launch that starts
-        given.pop('--attach', None)
-    refuse_unfit(given, values)
     if control is not None:
+        read_options(values, 'launch')
         return LaunchOptions(control=control)
-    read = read_values(given, values)
+    # the process of a new launch is no request to a running one
+    read = read_options(values, 'launch', without='--attach')
     meant = dict(map(_named, arguments))
     for key, name in _PREFIXES.items():
         if key in read:

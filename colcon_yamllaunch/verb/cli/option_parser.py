@@ -97,28 +97,47 @@ def given_options(values: Any, verb: Verb) -> dict[str, Option]:
     }
 
 
-def read_values(given: Mapping[str, Option], values: Any) -> dict[str, Any]:
+def read_options(
+    values: Any, verb: Verb, *, without: str | None = None
+) -> dict[str, Any]:
     """
-    Return what the values of options are read as, by their keys.
+    Return the options that were given, read, by their keys.
 
-    :param given: Those that were given, by name
     :param values: The values of all options
-    :raises UserError: when one makes no sense
+    :param verb: The verb
+    :param without: An option that is not looked at
+    :raises UserError: when a value makes no sense, or options do not fit
+      together
     """
+    given = given_options(values, verb)
+    given.pop(without or '', None)
+    _refuse_unfit(given, values)
     return {
         option.key: read_value(option, getattr(values, option.key))
         for option in given.values()
     }
 
 
-def refuse_unfit(given: Mapping[str, Option], values: Any) -> None:
-    """
-    Refuse options that do not fit together.
+def unknown_option(word: str, verb: Verb) -> str:
+    """Return what to say of an option that does not exist."""
+    from colcon_yamllaunch.common.suggestions import did_you_mean
 
-    :param given: Those that were given, by name
-    :param values: The values of all options
-    :raises UserError: when there is one
-    """
+    hint = did_you_mean(word, options_of(verb)) or (
+        f"'colcon {verb} --help' lists the options"
+    )
+    return f"there is no option '{word}': {hint}"
+
+
+def _lacking(option: Option) -> str:
+    """Return what to say of an option without one that it needs."""
+    written = option.short or option.name
+    if option.value is not None:
+        written = f'{written} {option.value.name}'
+    return f'{written} goes with {enumeration(option.needs)}'
+
+
+def _refuse_unfit(given: Mapping[str, Option], values: Any) -> None:
+    """Refuse options that do not fit together."""
     for option in given.values():
         for exclusion in option.excludes:
             for other in exclusion.options:
@@ -138,21 +157,3 @@ def refuse_unfit(given: Mapping[str, Option], values: Any) -> None:
                 f"{option.name} has no format '{given_value}': it is one of "
                 f'{", ".join(value.choices)}'
             )
-
-
-def unknown_option(word: str, verb: Verb) -> str:
-    """Return what to say of an option that does not exist."""
-    from colcon_yamllaunch.common.suggestions import did_you_mean
-
-    hint = did_you_mean(word, options_of(verb)) or (
-        f"'colcon {verb} --help' lists the options"
-    )
-    return f"there is no option '{word}': {hint}"
-
-
-def _lacking(option: Option) -> str:
-    """Return what to say of an option without one that it needs."""
-    written = option.short or option.name
-    if option.value is not None:
-        written = f'{written} {option.value.name}'
-    return f'{written} goes with {enumeration(option.needs)}'

@@ -40,14 +40,6 @@ def read_value(option: Option, given: Any) -> Any:
     return tuple(read(option.name, text) for text in given)
 
 
-def _text(_option: str, text: str) -> str:
-    return text
-
-
-def _path(_option: str, text: str) -> Path:
-    return Path(text).expanduser()
-
-
 def _file(option: str, text: str) -> Path:
     if not text:
         raise UserError(f'{option} needs the name of a file')
@@ -110,9 +102,9 @@ def _size(option: str, text: str) -> int | None:
 
 
 READERS: Mapping[Kind, Callable[[str, str], Any]] = {
-    'text': _text,
+    'text': lambda _, text: text,
     'file': _file,
-    'path': _path,
+    'path': lambda _, text: Path(text).expanduser(),
     'pattern': _pattern,
     'seconds': _seconds,
     'size': _size,

@@ -8,9 +8,7 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.verb.cli.option_parser import given_options
-from colcon_yamllaunch.verb.cli.option_parser import read_values
-from colcon_yamllaunch.verb.cli.option_parser import refuse_unfit
+from colcon_yamllaunch.verb.cli.option_parser import read_options
 from colcon_yamllaunch.verb.cli.option_parser import unknown_option
 
 _USAGE = 'Usage: colcon run [options] PKG EXEC [argument ...]'
@@ -47,8 +45,7 @@ def parse_run_options(known: Any) -> RunOptions:
     """
     words = known.positionals
     words = words[1:] if words[:1] == ['--'] else words
-    given = given_options(known, 'run')
-    refuse_unfit(given, known)
+    read = read_options(known, 'run')
     if not words:
         raise UserError(_nothing_to_run(known.paths))
     package, *rest = words
@@ -59,12 +56,8 @@ def parse_run_options(known: Any) -> RunOptions:
             f"'{rest[0]}' stands where the executable should: options stand "
             f'in front of the package. {_USAGE}'
         )
-    return RunOptions(
-        package,
-        rest[0] if rest else None,
-        tuple(rest[1:]),
-        **read_values(given, known),
-    )
+    executable = rest[0] if rest else None
+    return RunOptions(package, executable, tuple(rest[1:]), **read)
 
 
 def asks_for_help(known: Any) -> bool:
