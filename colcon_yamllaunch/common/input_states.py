@@ -43,7 +43,7 @@ class InputState:
 
 
 def look(paths: Iterable[str]) -> InputState:
-    """Get the state that times and sizes tell."""
+    """Return the state that times and sizes tell."""
     numbers = array('Q')
     settled = 0
     for path in paths:
@@ -58,7 +58,7 @@ def look(paths: Iterable[str]) -> InputState:
 
 
 def read(paths: Iterable[str]) -> InputState:
-    """Get the state that contents and the names in folders tell."""
+    """Return the state that contents and the names in folders tell."""
     parts = []
     settled = 0
     for path in paths:

@@ -30,7 +30,7 @@ from colcon_yamllaunch.verb.cli.option_table import REQUESTS
 from colcon_yamllaunch.verb.cli.option_table import Verb
 from colcon_yamllaunch.verb.completion import candidates
 from colcon_yamllaunch.verb.completion.candidates import Candidates
-from colcon_yamllaunch.workspace.index.package_scan import glance
+from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 
@@ -53,7 +53,7 @@ class _Cursor:
     def locator(self, words: Sequence[str] = ()) -> PackageLocator:
         """Return the packages; words may have the path of a launch file."""
         given = getattr(self.known, 'workspace', None) or None
-        return glance(find_workspace(given, words), self.environment)
+        return scan_packages(find_workspace(given, words), self.environment)
 
 
 _Find = Callable[[_Cursor], Candidates]

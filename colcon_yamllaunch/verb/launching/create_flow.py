@@ -22,7 +22,7 @@ from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import show_versions
-from colcon_yamllaunch.workspace.building.colcon_adapter import Colcon
+from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
 from colcon_yamllaunch.workspace.create.new_package import LICENSES
 from colcon_yamllaunch.workspace.create.new_package import make_package
 from colcon_yamllaunch.workspace.create.new_package import NewPackage

@@ -23,9 +23,8 @@ from colcon_yamllaunch.verb.cli.run_options import asks_for_help
 from colcon_yamllaunch.verb.cli.run_options import parse_run_options
 from colcon_yamllaunch.verb.cli.run_options import RunOptions
 from colcon_yamllaunch.verb.cli.target import unknown_package
-from colcon_yamllaunch.verb.launching.workspace_session import (
-    InstalledWorkspace,
-)
+from colcon_yamllaunch.verb.launching.builds import Builds
+from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
@@ -50,7 +49,7 @@ def _run(known: Any, environment: Mapping[str, str]) -> int:
         return show_versions()
     options = parse_run_options(known)
     with _standard_streams_aside():
-        workspace = InstalledWorkspace(
+        workspace = WorkspaceSession(
             workspace_root(options.workspace, []),
             options.build_args,
             environment,
@@ -102,7 +101,7 @@ def find_program(
     return str(Path(prefix, 'lib', package, fitting[0]))
 
 
-def _prepare(workspace: InstalledWorkspace, options: RunOptions) -> int:
+def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
     """Build what is needed and not up to date; return the exit code."""
     package = options.package
     if workspace.locator.prefix(package) is None and options.paths is None:
@@ -110,9 +109,10 @@ def _prepare(workspace: InstalledWorkspace, options: RunOptions) -> int:
         raise UserError(unknown_package(package, workspace.locator, broken))
     if not options.no_build and workspace.root is not None:
         wanted = _wanted(workspace, options)
-        update = workspace.update(wanted, exactly=options.paths is not None)
-        if update.returncode:
-            return update.returncode
+        builds = Builds(workspace, exactly=options.paths is not None)
+        returncode = builds.update(wanted, options.package).returncode
+        if returncode:
+            return returncode
     if workspace.locator.prefix(package) is None:
         raise UserError(unknown_package(package, workspace.locator, ()))
     if package in workspace.package_names:
@@ -120,7 +120,7 @@ def _prepare(workspace: InstalledWorkspace, options: RunOptions) -> int:
     return 0
 
 
-def _wanted(workspace: InstalledWorkspace, options: RunOptions) -> set[str]:
+def _wanted(workspace: WorkspaceSession, options: RunOptions) -> set[str]:
     """Return the packages of the workspace to bring up to date."""
     if options.build_all:
         return workspace.package_names

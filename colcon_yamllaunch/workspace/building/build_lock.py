@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import IO
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.workspace.building.orphan_builds import end_leftovers
+from colcon_yamllaunch.workspace.building.orphan_builds import (
+    end_orphan_builds,
+)
 
 #: The name of the lock file, below the build folder.
 LOCK_NAME = '.colcon_launch.lock'
@@ -26,7 +28,6 @@ class BuildLock:
     """
     The lock of a workspace, while it is held.
 
-    :param handle: The lock file
     :param waited: Whether another process held it before
     """
 
@@ -79,7 +80,7 @@ def build_lock(
         handle.seek(0)
         if handle.read(1):
             # who held it before was killed
-            end_leftovers(build_base, announce)
+            end_orphan_builds(build_base, announce)
         lock = BuildLock(handle, waited)
         yield lock
         lock.clear()

@@ -25,7 +25,7 @@ _INTERVAL = 0.02
 
 
 def mark(build_base: Path) -> dict[str, str]:
-    """Get the variable for what this process builds."""
+    """Return the variable for what this process builds."""
     return {MARK: f'{os.getpid()}:{build_base}'}
 
 
@@ -39,13 +39,14 @@ def end_own_processes() -> None:
     _end(own_processes)
 
 
-def end_leftovers(build_base: Path, announce: Callable[[str], None]) -> None:
+def end_orphan_builds(
+    build_base: Path, announce: Callable[[str], None]
+) -> None:
     """
     End the processes of earlier builds in a workspace, and wait for that.
 
     To be called while no other launch builds there.
 
-    :param build_base: The build folder of the workspace
     :param announce: Is called with one line if there are some
     """
 
