@@ -74,7 +74,8 @@ def test_a_terminal_is_emulated_where_it_is_asked_for(launch, python):
         python('pipe', 'import os; print(os.isatty(1))'),
     )
     assert one.ends() == 0
-    assert '[tty]    [True, True, True]\n[tty]    80\n' in one.screen
+    assert '[tty]    [True, True, True]\n' in one.screen
+    assert '[tty]    80\n' in one.screen
     assert '[tty]    partial\n' in one.screen
     assert '[pipe]   False\n' in one.screen
     assert one.log('tty/stdout.log') == b'[True, True, True]\n80\n'

@@ -13,7 +13,7 @@ from typing import Any
 from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.runtime.process.exec_program import become
+from colcon_yamllaunch.runtime.process.exec_program import exec_program
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import report_errors
@@ -61,7 +61,7 @@ def _run(known: Any, environment: Mapping[str, str]) -> int:
     program = find_program(
         workspace.locator, options.package, options.executable
     )
-    return _become(
+    return _exec(
         [*options.prefix, program, *options.arguments], workspace.environment
     )
 
@@ -129,9 +129,9 @@ def _wanted(workspace: WorkspaceSession, options: RunOptions) -> set[str]:
     return {options.package} & workspace.package_names
 
 
-def _become(argv: list[str], environment: Mapping[str, str]) -> NoReturn:
+def _exec(argv: list[str], environment: Mapping[str, str]) -> NoReturn:
     try:
-        become(argv, environment)
+        exec_program(argv, environment)
     except StartError as e:
         raise UserError(str(e)) from e
 

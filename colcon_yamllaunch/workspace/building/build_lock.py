@@ -12,9 +12,7 @@ from pathlib import Path
 from typing import IO
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.workspace.building.orphan_builds import (
-    end_orphan_builds,
-)
+from colcon_yamllaunch.workspace.building.orphan_builds import end_orphans
 
 #: The name of the lock file, below the build folder.
 LOCK_NAME = '.colcon_launch.lock'
@@ -80,7 +78,7 @@ def build_lock(
         handle.seek(0)
         if handle.read(1):
             # who held it before was killed
-            end_orphan_builds(build_base, announce)
+            end_orphans(build_base, announce)
         lock = BuildLock(handle, waited)
         yield lock
         lock.clear()
