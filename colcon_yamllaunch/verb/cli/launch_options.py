@@ -11,8 +11,8 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.runtime.core.limits import LOG_LIMIT
 from colcon_yamllaunch.runtime.core.events import Verbosity
+from colcon_yamllaunch.runtime.core.limits import LOG_LIMIT
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
 from colcon_yamllaunch.verb.cli.control_options import control_options
 from colcon_yamllaunch.verb.cli.control_options import ControlOptions
