@@ -27,8 +27,8 @@ from colcon_yamllaunch.verb.sessions.selecting import choose_processes
 from colcon_yamllaunch.verb.sessions.selecting import find_launches
 from colcon_yamllaunch.verb.sessions.status_table import table
 
-#: Seconds between two looks at a launch that was asked for something.
-LOOK_INTERVAL = 0.05
+#: Seconds between two questions to a launch that was asked for something.
+POLL_INTERVAL = 0.05
 #: Seconds after which it is said what is waited for.
 PROGRESS_INTERVAL = 1.0
 
@@ -138,4 +138,4 @@ def _wait_for(chosen: Candidate, process: ProcessState) -> ProcessState | None:
         if not is_told and time.monotonic() - asked > PROGRESS_INTERVAL:
             is_told = True
             say(f'waiting for {process.label}')
-        time.sleep(LOOK_INTERVAL)
+        time.sleep(POLL_INTERVAL)

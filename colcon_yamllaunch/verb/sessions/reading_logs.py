@@ -24,8 +24,8 @@ from colcon_yamllaunch.verb.sessions.selecting import Candidate
 
 #: Lines of each process that are shown before those to come, as by tail(1).
 LINES = 10
-#: Seconds between two looks for more.
-LOOK_INTERVAL = 0.1
+#: Seconds between two reads of what is more.
+POLL_INTERVAL = 0.1
 #: Seconds between two questions whether the launch still runs.
 ASK_INTERVAL = 1.0
 
@@ -189,7 +189,7 @@ class LogReader:
 def _follow(chosen: Candidate, logs: Sequence[LogReader]) -> None:
     asked = time.monotonic()
     while True:
-        time.sleep(LOOK_INTERVAL)
+        time.sleep(POLL_INTERVAL)
         for log in logs:
             log.show()
         if time.monotonic() - asked > ASK_INTERVAL:
