@@ -74,7 +74,8 @@ def test_a_terminal_is_emulated_where_it_is_asked_for(launch, python):
         python('pipe', 'import os; print(os.isatty(1))'),
     )
     assert one.ends() == 0
-    assert '[tty]    [True, True, True]\n[tty]    80\n' in one.screen
+    assert '[tty]    [True, True, True]\n' in one.screen
+    assert '[tty]    80\n' in one.screen
     assert '[tty]    partial\n' in one.screen
     assert '[pipe]   False\n' in one.screen
     assert one.log('tty/stdout.log') == b'[True, True, True]\n80\n'
@@ -213,6 +214,7 @@ def test_a_slow_reader_slows_the_flood_but_not_the_others(
     assert one.ends() == 0
 
 
+@pytest.mark.full
 def test_a_screen_that_nobody_reads_does_not_hold_up_a_stop(
     launch, sh, pipe, wait_until
 ):
