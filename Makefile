@@ -25,11 +25,12 @@ unexport MAKEFLAGS MAKELEVEL MFLAGS
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .NOTPARALLEL:
-.PHONY: help demo test lint fuzz soak clean distclean
+.PHONY: help demo test quick lint fuzz soak clean distclean
 
 help:
 	@echo 'make demo       build and launch sample_ws, stop after 15 seconds'
 	@echo 'make test       ruff, mypy and all tests'
+	@echo 'make quick      the tests that need no build and no ROS'
 	@echo 'make lint       ruff and mypy alone'
 	@echo 'make fuzz       the fuzz tests with 100,000 inputs'
 	@echo 'make soak       an unruly launch for 3 minutes, or MINUTES=…'
@@ -41,6 +42,10 @@ demo: $(VENV)/.installed
 
 test: lint
 	$(BIN)/pytest -n auto --dist loadgroup
+
+quick: $(VENV)/.installed
+	HYPOTHESIS_PROFILE=quick \
+		$(BIN)/pytest -n auto --dist loadgroup -m 'not full'
 
 lint: $(VENV)/.installed
 	$(BIN)/ruff check

@@ -3,10 +3,15 @@
 
 """What all tests share."""
 
+from collections.abc import Generator
 from collections.abc import Iterator
+import os
+from pathlib import Path
 import random
 import signal
 import socket
+import sys
+from typing import Any
 
 import pytest
 
@@ -18,6 +23,49 @@ signal.signal(signal.SIGHUP, signal.SIG_DFL)
 #: The ids whose ports lie below Linux's ephemeral ones (ROS 2's guide to
 #: ROS_DOMAIN_ID); 0 is left out, since it is what everybody else uses.
 DOMAIN_IDS = range(1, 102)
+
+#: The fixtures with which a test builds, launches or runs nodes of ROS, which
+#: makes it one of those that only `make test` runs.
+FULL_FIXTURES = frozenset({'forks', 'make_user', 'ros_domain_id', 'user'})
+#: What no other test may start, or import.
+FULL_PROGRAMS = frozenset({'cmake', 'colcon', 'rclpy'})
+#: The events of Python that tell of that (see the table of audit events).
+_STARTS = frozenset(
+    {'import', 'os.exec', 'os.posix_spawn', 'subprocess.Popen'}
+)
+
+#: The test that runs, if it is one of `make quick`.
+_quick: list[pytest.Item] = []
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what takes too long for `make quick`."""
+    for item in items:
+        if FULL_FIXTURES.intersection(getattr(item, 'fixturenames', ())):
+            item.add_marker('full')
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
+    """Keep in mind which test runs."""
+    if item.get_closest_marker('full') is None:
+        _quick.append(item)
+    try:
+        return (yield)
+    finally:
+        _quick.clear()
+
+
+def _guard(event: str, arguments: tuple[Any, ...]) -> None:
+    """Fail a test of `make quick` that is about to need more than it may."""
+    if event not in _STARTS or not _quick:
+        return
+    name = Path(os.fsdecode(arguments[0])).name
+    if name in FULL_PROGRAMS:
+        pytest.fail(f'it needs {name}, so it has to be marked `full`')
+
+
+sys.addaudithook(_guard)
 
 
 def _claim(domain_id: int) -> socket.socket | None:

@@ -70,38 +70,36 @@ def launch(name: str, cases: Path, prefix: Path, folder: Path) -> Launched:
     :param prefix: The prefix of the installed packages
     :param folder: An empty folder for this case alone
     """
-    folders = {key: folder / key for key in ('cwd', 'home', 'records')}
-    for path in folders.values():
+    cwd, records = folder / 'cwd', folder / 'records'
+    for path in (cwd, records):
         path.mkdir()
     environment = {
-        **_environment(prefix),
-        'HOME': str(folders['home']),
-        'PROBE_FOLDER': str(folders['records']),
-        **dict(line.split('=', 1) for line in _lines(cases / f'{name}.env')),
+        **environment_of(name, cases, prefix, folder),
+        'PROBE_FOLDER': str(records),
     }
     screen = folder / 'screen'
-    popen = _start(cases / name, folders['cwd'], environment, screen)
+    popen = _start(cases / name, cwd, environment, screen)
     try:
-        for count in _lines(cases / f'{name}.interrupt'):
-            _interrupt(popen, folders['records'], int(count))
+        for count in lines(cases / f'{name}.interrupt'):
+            _interrupt(popen, records, int(count))
         popen.wait(TIMEOUT)
     finally:
         if popen.poll() is None:
             os.killpg(popen.pid, signal.SIGKILL)
             popen.wait()
-    places = {
-        str(prefix): '$PREFIX',
-        str(cases): '$CASES',
-        str(folders['cwd']): '$CWD',
-    }
     return Launched(
         popen.returncode,
         screen.read_text(encoding='utf-8', errors='replace'),
         [
-            _replace(json.loads(path.read_text(encoding='utf-8')), places)
-            for path in sorted(folders['records'].glob('*.json'))
+            without_places(
+                json.loads(path.read_text(encoding='utf-8')),
+                cases,
+                prefix,
+                cwd,
+            )
+            for path in sorted(records.glob('*.json'))
         ],
-        _lines(folders['records'] / 'signals'),
+        lines(records / 'signals'),
     )
 
 
@@ -111,7 +109,7 @@ def _start(
     command = [str(PROGRAMS / 'colcon'), 'launch', f'{case}.yaml']
     with screen.open('wb') as output:
         return subprocess.Popen(
-            [*command, *_lines(case.with_suffix('.args'))],
+            [*command, *lines(case.with_suffix('.args'))],
             cwd=cwd,
             env=environment,
             stdin=subprocess.DEVNULL,
@@ -137,26 +135,39 @@ def _wait_until(
         time.sleep(0.01)
 
 
-def _environment(prefix: Path) -> dict[str, str]:
+def environment_of(
+    name: str, cases: Path, prefix: Path, home: Path
+) -> dict[str, str]:
+    """Return the environment that a case is launched in."""
     environment = {
-        name: value
-        for name, value in os.environ.items()
-        if not name.startswith(FOREIGN)
+        variable: value
+        for variable, value in os.environ.items()
+        if not variable.startswith(FOREIGN)
     }
     path = [str(prefix / 'bin'), str(PROGRAMS), environment['PATH']]
-    environment['PATH'] = os.pathsep.join(path)
-    environment['AMENT_PREFIX_PATH'] = str(prefix)
-    return environment
+    return {
+        **environment,
+        'PATH': os.pathsep.join(path),
+        'AMENT_PREFIX_PATH': str(prefix),
+        'HOME': str(home),
+        **dict(line.split('=', 1) for line in lines(cases / f'{name}.env')),
+    }
 
 
-def _lines(path: Path) -> list[str]:
+def lines(path: Path) -> list[str]:
+    """Return the lines of a file that may be missing."""
     if not path.exists():
         return []
     return path.read_text(encoding='utf-8').splitlines()
 
 
-def _replace(value: Any, places: dict[str, str]) -> Any:
+def without_places(record: Any, cases: Path, prefix: Path, cwd: Path) -> Any:
     """Put the names of the folders for their paths, in all texts."""
+    places = {str(prefix): '$PREFIX', str(cases): '$CASES', str(cwd): '$CWD'}
+    return _replace(record, places)
+
+
+def _replace(value: Any, places: dict[str, str]) -> Any:
     if isinstance(value, str):
         for path, name in places.items():
             value = value.replace(path, name)

@@ -9,6 +9,7 @@ program does then is in its arguments: `--say TEXT`, `--warn TEXT`,
 `--sleep SECONDS`, `--exit CODE`, or `--stubborn` to ignore SIGINT and SIGTERM.
 """
 
+from collections.abc import Mapping
 import json
 import os
 from pathlib import Path
@@ -47,23 +48,34 @@ def note_signals(folder: Path) -> None:
 
 
 def write_record(folder: Path, arguments: list[str]) -> None:
-    arguments = list(arguments)
-    record = {
-        'exe': Path(sys.argv[0]).name,
-        'from': Path(sys.argv[0]).absolute().parent.name,
-        'params': take_parameter_files(arguments),
-        'args': arguments,
-        'cwd': os.getcwd(),
-        'env': {
-            name: value
-            for name, value in os.environ.items()
-            if name.startswith(KEPT) and name not in DROPPED
-        },
-    }
+    program = Path(sys.argv[0]).absolute()
+    record = record_of(program, arguments, os.getcwd(), os.environ)
     # a reader must never see half of it
     unfinished = folder / f'{os.getpid()}.unfinished'
     unfinished.write_text(json.dumps(record), encoding='utf-8')
     unfinished.rename(folder / f'{time.monotonic_ns()}-{os.getpid()}.json')
+
+
+def record_of(
+    program: Path,
+    arguments: list[str],
+    cwd: str,
+    environment: Mapping[str, str],
+) -> dict[str, Any]:
+    """Return what the program writes down when it is started like this."""
+    arguments = list(arguments)
+    return {
+        'exe': program.name,
+        'from': program.parent.name,
+        'params': take_parameter_files(arguments),
+        'args': arguments,
+        'cwd': cwd,
+        'env': {
+            name: value
+            for name, value in environment.items()
+            if name.startswith(KEPT) and name not in DROPPED
+        },
+    }
 
 
 def take_parameter_files(arguments: list[str]) -> list[Any]:

@@ -14,6 +14,8 @@ from tests.conformance.case import CASES
 from tests.conformance.case import expected
 from tests.conformance.case import launch
 from tests.conformance.outcome import outcome
+from tests.conformance.planned import ONLY_LAUNCHED
+from tests.conformance.planned import plan
 from tests.conformance.prefix import install_packages
 
 CASES_FOLDER = Path(__file__).with_name('cases')
@@ -37,6 +39,7 @@ def test_that_each_case_has_a_launch_file_and_an_outcome() -> None:
     assert [p.stem for p in sorted(CASES_FOLDER.glob('*.yaml'))] == CASES
 
 
+@pytest.mark.full
 @pytest.mark.parametrize('name', CASES)
 def test_case(name: str, installed: tuple[Path, Path], tmp_path: Path) -> None:
     launched = launch(name, *installed, tmp_path)
@@ -49,3 +52,13 @@ def test_case(name: str, installed: tuple[Path, Path], tmp_path: Path) -> None:
     if not found['exit_ok'] and not found['processes']:
         # it was refused, so it has to say why
         assert 'error: ' in launched.output
+
+
+@pytest.mark.parametrize('name', sorted({*CASES} - ONLY_LAUNCHED))
+def test_plan(name: str, installed: tuple[Path, Path], tmp_path: Path) -> None:
+    planned = plan(name, *installed, tmp_path)
+    found = outcome(planned.returncode, planned.records, planned.signals)
+    # a plan is not stopped
+    wanted = expected(name) | {'signals': []}
+    assert found == wanted, planned.output
+    assert _as_json(found) == _as_json(wanted)

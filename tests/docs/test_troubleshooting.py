@@ -10,6 +10,10 @@ from pathlib import Path
 import re
 
 import pytest
+from support.sources import modules
+
+# so that one worker parses the code
+pytestmark = pytest.mark.xdist_group('sources')
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / 'docs/troubleshooting.md').read_text(encoding='utf-8')
@@ -32,8 +36,7 @@ def texts(tree: ast.AST) -> Iterator[str]:
 
 @cache
 def code() -> str:
-    files = (ROOT / 'colcon_yamllaunch').rglob('*.py')
-    trees = (ast.parse(path.read_text(encoding='utf-8')) for path in files)
+    trees = modules().values()
     return '\n'.join(text for tree in trees for text in texts(tree))
 
 

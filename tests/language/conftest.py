@@ -26,6 +26,9 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.register_profile(
+    'quick', settings.get_profile('default'), max_examples=20
+)
+settings.register_profile(
     'long', settings.get_profile('default'), max_examples=10_000
 )
 settings.load_profile(os.environ.get('HYPOTHESIS_PROFILE', 'default'))

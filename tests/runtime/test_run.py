@@ -197,6 +197,7 @@ def test_a_process_inherits_no_open_file_of_the_launcher(launch, sh):
     assert sum('pipe:' in t for t in links) == 2
 
 
+@pytest.mark.full
 def test_a_parameter_file_lives_as_long_as_the_launch(launch, sh):
     content = 'counter:\n  ros__parameters: {text: ä}\n'
     one = launch(

@@ -214,6 +214,7 @@ def test_a_slow_reader_slows_the_flood_but_not_the_others(
     assert one.ends() == 0
 
 
+@pytest.mark.full
 def test_a_screen_that_nobody_reads_does_not_hold_up_a_stop(
     launch, sh, pipe, wait_until
 ):

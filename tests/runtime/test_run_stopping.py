@@ -84,6 +84,7 @@ def test_two_signals_at_once_are_one(launch, python):
     assert b'SIGTERM' not in one.log('a/stdout.log')
 
 
+@pytest.mark.full
 def test_progress_names_what_still_runs(launch, sleep, python):
     one = launch(
         python('slow', STUBBORN, sigterm_timeout=2.5, sigkill_timeout=0.1),

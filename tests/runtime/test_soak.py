@@ -16,6 +16,8 @@ import time
 
 import pytest
 
+pytestmark = pytest.mark.full
+
 SECONDS = 60 * float(os.environ.get('SOAK_MINUTES', '0.08'))
 SAMPLE_INTERVAL = 0.25
 #: Files that the launcher may have open: three logs and two pipes for each

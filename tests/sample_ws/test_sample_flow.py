@@ -18,7 +18,7 @@ from .conftest import copy_sample_ws
 from .conftest import Environment
 from .conftest import Start
 
-pytestmark = pytest.mark.xdist_group('sample_ws')
+pytestmark = [pytest.mark.full, pytest.mark.xdist_group('sample_ws')]
 
 
 def _path_without_this_python() -> Iterator[str]:

@@ -13,7 +13,7 @@ from .conftest import Start
 from .conftest import Workspace
 
 # One build serves all tests here when they run on one worker.
-pytestmark = pytest.mark.xdist_group('sample_ws')
+pytestmark = [pytest.mark.full, pytest.mark.xdist_group('sample_ws')]
 
 COUNTER = 'install/my_pkg/lib/my_pkg/counter.py'
 DOUBLE = 'install/my_pkg/lib/my_pkg/double.py'

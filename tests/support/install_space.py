@@ -7,18 +7,11 @@ from collections.abc import Iterable
 import os
 from pathlib import Path
 import subprocess
-import sys
-
-_WRITE_SCRIPTS = """\
-from pathlib import Path
-import sys
+from unittest.mock import patch
 
 from colcon_bash.shell.bash import BashShell
 from colcon_core.shell.sh import ShShell
 
-for shell in (ShShell(), BashShell()):
-    shell.create_prefix_script(Path(sys.argv[1]), len(sys.argv) > 2)
-"""
 #: Variables by which colcon would chain what this process has sourced.
 _CHAINING = ('COLCON_PREFIX_PATH', 'AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH')
 
@@ -83,13 +76,11 @@ class InstallSpace:
 
 
 def _write_scripts(path: Path, merged: bool, chained: Iterable[Path]) -> None:
-    environment = {k: v for k, v in os.environ.items() if k not in _CHAINING}
-    environment['COLCON_PREFIX_PATH'] = os.pathsep.join(map(str, chained))
-    subprocess.run(
-        [sys.executable, '-c', _WRITE_SCRIPTS, str(path), *['-m'] * merged],
-        env=environment,
-        check=True,
-    )
+    variables = {k: v for k, v in os.environ.items() if k not in _CHAINING}
+    variables['COLCON_PREFIX_PATH'] = os.pathsep.join(map(str, chained))
+    with patch.dict(os.environ, variables, clear=True):
+        for shell in (ShShell(), BashShell()):
+            shell.create_prefix_script(path, merged)
 
 
 def in_bash(

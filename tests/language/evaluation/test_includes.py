@@ -139,6 +139,7 @@ def test_a_file_that_includes_itself_twice_ends(launcher):
     assert 'include one another' in error.message
 
 
+@pytest.mark.full
 def test_actions_have_a_limit(launcher):
     loop = 'for: {len: 1000, name: i, children: [%s]}'
     text = f'launch: [{loop % (loop % "reset: {}")}]'

@@ -398,6 +398,7 @@ def test_a_chain_of_too_many_includes(launcher: Launcher) -> None:
     assert 'include one another' in message
 
 
+@pytest.mark.full
 def test_includes_that_multiply_end_with_an_error(launcher: Launcher) -> None:
     for number in range(30):
         twice = f'include: {{file: {number + 1}.yaml}}'

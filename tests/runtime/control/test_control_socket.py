@@ -232,6 +232,7 @@ def test_a_client_that_says_no_more_gets_its_answer(controlled, sleep):
         client.receive()
 
 
+@pytest.mark.full
 def test_a_client_that_never_reads_costs_neither_time_nor_memory(
     controlled, sleep
 ):

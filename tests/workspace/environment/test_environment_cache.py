@@ -25,6 +25,8 @@ import pytest
 from support.install_space import in_bash
 from support.install_space import InstallSpace
 
+pytestmark = pytest.mark.full
+
 #: Seconds after which a change of a file is told from the one before.
 SETTLE = 0.05
 BASE = {'PATH': os.defpath, 'HOME': '/nowhere', 'LANG': 'C.UTF-8'}

@@ -20,6 +20,8 @@ import pytest
 from support.install_space import in_bash
 from support.install_space import InstallSpace
 
+pytestmark = pytest.mark.full
+
 #: Each edit sources twice, in a bash with Python in it.
 EXAMPLES = 6
 #: Seconds after which a change of a file is told from the one before.
