@@ -12,7 +12,6 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.screen.line_formats import layout_of
 from colcon_yamllaunch.runtime.screen.line_formats import SCREEN_FORMAT
 from colcon_yamllaunch.runtime.screen.screen import Screen
-from colcon_yamllaunch.runtime.streams.writer import DescriptorWriter
 from colcon_yamllaunch.runtime.streams.writer import TextWriter
 from colcon_yamllaunch.runtime.streams.writer import Writer
 
@@ -98,7 +97,7 @@ def _with_defaults(
 def _writer(stream: TextIO, descriptor: int) -> Writer:
     if descriptor == -1:
         return TextWriter(stream)
-    writer = DescriptorWriter(descriptor)
+    writer = Writer(descriptor)
     try:
         stream.flush()
     except BrokenPipeError:

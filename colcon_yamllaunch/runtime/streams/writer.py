@@ -9,7 +9,6 @@ from itertools import islice
 import os
 import select
 import stat
-from typing import Protocol
 from typing import TextIO
 
 from colcon_yamllaunch.runtime.core import limits
@@ -21,92 +20,37 @@ _PASSING = frozenset((errno.ENOSPC, errno.EDQUOT))
 _SAFE_SIZE = 4096
 
 
-class Writer(Protocol):
+class Writer:
     """
-    Takes what is to be shown.
+    Writes to a file descriptor what is to be shown.
 
-    A key names the stream that something comes from.
-    """
-
-    #: Whether nobody can read it any more; then all is dropped.
-    broken: bool
-    #: What to wait for until it takes more, or -1 if there is no wait.
-    descriptor: int
-
-    def write(self, key: object, data: bytes) -> None:
-        """Take something to be shown with the next :meth:`flush`."""
-
-    def flush(self) -> None:
-        """Show as much as can be shown without waiting."""
-
-    def accepts(self, key: object) -> bool:
-        """Tell whether a stream may add to what waits already."""
-
-    def waits(self) -> bool:
-        """Tell whether something waits to be shown."""
-
-    def give_up(self) -> None:
-        """Drop everything from now on, as nobody can read it."""
-
-    def close(self) -> None:
-        """Free what is needed for writing."""
-
-
-class TextWriter:
-    """
-    Writes to a text stream that is no file of the system, as in tests.
-
-    :param stream: The stream
-    """
-
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-        self.broken = False
-        self.descriptor = -1
-
-    def write(self, key: object, data: bytes) -> None:  # noqa: ARG002, D102
-        self._stream.write(data.decode(errors='replace'))
-
-    def flush(self) -> None:  # noqa: D102
-        self._stream.flush()
-
-    def accepts(self, key: object) -> bool:  # noqa: ARG002, D102
-        return True
-
-    def waits(self) -> bool:  # noqa: D102
-        return False
-
-    def give_up(self) -> None:  # noqa: D102
-        self.broken = True
-
-    def close(self) -> None:
-        """Leave the stream open, as it is not ours."""
-
-
-class DescriptorWriter:
-    """
-    Writes to a file descriptor.
-
-    The descriptor itself stays as it is: its other users, such as the shell,
-    would not bear O_NONBLOCK. A pipe and a terminal are opened once more.
+    A key names the stream that something comes from. The descriptor itself
+    stays as it is: its other users, such as the shell, would not bear
+    O_NONBLOCK. A pipe and a terminal are opened once more.
 
     :param descriptor: The descriptor
     """
 
     def __init__(self, descriptor: int) -> None:
-        self.descriptor, self._careful = _open_again(descriptor)
+        #: What to wait for until it takes more, or -1 if there is no wait.
+        self.descriptor = -1
+        if descriptor != -1:
+            self.descriptor, self._careful = _open_again(descriptor)
+        #: Whether nobody can read it any more; then all is dropped.
         self.broken = False
         self._queue: deque[tuple[object, bytes | memoryview]] = deque()
         self._total = 0
         self._shares: dict[object, int] = {}
 
-    def write(self, key: object, data: bytes) -> None:  # noqa: D102
+    def write(self, key: object, data: bytes) -> None:
+        """Take something to be shown with the next :meth:`flush`."""
         if data and not self.broken:
             self._queue.append((key, data))
             self._total += len(data)
             self._shares[key] = self._shares.get(key, 0) + len(data)
 
-    def flush(self) -> None:  # noqa: D102
+    def flush(self) -> None:
+        """Show as much as can be shown without waiting."""
         try:
             while self._queue and self._write_some():
                 continue
@@ -118,20 +62,24 @@ class DescriptorWriter:
             self._drop()
             self.broken = error.errno not in _PASSING
 
-    def accepts(self, key: object) -> bool:  # noqa: D102
+    def accepts(self, key: object) -> bool:
+        """Tell whether a stream may add to what waits already."""
         share = self._shares.get(key, 0)
         if self._total > limits.SCREEN_BACKLOG:
             return share == 0
         return share < limits.STREAM_BACKLOG
 
-    def waits(self) -> bool:  # noqa: D102
+    def waits(self) -> bool:
+        """Tell whether something waits to be shown."""
         return bool(self._queue)
 
-    def give_up(self) -> None:  # noqa: D102
+    def give_up(self) -> None:
+        """Drop everything from now on, as nobody can read it."""
         self._drop()
         self.broken = True
 
-    def close(self) -> None:  # noqa: D102
+    def close(self) -> None:
+        """Drop the rest, and free what is needed for writing."""
         self._drop()
         os.close(self.descriptor)
 
@@ -166,6 +114,27 @@ class DescriptorWriter:
         self._queue.clear()
         self._shares.clear()
         self._total = 0
+
+
+class TextWriter(Writer):
+    """
+    Writes to a text stream that is no file of the system.
+
+    :param stream: The stream, which is not ours to close
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        super().__init__(-1)
+        self._stream = stream
+
+    def write(self, key: object, data: bytes) -> None:  # noqa: ARG002, D102
+        self._stream.write(data.decode(errors='replace'))
+
+    def flush(self) -> None:  # noqa: D102
+        self._stream.flush()
+
+    def close(self) -> None:  # noqa: D102
+        return
 
 
 def _open_again(descriptor: int) -> tuple[int, bool]:

@@ -8,8 +8,8 @@ from pathlib import Path
 import socket
 
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.streams.writer import DescriptorWriter
 from colcon_yamllaunch.runtime.streams.writer import TextWriter
+from colcon_yamllaunch.runtime.streams.writer import Writer
 import pytest
 
 
@@ -24,7 +24,7 @@ def pipe():
 
 @pytest.fixture
 def to_pipe(pipe):
-    made = DescriptorWriter(pipe['writer'])
+    made = Writer(pipe['writer'])
     yield made
     made.close()
 
@@ -89,7 +89,7 @@ def test_a_pipe_without_a_reader_breaks_quietly(to_pipe, pipe):
 
 def test_a_pipe_that_had_no_reader_from_the_start_breaks_too(pipe):
     os.close(pipe.pop('reader'))
-    writer = DescriptorWriter(pipe['writer'])
+    writer = Writer(pipe['writer'])
     writer.write('a', b'x')
     writer.flush()
     assert writer.broken
@@ -99,7 +99,7 @@ def test_a_pipe_that_had_no_reader_from_the_start_breaks_too(pipe):
 def test_a_socket_is_not_waited_for():
     ours, theirs = socket.socketpair()
     with ours, theirs:
-        writer = DescriptorWriter(ours.fileno())
+        writer = Writer(ours.fileno())
         data = os.urandom(2_000_000)
         writer.write('a', data)
         writer.flush()
@@ -115,7 +115,7 @@ def test_a_socket_is_not_waited_for():
 def test_a_file_takes_everything_at_once(tmp_path):
     path = tmp_path / 'file'
     with path.open('ab') as file:
-        writer = DescriptorWriter(file.fileno())
+        writer = Writer(file.fileno())
         writer.write('a', b'x' * 10_000_000)
         writer.flush()
         assert not writer.waits()
@@ -126,7 +126,7 @@ def test_a_file_takes_everything_at_once(tmp_path):
 @pytest.mark.skipif(not Path('/dev/full').exists(), reason='needs /dev/full')
 def test_a_full_disk_does_not_end_anything():
     descriptor = os.open('/dev/full', os.O_WRONLY)
-    writer = DescriptorWriter(descriptor)
+    writer = Writer(descriptor)
     writer.write('a', b'x')
     with pytest.raises(OSError, match=os.strerror(errno.ENOSPC)):
         os.write(descriptor, b'x')
