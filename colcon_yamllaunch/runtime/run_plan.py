@@ -18,10 +18,8 @@ from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.local_attachment import LocalAttachment
 from colcon_yamllaunch.runtime.control.server import serve
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.events import Ended
-from colcon_yamllaunch.runtime.core.events import Listener
-from colcon_yamllaunch.runtime.core.events import Warned
 from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.course.engine import no_guard
 from colcon_yamllaunch.runtime.course.engine import Settings
@@ -56,7 +54,7 @@ def run_plan(
     spawn: Spawn = os.posix_spawn,
     conditions: ExitConditions | None = None,
     presentation: Presentation | None = None,
-    observers: Iterable[Listener] = (),
+    observers: Iterable[events.Listener] = (),
     about: About | None = None,
     attach: str | None = None,
 ) -> int:
@@ -111,14 +109,14 @@ def run_plan(
         files = ParameterFiles(guard.folder)
         stack.callback(files.remove)
         layout = layout_of(LOG_FORMAT, environment, troubles.append)
-        listeners: list[Listener] = []
+        listeners: list[events.Listener] = []
         log_files: Mapping[str, Path] = {}
         publish: Callable[[], bool] = bool
         if log_folder is not None:
             logs = Logs(
                 log_folder,
                 processes,
-                lambda text: screen.handle(Warned(text)),
+                lambda text: screen.handle(events.Warned(text)),
                 limit=log_limit,
                 layout=layout,
             )
@@ -148,7 +146,7 @@ def run_plan(
         )
         stack.callback(engine.close)
         for text in troubles:
-            engine.tell(Warned(text))
+            engine.tell(events.Warned(text))
         with ExitStack() as control:
             if attachment is not None:
                 attachment.connect(engine)
@@ -173,9 +171,9 @@ def run_plan(
         return ended.exit_code
 
 
-def _ended(failures: Failures, conditions: ExitConditions) -> Ended:
+def _ended(failures: Failures, conditions: ExitConditions) -> events.Ended:
     missed = conditions.failures()
-    return Ended(
+    return events.Ended(
         failures.exit_code or int(bool(missed)),
         (*failures.summary(), *(f'failed: {text}' for text in missed)),
         failures.reports(),
@@ -188,6 +186,6 @@ def _guard(identity: str, screen: Screen, stack: ExitStack) -> GuardLink:
     try:
         guard.start()
     except OSError as error:
-        screen.handle(Warned(no_guard(error)))
+        screen.handle(events.Warned(no_guard(error)))
     stack.callback(guard.abandon)
     return guard

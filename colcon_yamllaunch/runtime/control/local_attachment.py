@@ -7,14 +7,7 @@ import select
 
 from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
-from colcon_yamllaunch.runtime.core.events import Attached
-from colcon_yamllaunch.runtime.core.events import Detached
-from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import Exited
-from colcon_yamllaunch.runtime.core.events import Listener
-from colcon_yamllaunch.runtime.core.events import Output
-from colcon_yamllaunch.runtime.core.events import Started
-from colcon_yamllaunch.runtime.core.events import Stream
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.screen.screen import Screen
 
@@ -39,14 +32,18 @@ class LocalAttachment:
     """
 
     def __init__(
-        self, label: str, keyboard: Keyboard, screen: Screen, show: Listener
+        self,
+        label: str,
+        keyboard: Keyboard,
+        screen: Screen,
+        show: events.Listener,
     ) -> None:
         self._label = label
         self._keyboard = keyboard
         self._screen = screen
         self._show = show
         self._engine: Engine | None = None
-        self._started: Started | None = None
+        self._started: events.Started | None = None
         self._is_attached = False
 
     def connect(self, engine: Engine) -> None:
@@ -54,16 +51,17 @@ class LocalAttachment:
         self._engine = engine
         engine.suspended = self._suspend
 
-    def handle(self, event: Event) -> None:
+    def handle(self, event: events.Event) -> None:
         """Show an event, and follow the process."""
-        own = isinstance(event, Output) and event.process.label == self._label
-        if own and self._is_attached:
+        process = getattr(event, 'process', None)
+        is_own = process is not None and process.label == self._label
+        if is_own and self._is_attached and isinstance(event, events.Output):
             return
-        if isinstance(event, Exited) and event.process.label == self._label:
+        if is_own and isinstance(event, events.Exited):
             self._started = None
             self._detach()
         self._show(event)
-        if isinstance(event, Started) and event.process.label == self._label:
+        if is_own and isinstance(event, events.Started):
             self._started = event
             self._attach()
 
@@ -80,7 +78,7 @@ class LocalAttachment:
             self._is_attached = True
             engine.watches.add(self._keyboard.descriptor, self._typed)
             engine.terminals.add_sink(self._label, self._show_raw)
-            engine.tell(Attached(started.process, _HINT))
+            engine.tell(events.Attached(started.process, _HINT))
 
     def _detach(self) -> None:
         if self._is_attached and self._engine is not None:
@@ -115,8 +113,8 @@ class LocalAttachment:
         started, self._started = self._started, None
         self._detach()
         if started is not None and self._engine is not None:
-            self._engine.tell(Detached(started.process))
+            self._engine.tell(events.Detached(started.process))
             self._engine = None
 
-    def _show_raw(self, stream: Stream, data: bytes) -> None:
+    def _show_raw(self, stream: events.Stream, data: bytes) -> None:
         self._screen.show_raw((self._label, stream), data)

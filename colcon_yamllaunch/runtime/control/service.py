@@ -16,13 +16,7 @@ from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
-from colcon_yamllaunch.runtime.core.events import Attached
-from colcon_yamllaunch.runtime.core.events import Detached
-from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import Exited
-from colcon_yamllaunch.runtime.core.events import Listener
-from colcon_yamllaunch.runtime.core.events import Started
-from colcon_yamllaunch.runtime.core.events import Stream
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.core.tasks import Task
@@ -33,7 +27,7 @@ from colcon_yamllaunch.runtime.streams.terminals import Terminals
 class Viewer(Protocol):
     """Somebody who is attached to a process."""
 
-    def show(self, stream: Stream, data: bytes) -> None:
+    def show(self, stream: events.Stream, data: bytes) -> None:
         """Take what the process wrote."""
 
     def tell(self, message: Mapping[str, Any]) -> None:
@@ -60,7 +54,7 @@ class Service:
         terminals: Terminals,
         log_folder: Path | None,
         log_files: Mapping[str, Path],
-        tell: Listener,
+        tell: events.Listener,
         clock: Callable[[], float],
     ) -> None:
         self._about = about
@@ -73,11 +67,11 @@ class Service:
         self._started = clock()
         self._viewers: dict[str, list[Viewer]] = {}
 
-    def handle(self, event: Event) -> None:
+    def handle(self, event: events.Event) -> None:
         """Listen to an event."""
-        if isinstance(event, Started | Exited):
+        if isinstance(event, events.Started | events.Exited):
             for viewer in tuple(self._viewers.get(event.process.label, ())):
-                if isinstance(event, Started):
+                if isinstance(event, events.Started):
                     viewer.tell({'started': event.pid})
                 else:
                     ending = ending_of(event.outcome, event.asked)
@@ -139,13 +133,13 @@ class Service:
         """Show a process to somebody who got leave to attach."""
         self._viewers.setdefault(label, []).append(viewer)
         self._terminals.add_sink(label, viewer.show)
-        self._tell(Attached(self._supervisor.task(label).process))
+        self._tell(events.Attached(self._supervisor.task(label).process))
 
     def detach(self, label: str, viewer: Viewer) -> None:
         """Show a process to somebody no more."""
         self._viewers[label].remove(viewer)
         self._terminals.remove_sink(label, viewer.show)
-        self._tell(Detached(self._supervisor.task(label).process))
+        self._tell(events.Detached(self._supervisor.task(label).process))
 
     def _may_attach(self, label: str) -> tuple[dict[str, Any], str | None]:
         task = self._supervisor.task(label)

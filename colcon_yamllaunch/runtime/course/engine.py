@@ -21,10 +21,8 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import is_alive
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import Listener
-from colcon_yamllaunch.runtime.core.events import Warned
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
@@ -97,7 +95,7 @@ class Engine:
         guard: GuardLink,
         files: ParameterFiles,
         writer: Writer,
-        listeners: Iterable[Listener],
+        listeners: Iterable[events.Listener],
         publish: Callable[[], bool],
         conditions: ExitConditions | None = None,
     ) -> None:
@@ -235,11 +233,11 @@ class Engine:
         """Tell whether a process still runs."""
         return is_alive(orphan.pid, orphan.birth)
 
-    def listen(self, listener: Listener) -> None:
+    def listen(self, listener: events.Listener) -> None:
         """Have somebody else told, too, after all others."""
         self._listeners.append(listener)
 
-    def tell(self, event: Event) -> None:
+    def tell(self, event: events.Event) -> None:
         """Tell everybody who listens."""
         for listener in self._listeners:
             listener(event)
@@ -397,9 +395,9 @@ class Engine:
         try:
             if not self._guard.restart():
                 text = 'the guard ended too often and is not started again'
-                self.tell(Warned(_without_guard(text)))
+                self.tell(events.Warned(_without_guard(text)))
         except OSError as error:
-            self.tell(Warned(no_guard(error)))
+            self.tell(events.Warned(no_guard(error)))
 
 
 def no_guard(error: OSError) -> str:

@@ -12,12 +12,7 @@ from collections.abc import Callable
 from collections.abc import Iterable
 import time
 
-from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import Exited
-from colcon_yamllaunch.runtime.core.events import Output
-from colcon_yamllaunch.runtime.core.events import ShuttingDown
-from colcon_yamllaunch.runtime.core.events import StartFailed
-from colcon_yamllaunch.runtime.core.events import Verdict
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
 from colcon_yamllaunch.runtime.streams.lines import bare
 
@@ -61,15 +56,15 @@ class ExitConditions:
         """Count the time from now on."""
         self._start = self._clock()
 
-    def handle(self, event: Event) -> None:
+    def handle(self, event: events.Event) -> None:
         """Listen to an event."""
         match event:
-            case Output():
+            case events.Output():
                 if self._unseen and not self._timed_out:
                     self._search(event)
-            case StartFailed() | Exited(failed=True):
+            case events.StartFailed() | events.Exited(failed=True):
                 self._take_failure(event)
-            case ShuttingDown():
+            case events.ShuttingDown():
                 self._stopping = True
             case _:
                 return
@@ -104,14 +99,15 @@ class ExitConditions:
         """Take note that the launch is over."""
         self._seconds = self._clock() - self._start
 
-    def verdicts(self) -> tuple[Verdict, ...]:
+    def verdicts(self) -> tuple[events.Verdict, ...]:
         """Return what came of everything, in the order given."""
         if self._timeout is not None and not self._patterns:
             seconds = self._timeout if self._timed_out else self._seconds
             failure = self._not_ended() if self._timed_out else None
-            return (Verdict(f'--timeout {self._timeout:g}', seconds, failure),)
+            name = f'--timeout {self._timeout:g}'
+            return (events.Verdict(name, seconds, failure),)
         return tuple(
-            Verdict(
+            events.Verdict(
                 f'--until {text}',
                 self._seen.get(text, self._seconds),
                 self._not_seen(text) if text in self._unseen else None,
@@ -135,7 +131,7 @@ class ExitConditions:
         """Whether the launch is only to go on for a while."""
         return not self._unseen and self._duration is not None
 
-    def _search(self, event: Output) -> None:
+    def _search(self, event: events.Output) -> None:
         lines = bare(event.data)
         for pattern in self._patterns:
             if pattern.text in self._unseen and pattern.is_in(lines):
@@ -143,7 +139,7 @@ class ExitConditions:
                 self._found_at = self._clock() - self._start
                 self._seen[pattern.text] = self._found_at
 
-    def _take_failure(self, event: StartFailed | Exited) -> None:
+    def _take_failure(self, event: events.StartFailed | events.Exited) -> None:
         """
         Give up at a failure where one decides everything.
 
@@ -151,9 +147,7 @@ class ExitConditions:
         """
         if not self._patterns and self._duration is None:
             return
-        respawns = isinstance(event, Exited) and (
-            event.respawn_delay is not None
-        )
+        respawns = getattr(event, 'respawn_delay', None) is not None
         if self._failed is None and not (self._unseen and respawns):
             self._failed = event.process.label
 

@@ -22,16 +22,8 @@ from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.events import Exited
-from colcon_yamllaunch.runtime.core.events import Requested
-from colcon_yamllaunch.runtime.core.events import Respawned
-from colcon_yamllaunch.runtime.core.events import Said
-from colcon_yamllaunch.runtime.core.events import ShuttingDown
-from colcon_yamllaunch.runtime.core.events import Started
-from colcon_yamllaunch.runtime.core.events import StartFailed
-from colcon_yamllaunch.runtime.core.events import StillRunning
-from colcon_yamllaunch.runtime.core.events import Suspended
 from colcon_yamllaunch.runtime.core.outcome import after_exit
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.outcome import is_failure
@@ -139,7 +131,7 @@ class Supervisor:
         )
         step = after_exit(process, task.respawns, asked)
         self._host.tell(
-            Exited(
+            events.Exited(
                 process,
                 group,
                 outcome,
@@ -231,7 +223,7 @@ class Supervisor:
         if task is None or self.is_stopping:
             return
         if number is not None or task.is_suspended:
-            self._host.tell(Suspended(task.process, group, number))
+            self._host.tell(events.Suspended(task.process, group, number))
         task.is_suspended = number is not None
 
     def stop(
@@ -249,7 +241,7 @@ class Supervisor:
         :param drop_timers: Whether timers that outlast a shutdown are dropped
         """
         if not self.is_stopping:
-            self._host.tell(ShuttingDown(reason, interactive))
+            self._host.tell(events.ShuttingDown(reason, interactive))
             self._begin_stopping()
         if drop_timers:
             self._drop_timers(all_of_them=True)
@@ -266,7 +258,7 @@ class Supervisor:
             case Process():
                 self._start(self._by_label[entry.label])
             case Message():
-                self._host.tell(Said(entry.level, entry.text))
+                self._host.tell(events.Said(entry.level, entry.text))
             case Timer():
                 self._set(entry)
             case Shutdown():
@@ -280,7 +272,7 @@ class Supervisor:
         except StartError as error:
             task.ended = self._clock()
             task.ending = f'could not be started: {error}'
-            self._host.tell(StartFailed(process, str(error)))
+            self._host.tell(events.StartFailed(process, str(error)))
             if process.on_exit_shutdown:
                 self.stop(f'{process.label} could not be started')
             return
@@ -291,13 +283,13 @@ class Supervisor:
         task.ending = ''
         self._running[group] = task
         self._groups[group] = task.number
-        self._host.tell(Started(process, group))
+        self._host.tell(events.Started(process, group))
 
     def _respawn(self, task: Task) -> None:
         del self._respawns[task.number]
         task.respawns += 1
         task.restarts += 1
-        self._host.tell(Respawned(task.process, task.respawns))
+        self._host.tell(events.Respawned(task.process, task.respawns))
         self._start(task)
 
     def _asked_for(
@@ -308,7 +300,7 @@ class Supervisor:
             raise RefusedError('the whole launch is being stopped')
         if task.group is None and task.ended is None:
             raise RefusedError(f'{label} has not been started yet')
-        self._host.tell(Requested(task.process, action))
+        self._host.tell(events.Requested(task.process, action))
         handle = self._respawns.pop(task.number, None)
         if handle is not None:
             handle.cancel()
@@ -369,7 +361,7 @@ class Supervisor:
         timers = len(self._timers)
         if labels or timers:
             signal = stop.latest_signal()
-            self._host.tell(StillRunning(labels, timers, signal))
+            self._host.tell(events.StillRunning(labels, timers, signal))
 
     def _end_single_stops(self) -> None:
         for number, stop in tuple(self._single_stops.items()):

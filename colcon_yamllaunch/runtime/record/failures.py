@@ -8,18 +8,12 @@ import os
 from pathlib import Path
 
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import Exited
-from colcon_yamllaunch.runtime.core.events import FailureReport
-from colcon_yamllaunch.runtime.core.events import LeftBehind
-from colcon_yamllaunch.runtime.core.events import Output
-from colcon_yamllaunch.runtime.core.events import Started
-from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.process.core_dumps import find_core_dump
 from colcon_yamllaunch.runtime.streams.lines import bare
 
-Failure = Exited | StartFailed
+Failure = events.Exited | events.StartFailed
 
 
 class Failures:
@@ -36,20 +30,20 @@ class Failures:
         self._failures: dict[str, Failure] = {}
         self._tails: dict[str, bytes] = {}
         self._core_dumps: dict[str, str | None] = {}
-        self._left_behind: list[LeftBehind] = []
+        self._left_behind: list[events.LeftBehind] = []
 
-    def handle(self, event: Event) -> None:
+    def handle(self, event: events.Event) -> None:
         """Listen to an event."""
         match event:
-            case Output():
+            case events.Output():
                 self._keep(event)
-            case Started():
+            case events.Started():
                 self._failures.pop(event.process.label, None)
                 self._tails.pop(event.process.label, None)
-            case Exited(failed=True) | StartFailed():
+            case events.Exited(failed=True) | events.StartFailed():
                 self._failures[event.process.label] = event
                 self._look_for_core_dump(event)
-            case LeftBehind():
+            case events.LeftBehind():
                 self._left_behind.append(event)
             case _:
                 return
@@ -59,11 +53,11 @@ class Failures:
         """1 if something failed, else 0."""
         return int(bool(self._failures or self._left_behind))
 
-    def reports(self) -> tuple[FailureReport, ...]:
+    def reports(self) -> tuple[events.FailureReport, ...]:
         """Return what is known of each process that failed, in order."""
         reports = [self._report(f) for f in self._failures.values()]
         reports += [
-            FailureReport(
+            events.FailureReport(
                 event.process,
                 f'{event.process.label} cannot be stopped, not even by '
                 f'SIGKILL; pid {event.pid} is left behind',
@@ -89,11 +83,11 @@ class Failures:
         lines.extend(f'then failed: {_description(f)}' for f in others)
         return tuple(lines)
 
-    def _report(self, failure: Failure) -> FailureReport:
+    def _report(self, failure: Failure) -> events.FailureReport:
         process = failure.process
-        if isinstance(failure, StartFailed):
-            return FailureReport(process, _what_failed(failure))
-        return FailureReport(
+        if isinstance(failure, events.StartFailed):
+            return events.FailureReport(process, _what_failed(failure))
+        return events.FailureReport(
             process,
             _what_failed(failure),
             tuple(self._tail(process.label)),
@@ -102,12 +96,12 @@ class Failures:
 
     def _look_for_core_dump(self, event: Failure) -> None:
         found = None
-        if isinstance(event, Exited) and event.outcome.core_dumped:
+        if isinstance(event, events.Exited) and event.outcome.core_dumped:
             cwd = event.process.cwd
             found = find_core_dump(event.pid, cwd, event.seconds)
         self._core_dumps[event.process.label] = found
 
-    def _keep(self, event: Output) -> None:
+    def _keep(self, event: events.Output) -> None:
         label = event.process.label
         data = event.data
         if len(data) < limits.TAIL_BYTES:
@@ -128,14 +122,14 @@ def _description(failure: Failure) -> str:
 
 
 def _what_failed(failure: Failure) -> str:
-    if isinstance(failure, StartFailed):
+    if isinstance(failure, events.StartFailed):
         return (
             f'{failure.process.label} could not be started: {failure.reason}'
         )
     return what_happened(failure)
 
 
-def what_happened(event: Exited) -> str:
+def what_happened(event: events.Exited) -> str:
     """Say how a process ended, and when."""
     return f'{event.process.label} {event.outcome} after {event.seconds:.1f} s'
 

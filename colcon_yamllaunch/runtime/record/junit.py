@@ -17,11 +17,7 @@ from xml.etree import ElementTree
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.runtime.core.events import Ended
-from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import Exited
-from colcon_yamllaunch.runtime.core.events import FailureReport
-from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core import events
 
 # what XML 1.0 has no place for (its production "Char")
 _NOT_IN_XML = re.compile(
@@ -56,22 +52,22 @@ class JUnitReport:
         self._processes: tuple[Process, ...] = ()
         self._seen: set[str] = set()
         self._seconds: dict[str, float] = {}
-        self._ended: Ended | None = None
+        self._ended: events.Ended | None = None
 
     def expect(self, processes: Iterable[Process]) -> None:
         """Take note of all that may be started."""
         self._processes = tuple(processes)
 
-    def handle(self, event: Event) -> None:
+    def handle(self, event: events.Event) -> None:
         """Listen to an event."""
         match event:
-            case Started():
+            case events.Started():
                 self._seen.add(event.process.label)
-            case Exited():
+            case events.Exited():
                 label = event.process.label
                 before = self._seconds.get(label, 0.0)
                 self._seconds[label] = before + event.seconds
-            case Ended():
+            case events.Ended():
                 self._ended = event
             case _:
                 return
@@ -145,7 +141,7 @@ class JUnitReport:
         return element
 
 
-def _failure(report: FailureReport) -> ElementTree.Element:
+def _failure(report: events.FailureReport) -> ElementTree.Element:
     lines = [report.text, f'from {report.process.position}']
     if report.tail:
         lines += ['', 'the last lines of its output:', *report.tail]

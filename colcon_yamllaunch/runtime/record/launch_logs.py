@@ -19,13 +19,8 @@ from pathlib import Path
 import time
 
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import LAUNCHER
-from colcon_yamllaunch.runtime.core.events import MESSENGER
-from colcon_yamllaunch.runtime.core.events import Output
-from colcon_yamllaunch.runtime.core.events import Said
-from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.output_modes import IN_COMMON_LOG
 from colcon_yamllaunch.runtime.core.output_modes import IN_OWN_LOG
 from colcon_yamllaunch.runtime.record.log_files import LogFile
@@ -82,12 +77,12 @@ class Logs:
         self._common = self._open(COMMON_LOG)
         self._events = self._open(EVENT_LOG)
 
-    def handle(self, event: Event) -> None:
+    def handle(self, event: events.Event) -> None:
         """Listen to an event."""
-        if isinstance(event, Output):
+        if isinstance(event, events.Output):
             self._record_output(event)
             return
-        if isinstance(event, Started):
+        if isinstance(event, events.Started):
             self._unopened.append(event.process)
         for line in self._common_lines(event):
             self._common_pending.append(line.encode(errors='replace'))
@@ -131,7 +126,7 @@ class Logs:
             if p.output in IN_OWN_LOG
         }
 
-    def _record_output(self, event: Output) -> None:
+    def _record_output(self, event: events.Output) -> None:
         process = event.process
         self._open_own(process)
         files = self._files.get(process.label)
@@ -150,10 +145,12 @@ class Logs:
             if self._pending_size > limits.COLLECTED_LOG:
                 self.flush()
 
-    def _common_lines(self, event: Event) -> list[str]:
-        name, tag, texts = LAUNCHER, f'[{LAUNCHER}]', event.lines()
-        if isinstance(event, Said):
-            name, tag = MESSENGER, f'[{event.level}] [{MESSENGER}]:'
+    def _common_lines(self, event: events.Event) -> list[str]:
+        name, tag = events.LAUNCHER, f'[{events.LAUNCHER}]'
+        if isinstance(event, events.Said):
+            name = events.MESSENGER
+            tag = f'[{event.level}] [{name}]:'
+        texts = event.lines()
         if self._layout is not None:
             severity = event.severity
             return [self._layout(name, severity, t) + '\n' for t in texts]

@@ -10,14 +10,7 @@ from contextlib import ExitStack
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import Listener
-from colcon_yamllaunch.runtime.core.events import LOUD
-from colcon_yamllaunch.runtime.core.events import Output
-from colcon_yamllaunch.runtime.core.events import Respawned
-from colcon_yamllaunch.runtime.core.events import Signalled
-from colcon_yamllaunch.runtime.core.events import Started
-from colcon_yamllaunch.runtime.core.events import Verbosity
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import signal_name
 from colcon_yamllaunch.runtime.screen.display import Display
 from colcon_yamllaunch.runtime.screen.screen import Screen
@@ -45,7 +38,7 @@ class Presentation:
     :param describe: Returns lines about a process that is started
     """
 
-    verbosity: Verbosity = 'normal'
+    verbosity: events.Verbosity = 'normal'
     title: str | None = None
     describe: Callable[[Process], Iterable[str]] = lambda _: ()
 
@@ -56,7 +49,7 @@ def present(
     plan: Plan,
     display: Display,
     stack: ExitStack,
-) -> Listener:
+) -> events.Listener:
     """
     Return who shows what happens.
 
@@ -90,9 +83,9 @@ def _restore_title(writer: Writer) -> None:
     writer.flush()
 
 
-def _quiet(show: Listener) -> Listener:
-    def handle(event: Event) -> None:
-        if isinstance(event, Output) or event.severity in LOUD:
+def _quiet(show: events.Listener) -> events.Listener:
+    def handle(event: events.Event) -> None:
+        if isinstance(event, events.Output) or event.severity in events.LOUD:
             show(event)
 
     return handle
@@ -100,17 +93,17 @@ def _quiet(show: Listener) -> Listener:
 
 def _verbose(
     screen: Screen, describe: Callable[[Process], Iterable[str]]
-) -> Listener:
-    def handle(event: Event) -> None:
+) -> events.Listener:
+    def handle(event: events.Event) -> None:
         screen.handle(event)
         match event:
-            case Started():
+            case events.Started():
                 for line in describe(event.process):
                     screen.say(f'  {line}')
-            case Signalled(group=True):
+            case events.Signalled(group=True):
                 name = signal_name(event.signal)
                 screen.say(f'{event.process.label}: {name}, pid {event.pid}')
-            case Respawned():
+            case events.Respawned():
                 screen.say(f'{event.process.label}: start {event.attempt + 1}')
             case _:
                 return

@@ -6,14 +6,8 @@
 from collections.abc import Iterable
 
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.events import Ended
-from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import Exited
-from colcon_yamllaunch.runtime.core.events import LAUNCHER
-from colcon_yamllaunch.runtime.core.events import MESSENGER
-from colcon_yamllaunch.runtime.core.events import Output
-from colcon_yamllaunch.runtime.core.events import Said
 from colcon_yamllaunch.runtime.core.output_modes import SHOWN
 from colcon_yamllaunch.runtime.screen.line_formats import Layout
 from colcon_yamllaunch.runtime.streams.lines import colourless
@@ -67,7 +61,7 @@ class Screen:
         self._is_mid_line = False
         labels = [p.label for p in processes]
         self._width = min(
-            max((len(t) for t in (LAUNCHER, *labels)), default=0),
+            max((len(t) for t in (events.LAUNCHER, *labels)), default=0),
             limits.LABEL_WIDTH,
         )
         self._prefixes = {
@@ -75,16 +69,16 @@ class Screen:
             for index, label in enumerate(labels)
         }
 
-    def handle(self, event: Event) -> None:
+    def handle(self, event: events.Event) -> None:
         """Listen to an event."""
-        if isinstance(event, Output):
+        if isinstance(event, events.Output):
             self._show_output(event)
-        elif isinstance(event, Said):
+        elif isinstance(event, events.Said):
             self._show_message(event)
         else:
             for line in event.lines():
                 self._show_own(line, event.severity)
-        if isinstance(event, Exited | Ended):
+        if isinstance(event, events.Exited | events.Ended):
             self._writer.flush()
 
     def say(self, line: str) -> None:
@@ -116,7 +110,7 @@ class Screen:
             self._writer.write(None, b'\n')
             self._is_mid_line = False
 
-    def _show_output(self, event: Output) -> None:
+    def _show_output(self, event: events.Output) -> None:
         process = event.process
         if event.stream in SHOWN[process.output]:
             data = legible(normalised(event.data), self._terminal)
@@ -129,26 +123,26 @@ class Screen:
             )
             self._write((process.label, event.stream), data)
 
-    def _show_message(self, event: Said) -> None:
+    def _show_message(self, event: events.Said) -> None:
         if event.level == 'DEBUG':
             return
         if self._layout is not None:
-            text = self._layout(MESSENGER, event.level, event.text)
+            text = self._layout(events.MESSENGER, event.level, event.text)
             self._show_text('', text)
             return
         colour = _LEVEL_COLOURS.get(event.level, '')
         tag = f'[{event.level}]'
         if self._color and colour:
             tag = f'{colour}{tag}{_RESET}'
-        self._show_text(f'{tag} [{MESSENGER}]: ', event.text)
+        self._show_text(f'{tag} [{events.MESSENGER}]: ', event.text)
 
     def _show_own(self, line: str, severity: str) -> None:
         # ^C stands at the start of the line that it was typed on
         start = '\r' if self._terminal else ''
-        label = f'[{LAUNCHER}]'.ljust(self._width + 3)
+        label = f'[{events.LAUNCHER}]'.ljust(self._width + 3)
         if self._layout is not None:
             label = ''
-            line = self._layout(LAUNCHER, severity, line)
+            line = self._layout(events.LAUNCHER, severity, line)
         if self._color:
             colour = _DIM if severity == 'INFO' else _ALARM
             line = f'{colour}{label}{line}{_RESET}'

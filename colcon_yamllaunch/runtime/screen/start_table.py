@@ -14,12 +14,8 @@ from colcon_yamllaunch.common.table import without_middle
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.events import Attached
-from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import ShuttingDown
-from colcon_yamllaunch.runtime.core.events import Started
-from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.screen.screen import Screen
 
 _HEADER = ('NAME', 'PACKAGE', 'NAMESPACE', 'PID')
@@ -48,26 +44,26 @@ class StartTable:
         self._pending = _started_at_once(plan)
         self._size = size
         self._screen = screen
-        self._started: list[Started] = []
-        self._attached: list[Attached] = []
+        self._started: list[events.Started] = []
+        self._attached: list[events.Attached] = []
 
-    def handle(self, event: Event) -> None:
+    def handle(self, event: events.Event) -> None:
         """Listen to an event."""
         match event:
-            case Started() if event.process.label in self._pending:
+            case events.Started() if event.process.label in self._pending:
                 self._pending.discard(event.process.label)
                 self._started.append(event)
                 if not self._pending:
                     self._show()
                 return
-            case StartFailed() if event.process.label in self._pending:
+            case events.StartFailed() if event.process.label in self._pending:
                 self._pending.discard(event.process.label)
                 if not self._pending:
                     self._show()
-            case Attached() if self._pending:
+            case events.Attached() if self._pending:
                 self._attached.append(event)
                 return
-            case ShuttingDown():
+            case events.ShuttingDown():
                 self._pending.clear()
                 self._show()
             case _:

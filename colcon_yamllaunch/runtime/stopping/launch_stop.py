@@ -17,9 +17,7 @@ from colcon_yamllaunch.common.escalation import Target
 from colcon_yamllaunch.common.escalation import Targets
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import LeftBehind
-from colcon_yamllaunch.runtime.core.events import Signalled
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.schedule import Schedule
 from colcon_yamllaunch.runtime.core.schedule import TimerHandle
 from colcon_yamllaunch.runtime.core.tasks import Task
@@ -39,7 +37,7 @@ class StopHost(Protocol):
     def is_alive(self, orphan: Orphan) -> bool:
         """Tell whether a process still runs."""
 
-    def tell(self, event: Event) -> None:
+    def tell(self, event: events.Event) -> None:
         """Take note of what happened."""
 
 
@@ -110,7 +108,8 @@ class Stop(Targets):
         left = dict(self.groups())
         left |= {o.pid: o.number for o in self._escalation.orphans}
         for pid, number in left.items():
-            self._host.tell(LeftBehind(self._tasks[number].process, pid))
+            process = self._tasks[number].process
+            self._host.tell(events.LeftBehind(process, pid))
 
     def groups(self) -> dict[int, int]:
         """Return the groups whose leader runs; see `Targets`."""
@@ -134,7 +133,7 @@ class Stop(Targets):
             else:
                 pid, number, is_group = target, self._groups[target], True
             process = self._tasks[number].process
-            self._host.tell(Signalled(process, pid, step, is_group))
+            self._host.tell(events.Signalled(process, pid, step, is_group))
 
     def _note_next(self) -> None:
         self.cancel()

@@ -11,22 +11,20 @@ import os
 import select
 
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.events import Listener
-from colcon_yamllaunch.runtime.core.events import Output
-from colcon_yamllaunch.runtime.core.events import Stream
 from colcon_yamllaunch.runtime.streams.channels import resize
 from colcon_yamllaunch.runtime.streams.lines import LineBuffer
 
 #: Takes what a process writes as soon as it does, and what is echoed.
-Sink = Callable[[Stream, bytes], None]
+Sink = Callable[[events.Stream, bytes], None]
 
 
 @dataclass(slots=True, eq=False)
 class _Source:
     descriptor: int
     process: Process
-    stream: Stream
+    stream: events.Stream
     buffer: LineBuffer = field(default_factory=LineBuffer)
     is_terminal: bool = False
     is_large: bool = False
@@ -48,8 +46,8 @@ class Relay:
     def __init__(
         self,
         poll: select.epoll,
-        accepts: Callable[[tuple[str, Stream]], bool],
-        tell: Listener,
+        accepts: Callable[[tuple[str, events.Stream]], bool],
+        tell: events.Listener,
     ) -> None:
         self._poll = poll
         self._accepts = accepts
@@ -105,7 +103,7 @@ class Relay:
             if s.process.label == label
         )
 
-    def show(self, label: str, stream: Stream, data: bytes) -> None:
+    def show(self, label: str, stream: events.Stream, data: bytes) -> None:
         """Tell at once what a process writes, or what is echoed."""
         for sink in tuple(self.sinks.get(label, ())):
             sink(stream, data)
@@ -176,7 +174,7 @@ class Relay:
 
     def _pass_on(self, source: _Source, data: bytes) -> None:
         if data:
-            self._tell(Output(source.process, source.stream, data))
+            self._tell(events.Output(source.process, source.stream, data))
 
     def _close(self, source: _Source) -> None:
         if not source.is_paused:
