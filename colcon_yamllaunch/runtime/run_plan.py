@@ -18,6 +18,7 @@ from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.local_attachment import LocalAttachment
 from colcon_yamllaunch.runtime.control.server import serve
+from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.course.engine import Engine
@@ -152,16 +153,8 @@ def run_plan(
                 attachment.connect(engine)
                 control.callback(attachment.close)
             if about is not None:
-                serve(
-                    engine,
-                    about,
-                    environment,
-                    guard,
-                    log_folder,
-                    log_files,
-                    clock,
-                    control,
-                )
+                service = Service(about, engine, log_folder, log_files, clock)
+                serve(engine, service, environment, guard, control)
             engine.run(signals)
         files.remove()
         guard.dismiss()

@@ -61,11 +61,10 @@ class ProcessState:
 
 
 @dataclass(frozen=True, slots=True)
-class LaunchState:
+class LaunchState(About):
     """
     A launch.
 
-    :param title: See :class:`About`, as for the next three
     :param pid: The process id of the launcher
     :param seconds: For how long it has been running
     :param stopping: Whether everything is being stopped
@@ -73,10 +72,6 @@ class LaunchState:
     :param processes: Its processes, in the order of the plan
     """
 
-    title: str
-    package: str | None
-    file: str
-    folder: str
     pid: int
     seconds: float
     stopping: bool

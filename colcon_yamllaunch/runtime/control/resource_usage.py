@@ -3,6 +3,7 @@
 
 """What process groups use of the machine."""
 
+from collections import Counter
 from collections.abc import Callable
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -32,12 +33,6 @@ class Usage:
     memory: int
 
 
-@dataclass(slots=True)
-class _Sum:
-    ticks: int = 0
-    pages: int = 0
-
-
 def usage_of(
     groups: Collection[int],
     sleep: Callable[[float], None] = time.sleep,
@@ -53,25 +48,25 @@ def usage_of(
     if not groups:
         return {}
     begin = clock()
-    first = _sums(groups)
+    first, _ = _totals(groups)
     sleep(INTERVAL)
-    second = _sums(groups)
+    ticks, pages = _totals(groups)
     seconds = max(clock() - begin, INTERVAL)
     return {
         group: Usage(
             # a process that ended meanwhile took its time with it
-            max(0, now.ticks - first.get(group, now).ticks) / _TICKS / seconds,
-            now.pages * _PAGE,
+            max(0, now - first.get(group, now)) / _TICKS / seconds,
+            pages[group] * _PAGE,
         )
-        for group, now in second.items()
+        for group, now in ticks.items()
     }
 
 
-def _sums(groups: Collection[int]) -> dict[int, _Sum]:
-    result: dict[int, _Sum] = {}
+def _totals(groups: Collection[int]) -> tuple[Counter[int], Counter[int]]:
+    """Return the processor time in ticks and the memory in pages."""
+    ticks, pages = Counter[int](), Counter[int]()
     for process in running_processes():
         if process.group in groups:
-            total = result.setdefault(process.group, _Sum())
-            total.ticks += process.ticks
-            total.pages += process.pages
-    return result
+            ticks[process.group] += process.ticks
+            pages[process.group] += process.pages
+    return ticks, pages

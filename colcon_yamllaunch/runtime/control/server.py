@@ -3,18 +3,15 @@
 
 """Serving the control socket from the engine's loop."""
 
-from collections.abc import Callable
 from collections.abc import Mapping
 from contextlib import ExitStack
 import errno
 import os
-from pathlib import Path
 
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.client_connection import (
     ClientConnection,
 )
-from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.control.socket_address import Address
 from colcon_yamllaunch.runtime.control.socket_address import is_own
@@ -27,12 +24,9 @@ from colcon_yamllaunch.runtime.streams.watches import Watches
 
 def serve(
     engine: Engine,
-    about: About,
+    service: Service,
     environment: Mapping[str, str],
     guard: GuardLink,
-    log_folder: Path | None,
-    log_files: Mapping[str, Path],
-    clock: Callable[[], float],
     stack: ExitStack,
 ) -> None:
     """
@@ -41,12 +35,9 @@ def serve(
     Where that cannot be, it is said, and the launch goes on.
 
     :param engine: Runs it
-    :param about: What the launch is known by
+    :param service: Answers requests
     :param environment: The user's environment
     :param guard: Removes the socket of a launch that is killed
-    :param log_folder: The folder with its logs, if it writes any
-    :param log_files: For each label the log with all output
-    :param clock: Returns the time in seconds
     :param stack: Ends that
     """
     try:
@@ -61,15 +52,6 @@ def serve(
         )
         return
     guard.socket(address.path)
-    service = Service(
-        about,
-        engine.supervisor,
-        engine.terminals,
-        log_folder,
-        log_files,
-        engine.tell,
-        clock,
-    )
     engine.listen(service.handle)
     stack.callback(Server(address, engine.watches, service).close)
 
@@ -96,14 +78,11 @@ class Server:
 
     def close(self) -> None:
         """Send all clients away, and remove the socket."""
-        if self._spare == -1:
-            return
         self._watches.remove(self._address.socket.fileno())
         for client in list(self._clients):
             client.close()
         self._address.close()
         os.close(self._spare)
-        self._spare = -1
 
     def _accept(self, mask: int) -> None:  # noqa: ARG002
         try:

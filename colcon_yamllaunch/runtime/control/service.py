@@ -20,8 +20,7 @@ from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.core.tasks import Task
-from colcon_yamllaunch.runtime.course.supervisor import Supervisor
-from colcon_yamllaunch.runtime.streams.terminals import Terminals
+from colcon_yamllaunch.runtime.course.engine import Engine
 
 
 class Viewer(Protocol):
@@ -39,30 +38,26 @@ class Service:
     Answers requests, and shows viewers what processes write.
 
     :param about: What the launch is known by
-    :param supervisor: Runs it
-    :param terminals: The keyboards of its processes
+    :param engine: Runs it
     :param log_folder: The folder with its logs, if it writes any
     :param log_files: For each label the log with all output
-    :param tell: Is told that somebody attaches
     :param clock: Returns the time in seconds
     """
 
     def __init__(
         self,
         about: About,
-        supervisor: Supervisor,
-        terminals: Terminals,
+        engine: Engine,
         log_folder: Path | None,
         log_files: Mapping[str, Path],
-        tell: events.Listener,
         clock: Callable[[], float],
     ) -> None:
         self._about = about
-        self._supervisor = supervisor
-        self._terminals = terminals
+        self._engine = engine
+        self._supervisor = engine.supervisor
+        self._terminals = engine.terminals
         self._log_folder = log_folder
         self._log_files = log_files
-        self._tell = tell
         self._clock = clock
         self._started = clock()
         self._viewers: dict[str, list[Viewer]] = {}
@@ -133,13 +128,17 @@ class Service:
         """Show a process to somebody who got leave to attach."""
         self._viewers.setdefault(label, []).append(viewer)
         self._terminals.add_sink(label, viewer.show)
-        self._tell(events.Attached(self._supervisor.task(label).process))
+        self._engine.tell(
+            events.Attached(self._supervisor.task(label).process)
+        )
 
     def detach(self, label: str, viewer: Viewer) -> None:
         """Show a process to somebody no more."""
         self._viewers[label].remove(viewer)
         self._terminals.remove_sink(label, viewer.show)
-        self._tell(events.Detached(self._supervisor.task(label).process))
+        self._engine.tell(
+            events.Detached(self._supervisor.task(label).process)
+        )
 
     def _may_attach(self, label: str) -> tuple[dict[str, Any], str | None]:
         task = self._supervisor.task(label)

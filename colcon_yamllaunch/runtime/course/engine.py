@@ -12,7 +12,6 @@ import errno
 import os
 import select
 import signal
-import time
 
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import send
@@ -67,9 +66,9 @@ class Settings:
 
     identity: str
     environment: Mapping[str, str]
-    screen: int = -1
-    clock: Callable[[], float] = time.monotonic
-    spawn: Spawn = os.posix_spawn
+    screen: int
+    clock: Callable[[], float]
+    spawn: Spawn
 
 
 class Engine:
@@ -97,35 +96,29 @@ class Engine:
         writer: Writer,
         listeners: Iterable[events.Listener],
         publish: Callable[[], bool],
-        conditions: ExitConditions | None = None,
+        conditions: ExitConditions,
     ) -> None:
-        self._conditions = conditions or ExitConditions(clock=settings.clock)
+        self._conditions = conditions
         self._settings = settings
         self._guard = guard
         self._files = files
         self._writer = writer
         self._publish = publish
-        self._poll = select.epoll()
-        self._relay = Relay(self._poll, writer.accepts, self.tell)
-        #: What others have watched by the loop.
-        self.watches = Watches(self._poll)
+        #: All that the loop waits for.
+        self.watches = Watches()
+        self._relay = Relay(self.watches, writer.accepts, self.tell)
         #: The keyboards of processes.
         self.terminals = Terminals(self.watches, self._relay)
         self._listeners = [*listeners, self.terminals.handle]
-        self._supervisor = Supervisor(plan, self, settings.clock)
+        #: The course of the launch.
+        self.supervisor = Supervisor(plan, self, settings.clock)
         self._limit = DescriptorLimit(sum(1 for _ in plan.processes()))
         self._session = os.getsid(0)
-        self._screen_mask: int | None = None
         self._last_stop = -limits.SIGNAL_ECHO
         self._stopped_by_signal = False
         #: Is called with True before Ctrl-Z suspends the launch, and
         #: with False when it goes on.
         self.suspended: Callable[[bool], None] | None = None
-
-    @property
-    def supervisor(self) -> Supervisor:
-        """The course of the launch."""
-        return self._supervisor
 
     def run(self, signals: int) -> None:
         """
@@ -133,52 +126,41 @@ class Engine:
 
         :param signals: Where signals arrive, see `signals.caught`
         """
-        self._poll.register(signals, select.EPOLLIN)
-        supervisor = self._supervisor
+        self.watches.add(
+            signals, lambda _: self._take_signals(received(signals))
+        )
+        if self._writer.descriptor != -1:
+            # an ordinary file is always ready
+            with suppress(PermissionError):
+                self.watches.add(self._writer.descriptor, self._mind_screen, 0)
         self._conditions.begin()
         while True:
             self._mind_conditions()
-            supervisor.advance()
-            if supervisor.done:
+            self.supervisor.advance()
+            if self.supervisor.done:
                 break
             more = self._end_turn()
-            wait = 0.0 if more else self._seconds_to_wait()
-            for descriptor, mask in self._poll.poll(wait):
-                if descriptor == signals:
-                    self._take_signals(received(signals))
-                elif self._relay.owns(descriptor):
-                    self._relay.read(descriptor)
-                elif descriptor == self._writer.descriptor and mask & _GONE:
-                    self._writer.give_up()
-                else:
-                    self.watches.handle(descriptor, mask)
+            self.watches.wait(0.0 if more else self._seconds_to_wait())
+        self.watches.remove(signals)
         self._relay.close()
         self._conditions.end()
 
     def finish(self, signals: int) -> None:
-        """Wait until the screen has taken everything."""
+        """Wait until the screen has taken everything, or nobody wants it."""
+        numbers: list[int] = []
+        self.watches.add(signals, lambda _: numbers.extend(received(signals)))
+        patience = limits.SCREEN_PATIENCE if self._stopped_by_signal else None
         self._end_turn()
-        deadline: float | None = None
         while self._writer.waits() and not self._writer.broken:
-            if self._stopped_by_signal:
-                deadline = time.monotonic() + limits.SCREEN_PATIENCE
-            ready = self._poll.poll(
-                None if deadline is None else limits.SCREEN_PATIENCE
-            )
-            stopped = any(
-                number in STOPPING
-                for descriptor, _ in ready
-                if descriptor == signals
-                for number in received(signals)
-            )
-            if stopped or not ready:
+            is_ready = self.watches.wait(patience)
+            if not is_ready or set(STOPPING) & set(numbers):
                 return
             self._end_turn()
 
     def close(self) -> None:
         """Free what the engine holds."""
         self.terminals.close()
-        self._poll.close()
+        self.watches.close()
         self._limit.restore()
 
     def start(self, number: int, process: Process) -> int:
@@ -277,10 +259,10 @@ class Engine:
     def _mind_conditions(self) -> None:
         reason = self._conditions.reason_to_stop()
         if reason is not None:
-            self._supervisor.stop(reason)
+            self.supervisor.stop(reason)
 
     def _seconds_to_wait(self) -> float | None:
-        wait = self._supervisor.seconds_to_wait()
+        wait = self.supervisor.seconds_to_wait()
         due = self._conditions.due()
         if due is None:
             return wait
@@ -290,33 +272,20 @@ class Engine:
     def _end_turn(self) -> bool:
         """Pass on what was collected; return whether there is more."""
         self._guard.flush()
-        more = not self._supervisor.is_starting and self._publish()
+        more = not self.supervisor.is_starting and self._publish()
         self._writer.flush()
         self._relay.resume()
         if self._writer.broken:
-            self._supervisor.stop('nobody reads the output any more')
-        self._watch_screen()
+            self.supervisor.stop('nobody reads the output any more')
+            self.watches.remove(self._writer.descriptor)
+        else:
+            waits = select.EPOLLOUT if self._writer.waits() else 0
+            self.watches.change(self._writer.descriptor, waits)
         return more
 
-    def _watch_screen(self) -> None:
-        descriptor = self._writer.descriptor
-        if descriptor == -1 or self._screen_mask == -1:
-            return
-        mask = select.EPOLLOUT if self._writer.waits() else 0
-        if self._writer.broken:
-            if self._screen_mask is not None:
-                self._poll.unregister(descriptor)
-            self._screen_mask = -1
-        elif self._screen_mask is None:
-            try:
-                self._poll.register(descriptor, mask)
-                self._screen_mask = mask
-            except PermissionError:
-                # an ordinary file is always ready
-                self._screen_mask = -1
-        elif mask != self._screen_mask:
-            self._poll.modify(descriptor, mask)
-            self._screen_mask = mask
+    def _mind_screen(self, mask: int) -> None:
+        if mask & _GONE:
+            self._writer.give_up()
 
     def _take_signals(self, numbers: list[int]) -> None:
         for number in numbers:
@@ -339,10 +308,10 @@ class Engine:
         is_echo = now - self._last_stop < limits.SIGNAL_ECHO
         self._last_stop = now
         self._stopped_by_signal = True
-        if not self._supervisor.is_stopping:
+        if not self.supervisor.is_stopping:
             name = signal.Signals(number).name
             by_key = number == signal.SIGINT
-            self._supervisor.stop(
+            self.supervisor.stop(
                 'interrupted' if by_key else f'{name} received',
                 interactive=by_key,
                 drop_timers=not by_key,
@@ -350,7 +319,7 @@ class Engine:
             return
         # a terminal that closes sends SIGHUP, and so does its shell
         if not is_echo and number != signal.SIGHUP:
-            self._supervisor.hurry()
+            self.supervisor.hurry()
 
     def _suspend(self) -> None:
         if self.suspended is not None:
@@ -370,7 +339,7 @@ class Engine:
 
     def _signal_all(self, number: int) -> None:
         """Hold or continue the processes, and all that they started."""
-        groups = dict.fromkeys(self._supervisor.groups, 0)
+        groups = dict.fromkeys(self.supervisor.groups, 0)
         for group in groups:
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(group, number)
@@ -379,9 +348,9 @@ class Engine:
                 os.kill(orphan.pid, number)
 
     def _reap(self) -> None:
-        ours = {*self._supervisor.groups, self._guard.pid} - {0}
+        ours = {*self.supervisor.groups, self._guard.pid} - {0}
         for pid, number in suspended_children(ours):
-            self._supervisor.suspended(pid, number)
+            self.supervisor.suspended(pid, number)
         for pid, status in ended_children(ours):
             if pid == self._guard.pid:
                 self._replace_guard()
@@ -389,7 +358,7 @@ class Engine:
                 self._relay.drain(pid)
                 # the last line of a process counts before its exit code
                 self._mind_conditions()
-                self._supervisor.exited(pid, Outcome.from_status(status))
+                self.supervisor.exited(pid, Outcome.from_status(status))
 
     def _replace_guard(self) -> None:
         try:

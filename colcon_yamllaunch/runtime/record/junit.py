@@ -14,8 +14,8 @@ import platform
 import re
 import time
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
 
@@ -23,13 +23,6 @@ from colcon_yamllaunch.runtime.core import events
 _NOT_IN_XML = re.compile(
     '[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
 )
-
-
-@dataclass(frozen=True, slots=True)
-class _Case:
-    name: str
-    seconds: float
-    outcome: ElementTree.Element | None = None
 
 
 class JUnitReport:
@@ -78,9 +71,9 @@ class JUnitReport:
 
         :param seconds: How long everything took
         """
-        cases = list(self._cases())
+        cases = tuple(self._cases())
         stamp = time.strftime('%Y-%m-%dT%H:%M:%S', time.gmtime(self._started))
-        suite = ElementTree.Element(
+        suite = Element(
             'testsuite',
             {
                 'name': _clean(self._name),
@@ -96,19 +89,19 @@ class JUnitReport:
             },
         )
         ElementTree.SubElement(suite, 'properties')
-        suite.extend(self._element(case) for case in cases)
+        suite.extend(cases)
         for name in ('system-out', 'system-err'):
             ElementTree.SubElement(suite, name)
-        root = ElementTree.Element('testsuites')
+        root = Element('testsuites')
         root.append(suite)
         ElementTree.indent(root)
         xml: bytes = ElementTree.tostring(root, 'utf-8', xml_declaration=True)
         return xml + b'\n'
 
-    def _cases(self) -> Iterable[_Case]:
+    def _cases(self) -> Iterable[Element]:
         if self._ended is None:
             text = 'the launch failed before a process was started'
-            yield _Case('launch', 0.0, _outcome('error', text, text))
+            yield self._case('launch', 0.0, _outcome('error', text, text))
             return
         failures = {f.process.label: f for f in self._ended.failures}
         for process in self._processes:
@@ -117,31 +110,30 @@ class JUnitReport:
             if label in failures:
                 outcome = _failure(failures[label])
             elif label not in self._seen:
-                outcome = ElementTree.Element(
-                    'skipped', {'message': 'it was never started'}
-                )
-            yield _Case(label, self._seconds.get(label, 0.0), outcome)
+                message = {'message': 'it was never started'}
+                outcome = Element('skipped', message)
+            yield self._case(label, self._seconds.get(label, 0.0), outcome)
         for verdict in self._ended.verdicts:
             missed = None
             if verdict.failure is not None:
                 missed = _outcome('failure', verdict.failure, verdict.failure)
-            yield _Case(verdict.name, verdict.seconds, missed)
+            yield self._case(verdict.name, verdict.seconds, missed)
 
-    def _element(self, case: _Case) -> ElementTree.Element:
-        element = ElementTree.Element(
-            'testcase',
-            {
-                'name': _clean(case.name),
-                'classname': _clean(self._class_name),
-                'time': f'{case.seconds:.3f}',
-            },
-        )
-        if case.outcome is not None:
-            element.append(case.outcome)
+    def _case(
+        self, name: str, seconds: float, outcome: Element | None
+    ) -> Element:
+        attributes = {
+            'name': _clean(name),
+            'classname': _clean(self._class_name),
+            'time': f'{seconds:.3f}',
+        }
+        element = Element('testcase', attributes)
+        if outcome is not None:
+            element.append(outcome)
         return element
 
 
-def _failure(report: events.FailureReport) -> ElementTree.Element:
+def _failure(report: events.FailureReport) -> Element:
     lines = [report.text, f'from {report.process.position}']
     if report.tail:
         lines += ['', 'the last lines of its output:', *report.tail]
@@ -150,21 +142,14 @@ def _failure(report: events.FailureReport) -> ElementTree.Element:
     return _outcome('failure', report.text, '\n'.join(lines))
 
 
-def _outcome(kind: str, message: str, text: str) -> ElementTree.Element:
-    element = ElementTree.Element(
-        kind, {'message': _clean(message), 'type': 'launch'}
-    )
+def _outcome(kind: str, message: str, text: str) -> Element:
+    element = Element(kind, {'message': _clean(message), 'type': 'launch'})
     element.text = _clean(text)
     return element
 
 
-def _count(cases: Iterable[_Case], kind: str) -> str:
-    found = [
-        case
-        for case in cases
-        if case.outcome is not None and case.outcome.tag == kind
-    ]
-    return str(len(found))
+def _count(cases: Iterable[Element], kind: str) -> str:
+    return str(sum(case.find(kind) is not None for case in cases))
 
 
 def _clean(text: str) -> str:

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from dataclasses import field
 import fcntl
 import os
-import select
 
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.streams.channels import resize
 from colcon_yamllaunch.runtime.streams.lines import LineBuffer
+from colcon_yamllaunch.runtime.streams.watches import Watches
 
 #: Takes what a process writes as soon as it does, and what is echoed.
 Sink = Callable[[events.Stream, bytes], None]
@@ -28,7 +28,6 @@ class _Source:
     buffer: LineBuffer = field(default_factory=LineBuffer)
     is_terminal: bool = False
     is_large: bool = False
-    is_paused: bool = False
 
 
 class Relay:
@@ -38,18 +37,18 @@ class Relay:
     A process whose output waits for the screen is not read, so that it is
     held up by its own pipe; others are not.
 
-    :param poll: Where descriptors are registered to be read
+    :param watches: Where descriptors are watched to be read
     :param accepts: Whether the screen takes more of a process's stream
     :param tell: Is told the output
     """
 
     def __init__(
         self,
-        poll: select.epoll,
+        watches: Watches,
         accepts: Callable[[tuple[str, events.Stream]], bool],
         tell: events.Listener,
     ) -> None:
-        self._poll = poll
+        self._watches = watches
         self._accepts = accepts
         self._tell = tell
         self._sources: dict[int, _Source] = {}
@@ -71,7 +70,7 @@ class Relay:
             source.is_terminal = os.isatty(source.descriptor)
             os.set_blocking(source.descriptor, False)
             self._sources[source.descriptor] = source
-            self._poll.register(source.descriptor, select.EPOLLIN)
+            self._watch(source)
 
     def resize(self, size: os.terminal_size) -> list[int]:
         """Set the size of all terminals, and return whose they are."""
@@ -82,18 +81,6 @@ class Relay:
                     resize(source.descriptor, size)
                     resized.append(group)
         return sorted(set(resized))
-
-    def owns(self, descriptor: int) -> bool:
-        """Tell whether :meth:`read` is to be called for a descriptor."""
-        return descriptor in self._sources
-
-    def read(self, descriptor: int) -> None:
-        """Read once from a descriptor that is ready."""
-        source = self._sources[descriptor]
-        if self._read(source) and not self._may_read(source):
-            source.is_paused = True
-            self._poll.unregister(descriptor)
-            self._paused.append(source)
 
     def unfinished(self, label: str) -> bytes:
         """Return the last line of a process, as far as it is written."""
@@ -116,8 +103,7 @@ class Relay:
             if not self._is_open(source):
                 continue
             if self._may_read(source):
-                source.is_paused = False
-                self._poll.register(source.descriptor, select.EPOLLIN)
+                self._watch(source)
             else:
                 self._paused.append(source)
 
@@ -138,6 +124,14 @@ class Relay:
             if self._is_open(source):
                 self._close(source)
         self._groups.clear()
+
+    def _watch(self, source: _Source) -> None:
+        self._watches.add(source.descriptor, lambda _: self._take(source))
+
+    def _take(self, source: _Source) -> None:
+        if self._read(source) and not self._may_read(source):
+            self._watches.remove(source.descriptor)
+            self._paused.append(source)
 
     def _drain(self, source: _Source) -> None:
         left = limits.LARGE_PIPE + limits.READ_SIZE
@@ -177,8 +171,7 @@ class Relay:
             self._tell(events.Output(source.process, source.stream, data))
 
     def _close(self, source: _Source) -> None:
-        if not source.is_paused:
-            self._poll.unregister(source.descriptor)
+        self._watches.remove(source.descriptor)
         del self._sources[source.descriptor]
         os.close(source.descriptor)
 

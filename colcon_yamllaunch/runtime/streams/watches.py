@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Descriptors that the engine's loop watches for others."""
+"""The descriptors that the engine's loop waits for."""
 
 from collections.abc import Callable
 import select
@@ -16,13 +16,12 @@ class Watches:
 
     A handler must not wait for anything. It may be called for nothing, as a
     descriptor's number may have changed hands in the same turn.
-
-    :param poll: Where the descriptors are registered
     """
 
-    def __init__(self, poll: select.epoll) -> None:
-        self._poll = poll
+    def __init__(self) -> None:
+        self._poll = select.epoll()
         self._handlers: dict[int, Handler] = {}
+        self._masks: dict[int, int] = {}
 
     def add(
         self, descriptor: int, handler: Handler, mask: int = select.EPOLLIN
@@ -34,18 +33,35 @@ class Watches:
         """
         self._poll.register(descriptor, mask)
         self._handlers[descriptor] = handler
+        self._masks[descriptor] = mask
 
     def change(self, descriptor: int, mask: int) -> None:
-        """Wait for something else from now on."""
-        self._poll.modify(descriptor, mask)
+        """Wait for something else from now on, if it is watched at all."""
+        if self._masks.get(descriptor, mask) != mask:
+            self._poll.modify(descriptor, mask)
+            self._masks[descriptor] = mask
 
     def remove(self, descriptor: int) -> None:
         """Watch a descriptor no more; before it is closed."""
         if self._handlers.pop(descriptor, None) is not None:
+            del self._masks[descriptor]
             self._poll.unregister(descriptor)
 
-    def handle(self, descriptor: int, mask: int) -> None:
-        """Call the handler of a descriptor, if it has one."""
-        handler = self._handlers.get(descriptor)
-        if handler is not None:
-            handler(mask)
+    def wait(self, seconds: float | None) -> bool:
+        """
+        Call the handlers of the descriptors that are ready.
+
+        Return whether there is any.
+
+        :param seconds: How long to wait for one; None is for ever
+        """
+        ready = self._poll.poll(seconds)
+        for descriptor, mask in ready:
+            handler = self._handlers.get(descriptor)
+            if handler is not None:
+                handler(mask)
+        return bool(ready)
+
+    def close(self) -> None:
+        """Watch nothing any more."""
+        self._poll.close()
