@@ -70,7 +70,6 @@ def run_plan(
     are handled here, and processes are started from a working directory that
     changes for a moment.
 
-    :param plan: What to run
     :param environment: The environment for all processes
     :param log_folder: The folder for log files, made when it is missing, or
       None to write none
@@ -84,7 +83,6 @@ def run_plan(
     :param clock: Returns seconds that never go back
     :param spawn: Starts a program as :func:`os.posix_spawn` does
     :param conditions: When it ends by itself, by default never
-    :param presentation: How much is shown
     :param observers: Are told what happens, too
     :param about: What other terminals of the user know the launch by; without
       it they do not see it

@@ -34,11 +34,7 @@ class LaunchEndedError(LaunchError):
 
 
 class RunningLaunch:
-    """
-    A launch that another terminal runs.
-
-    :param connection: The connection to it
-    """
+    """A launch that another terminal runs."""
 
     def __init__(self, connection: socket.socket) -> None:
         self.connection = connection
@@ -129,11 +125,7 @@ class RunningLaunch:
         self._received += data
 
     def wait_for_end(self, pid: int) -> None:
-        """
-        Wait until the launch ended, its launcher included.
-
-        :param pid: The process id of the launcher
-        """
+        """Wait until the launch ended, its launcher included."""
         self.connection.settimeout(None)
         try:
             while True:
@@ -148,7 +140,6 @@ def running_launches(environment: Mapping[str, str]) -> list[RunningLaunch]:
 
     What a launch left that was killed is removed.
 
-    :param environment: The user's environment
     :raises FolderError: when others may enter the folder for the sockets
     """
     return [RunningLaunch(c) for c in connections(environment)]

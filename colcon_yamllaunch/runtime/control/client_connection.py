@@ -29,8 +29,6 @@ class ClientConnection:
     slow for is skipped.
 
     :param connection: The connection, which does not block
-    :param watches: Where it is watched
-    :param service: Answers its requests
     :param left: Is called when it is gone
     """
 

@@ -32,8 +32,6 @@ class Keyboard:
 
     Ctrl-C and Ctrl-Z stay signals to whoever reads; all other keys are taken
     as they are.
-
-    :param descriptor: The terminal
     """
 
     def __init__(self, descriptor: int) -> None:

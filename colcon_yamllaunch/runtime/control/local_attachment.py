@@ -24,11 +24,6 @@ class LocalAttachment:
     That has no prefix and may be half a line, as of a prompt; the output of
     others starts a line of its own. The process may be respawned; the keyboard
     is free meanwhile.
-
-    :param label: The process
-    :param keyboard: The terminal of the launcher
-    :param screen: Shows what it writes
-    :param show: Shows what happens there
     """
 
     def __init__(

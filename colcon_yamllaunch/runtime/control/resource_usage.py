@@ -38,13 +38,7 @@ def usage_of(
     sleep: Callable[[float], None] = time.sleep,
     clock: Callable[[], float] = time.monotonic,
 ) -> dict[int, Usage]:
-    """
-    Return for each process group that runs what it uses.
-
-    :param groups: The ids of the groups
-    :param sleep: Waits between two looks
-    :param clock: Returns the time in seconds
-    """
+    """Return for each process group that runs what it uses."""
     if not groups:
         return {}
     begin = clock()

@@ -34,11 +34,7 @@ def serve(
 
     Where that cannot be, it is said, and the launch goes on.
 
-    :param engine: Runs it
-    :param service: Answers requests
-    :param environment: The user's environment
     :param guard: Removes the socket of a launch that is killed
-    :param stack: Ends that
     """
     try:
         address = Address(environment)
@@ -57,13 +53,7 @@ def serve(
 
 
 class Server:
-    """
-    Takes clients as they come.
-
-    :param address: Where it listens
-    :param watches: Where sockets are watched
-    :param service: Answers requests
-    """
+    """Takes clients as they come."""
 
     def __init__(
         self, address: Address, watches: Watches, service: Service

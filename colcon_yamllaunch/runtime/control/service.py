@@ -37,11 +37,7 @@ class Service:
     """
     Answers requests, and shows viewers what processes write.
 
-    :param about: What the launch is known by
-    :param engine: Runs it
-    :param log_folder: The folder with its logs, if it writes any
     :param log_files: For each label the log with all output
-    :param clock: Returns the time in seconds
     """
 
     def __init__(

@@ -26,7 +26,6 @@ class Address:
     """
     The socket that the launch listens on.
 
-    :param environment: The user's environment
     :raises OSError: when there can be none
     :raises FolderError: when the folder for it is not the user's alone
     """

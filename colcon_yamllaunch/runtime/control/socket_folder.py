@@ -49,8 +49,6 @@ def open_folder(path: Path, *, make: bool) -> int:
     """
     Check that a folder is the user's alone, and return its descriptor.
 
-    :param path: The folder
-    :param make: Whether to make it when it is missing
     :raises FolderError: when it is not the user's alone, or cannot be made
     :raises FileNotFoundError: when it does not exist
     """

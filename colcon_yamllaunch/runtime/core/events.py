@@ -216,7 +216,6 @@ class Signalled(Event):
     A process was sent a signal on the way to its end.
 
     :param pid: The process group, or the one process that left it
-    :param signal: The number of the signal
     :param group: Whether the whole group was meant
     """
 

@@ -75,7 +75,6 @@ def is_failure(outcome: Outcome, asked: bool) -> bool:
     """
     Tell whether a process failed.
 
-    :param outcome: How it ended
     :param asked: Whether it had been asked to stop; then any exit code is
       fine, and so is the end by one of :data:`STOP_SIGNALS`, but a crash on
       the way out is not

@@ -75,16 +75,12 @@ class Engine:
     """
     Runs a plan on the system.
 
-    :param plan: What to run
-    :param settings: What holds for all of it
     :param guard: Is told of all processes
-    :param files: The parameter files
     :param writer: The screen, whose pace output keeps to
     :param listeners: Are told what happens
     :param publish: Is called once a turn, to write what has been collected,
       but not before all is started that is due, which is more urgent;
       returns whether it has more to do
-    :param conditions: May end the launch
     """
 
     def __init__(

@@ -54,13 +54,7 @@ class Host(StopHost, Protocol):
 
 
 class Supervisor:
-    """
-    Runs a plan.
-
-    :param plan: What to do
-    :param host: Does it
-    :param clock: Returns the time in seconds
-    """
+    """Runs a plan."""
 
     def __init__(
         self, plan: Plan, host: Host, clock: Callable[[], float]
@@ -188,7 +182,6 @@ class Supervisor:
         `respawn` and `on_exit: shutdown`, does not follow from this one. To
         ask once more takes the next step of stopping at once.
 
-        :param label: Its label
         :raises RefusedError: when there is nothing to stop
         """
         task = self._asked_for(label, 'stop')
@@ -204,7 +197,6 @@ class Supervisor:
 
         It has all of its respawns again.
 
-        :param label: Its label
         :raises RefusedError: when it cannot be started now
         """
         task = self._asked_for(label, 'restart')

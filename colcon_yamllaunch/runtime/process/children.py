@@ -17,11 +17,7 @@ _SUSPENDED = os.WSTOPPED | os.WCONTINUED
 
 
 def ended_children(ours: Collection[int]) -> Iterator[tuple[int, int]]:
-    """
-    Return the children that ended, with what :func:`os.waitpid` says.
-
-    :param ours: The process ids of ours
-    """
+    """Return the children that ended, with what :func:`os.waitpid` says."""
     for result in _reported(ours, os.WEXITED):
         yield result.si_pid, os.waitpid(result.si_pid, 0)[1]
 
@@ -29,11 +25,7 @@ def ended_children(ours: Collection[int]) -> Iterator[tuple[int, int]]:
 def suspended_children(
     ours: Collection[int],
 ) -> Iterator[tuple[int, int | None]]:
-    """
-    Return the children that a signal suspended, with it, or that go on.
-
-    :param ours: The process ids of ours
-    """
+    """Return the children that a signal suspended, with it, or that go on."""
     for result in _reported(ours, _SUSPENDED):
         # taken note of, it is not reported again
         os.waitid(os.P_PID, result.si_pid, _SUSPENDED | os.WNOHANG)

@@ -29,11 +29,8 @@ def find_core_dump(
     Return a path, a command that opens it, or the program that got it; None
     if it is not found.
 
-    :param pid: Its process id
     :param cwd: The working directory that it was started in
     :param seconds: How long it ran
-    :param kernel: The settings of the kernel
-    :param now: Returns the time in seconds since the epoch
     """
     pattern = _setting(kernel / 'core_pattern') or 'core'
     if pattern.startswith('|'):

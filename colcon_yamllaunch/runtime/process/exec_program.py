@@ -34,7 +34,6 @@ def exec_program(
 
     :param argv: The command line; its first item is a path, or is looked up
       in the `PATH` of `environment`
-    :param environment: The whole environment
     :raises StartError: when the program cannot be started
     """
     path = environment.get('PATH', os.defpath)

@@ -40,8 +40,6 @@ def spawn_process(
 
     :param argv: The command line; its first item is looked up in the `PATH`
       of `environment`, or is a path, which may be relative to `cwd`
-    :param environment: The whole environment
-    :param cwd: The working directory
     :param descriptors: What becomes its standard input, output and error
     :raises StartError: when it cannot be started
     """
@@ -66,7 +64,6 @@ def explained(program: str) -> Iterator[None]:
     """
     Say in one line why a program cannot be started.
 
-    :param program: Its path
     :raises StartError: when the system or Python complains inside
     """
     try:
@@ -112,12 +109,7 @@ def find_program(name: str, path: str) -> str:
 
 
 def _explanation(error: OSError, program: str) -> str:
-    """
-    Say why the system would not start a program, and the way out.
-
-    :param error: What execve() reported
-    :param program: The path that it was given
-    """
+    """Say why the system would not start a program, and the way out."""
     if error.errno == errno.EACCES:
         if Path(program).is_dir():
             return f"'{program}' is a folder, not a program"

@@ -32,7 +32,6 @@ class JUnitReport:
     The last run of a process that is respawned decides, as for the exit code.
     What the launch was to achieve follows in cases of its own.
 
-    :param name: What was launched
     :param class_name: The name under which the cases are grouped, parts
       separated by dots
     :param started: When, in seconds since the epoch
@@ -66,11 +65,7 @@ class JUnitReport:
                 return
 
     def document(self, seconds: float) -> bytes:
-        """
-        Return the report.
-
-        :param seconds: How long everything took
-        """
+        """Return the report."""
         cases = tuple(self._cases())
         stamp = time.strftime('%Y-%m-%dT%H:%M:%S', time.gmtime(self._started))
         suite = Element(

@@ -46,7 +46,6 @@ class Logs:
     :param folder: The folder of the launch; made when it is missing
     :param processes: All that may be started
     :param complain: Is told that logs cannot be written
-    :param now: Returns the time in seconds since the epoch
     :param limit: What all files may take together, in bytes, or None
     :param layout: How the lines in `launch.log` look that are no output of a
       process, or None for the usual way

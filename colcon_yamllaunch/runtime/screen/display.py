@@ -23,7 +23,6 @@ class Display:
     """
     Where a launch is shown.
 
-    :param stream: Takes what is shown
     :param color: Whether it is coloured; by default on a terminal, unless
       `NO_COLOR` is set or `TERM` is dumb
     :param environment: The environment for all processes

@@ -46,13 +46,7 @@ class Layout:
         self(__name__, 'INFO', 'a first line shows whether it works')
 
     def __call__(self, name: str, level: str, text: str) -> str:
-        """
-        Return a line.
-
-        :param name: Who says it
-        :param level: How severe it is
-        :param text: What is said
-        """
+        """Return a line."""
         number = logging.getLevelName(level)
         record = logging.LogRecord(name, number, '', 0, text, None, None)
         record.created = self._now()
@@ -65,13 +59,7 @@ def layout_of(
     environment: Mapping[str, str],
     complain: Callable[[str], None],
 ) -> Layout | None:
-    """
-    Return what a variable asks for, or None for the usual form.
-
-    :param variable: Its name
-    :param environment: The environment
-    :param complain: Is told what is wrong with its value
-    """
+    """Return what a variable asks for, or None for the usual form."""
     value = environment.get(variable)
     if not value:
         return None

@@ -50,15 +50,7 @@ def present(
     display: Display,
     stack: ExitStack,
 ) -> events.Listener:
-    """
-    Return who shows what happens.
-
-    :param presentation: How
-    :param screen: Shows what it is told
-    :param plan: What is run
-    :param display: Where
-    :param stack: Takes what is to be undone at the end
-    """
+    """Return who shows what happens."""
     terminal = display.environment.get('TERM') if display.terminal else None
     if presentation.title and terminal not in _WITHOUT_WINDOW:
         display.writer.write(None, _title_sequence(presentation.title))

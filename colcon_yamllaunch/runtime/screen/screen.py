@@ -34,7 +34,6 @@ class Screen:
     """
     Shows what happens.
 
-    :param writer: Where to
     :param processes: All that may be started, in the order of the plan
     :param color: Whether to use colours
     :param terminal: Whether control characters could do harm
@@ -99,7 +98,6 @@ class Screen:
         same.
 
         :param key: Where it comes from, see :class:`.writer.Writer`
-        :param data: What to show
         """
         self._writer.write(key, data)
         self._is_mid_line = not data.endswith((b'\n', b'\r'))

@@ -32,10 +32,6 @@ class StartTable:
 
     Those behind timers, and those that are started again, come later; they
     are shown by a line each.
-
-    :param plan: What is run
-    :param size: The size of the terminal
-    :param screen: Shows it, and all else
     """
 
     def __init__(

@@ -41,12 +41,9 @@ class Charge(Targets):
     """
     What the guard has been told, and what is left of it.
 
-    :param identity: The identity of the launch
     :param session: The session of the launcher
     :param made: The process groups that run, with their numbers
     :param timeouts: The time-outs of every process that was ever started
-    :param folder: The folder to remove, if there is one
-    :param socket: The socket to remove, if there is one
     """
 
     identity: str

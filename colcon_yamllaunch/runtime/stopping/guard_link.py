@@ -23,11 +23,7 @@ _BLOCKED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
 class GuardLink:
-    """
-    A guard, and the pipe to it.
-
-    :param identity: The identity of the launch
-    """
+    """A guard, and the pipe to it."""
 
     def __init__(self, identity: str) -> None:
         self._identity = identity

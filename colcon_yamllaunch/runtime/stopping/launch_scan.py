@@ -41,7 +41,6 @@ def find_orphans(
     """
     Find the running processes of a launch.
 
-    :param identity: The identity of the launch
     :param session: The session of the launcher, as a group's id may have been
       given to somebody else after the group's end
     :param groups: The process groups that it made, with their numbers

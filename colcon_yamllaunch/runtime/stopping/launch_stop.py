@@ -46,9 +46,6 @@ class Stop(Targets):
     The end of some processes, with all that they started.
 
     :param tasks: The processes, all of the launch or some
-    :param host: Sends signals
-    :param schedule: Where the next step is noted
-    :param clock: Returns the time in seconds
     :param groups: The process groups of the launch, with their numbers
     """
 

@@ -37,9 +37,7 @@ class Relay:
     A process whose output waits for the screen is not read, so that it is
     held up by its own pipe; others are not.
 
-    :param watches: Where descriptors are watched to be read
     :param accepts: Whether the screen takes more of a process's stream
-    :param tell: Is told the output
     """
 
     def __init__(

@@ -48,12 +48,7 @@ def with_terminals(plan: Plan, label: str | None = None) -> Plan:
 
 
 class Terminals:
-    """
-    The ends to type at, and the sinks of output.
-
-    :param watches: Where they are watched for what is echoed
-    :param relay: Reads the output
-    """
+    """The ends to type at, and the sinks of output."""
 
     def __init__(self, watches: Watches, relay: Relay) -> None:
         self._watches = watches

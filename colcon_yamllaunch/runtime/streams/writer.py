@@ -27,8 +27,6 @@ class Writer:
     A key names the stream that something comes from. The descriptor itself
     stays as it is: its other users, such as the shell, would not bear
     O_NONBLOCK. A pipe and a terminal are opened once more.
-
-    :param descriptor: The descriptor
     """
 
     def __init__(self, descriptor: int) -> None:
