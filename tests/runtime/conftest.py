@@ -66,7 +66,9 @@ class Launch:
         }
         plan = {'entries': entries, 'log_folder': str(self.log_folder)}
         (folder / 'plan.json').write_text(json.dumps({**plan, **settings}))
-        command = [sys.executable, str(LAUNCHER), str(folder / 'plan.json')]
+        # -S, as it needs nothing but the product
+        command = [sys.executable, '-S', str(LAUNCHER)]
+        command.append(str(folder / 'plan.json'))
         with (folder / 'screen').open('wb') as screen:
             popen.setdefault('stdout', screen)
             self.popen = subprocess.Popen(command, env=environment, **popen)
@@ -158,6 +160,12 @@ def launch(tmp_path: Path) -> Iterator[Callable[..., Launch]]:
         one.clean_up()
 
 
+@pytest.fixture(scope='session')
+def launch_type() -> type[Launch]:
+    """Return what makes launches that several tests look at."""
+    return Launch
+
+
 @pytest.fixture
 def sh() -> Callable[..., dict[str, Any]]:
     """Return a function that describes a shell script as a process."""
@@ -202,7 +210,7 @@ def process() -> Callable[..., Process]:
     return make
 
 
-@pytest.fixture(name='wait_until')
+@pytest.fixture(name='wait_until', scope='session')
 def wait_until_fixture() -> Callable[[Callable[[], Any]], Any]:
     """Return a function that waits for a condition."""
     return wait_until

@@ -81,7 +81,7 @@ def test_entries_run_in_order(launch, sh):
         sh('a', 'echo done'),
         {
             'kind': 'timer',
-            'period': 0.3,
+            'period': 0.1,
             'entries': [
                 {'kind': 'message', 'level': 'INFO', 'text': 'third'},
                 sh('late', 'echo late'),
@@ -100,11 +100,15 @@ def test_entries_run_in_order(launch, sh):
     [
         ('echo why >&2; exit 3', 'exited with code 3'),
         ('echo why; kill -SEGV $$', 'died by SIGSEGV'),
-        ('echo why; kill -TERM $$', 'died by SIGTERM'),
+        pytest.param(
+            'echo why; kill -TERM $$',
+            'died by SIGTERM',
+            marks=pytest.mark.full,
+        ),
     ],
 )
 def test_a_failure_is_named_last_with_its_last_lines(launch, sh, script, text):
-    one = launch(sh('bad', script), sh('good', 'echo fine; sleep 0.2'))
+    one = launch(sh('bad', script), sh('good', 'echo fine; sleep 0.1'))
     assert one.ends() == 1
     closing = one.screen[one.screen.rindex('failed: ') :]
     assert closing.startswith(f'failed: bad {text}')
@@ -154,7 +158,10 @@ def test_a_process_gets_its_environment(launch, sh):
     assert '[b]      0' in one.screen
 
 
-@pytest.mark.parametrize(('color', 'expected'), [(True, '1'), (False, '')])
+@pytest.mark.parametrize(
+    ('color', 'expected'),
+    [(True, '1'), pytest.param(False, '', marks=pytest.mark.full)],
+)
 def test_nodes_are_told_to_use_colours(launch, sh, color, expected):
     one = launch(sh('a', 'echo "<$RCUTILS_COLORIZED_OUTPUT>"'), color=color)
     assert one.ends() == 0
@@ -260,13 +267,16 @@ def test_a_failure_that_a_respawn_mends_is_shown_but_not_counted(
     assert 'failed:' not in one.screen
 
 
-@pytest.mark.parametrize(('script', 'code'), [('exit 0', 0), ('exit 4', 1)])
+@pytest.mark.parametrize(
+    ('script', 'code'),
+    [pytest.param('exit 0', 0, marks=pytest.mark.full), ('exit 4', 1)],
+)
 def test_the_end_of_a_required_process_ends_the_launch(
     launch, sleep, sh, script, code
 ):
     one = launch(
         sleep('other'),
-        sh('required', f'sleep 0.2; {script}', on_exit_shutdown=True),
+        sh('required', f'sleep 0.1; {script}', on_exit_shutdown=True),
     )
     assert one.ends() == code
     assert 'stopping: required ended' in one.screen
@@ -278,7 +288,7 @@ def test_a_shutdown_entry_stops_everything(launch, sleep, sh):
         sleep('a'),
         {
             'kind': 'timer',
-            'period': 0.2,
+            'period': 0.1,
             'entries': [
                 {'kind': 'shutdown', 'reason': 'enough'},
                 sh('never', 'echo never'),
@@ -317,6 +327,7 @@ def test_a_log_folder_that_cannot_be_made_does_not_stop_the_launch(
     assert one.screen.count('cannot be written') == 1
 
 
+@pytest.mark.full
 def test_many_processes_run_with_few_allowed_files(launch, sh):
     # and each has the limit that the launcher was started with
     script = 'until test $(ulimit -Sn) = 80; do sleep 0.05; done; echo fine'

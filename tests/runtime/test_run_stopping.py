@@ -25,7 +25,12 @@ STUBBORN = (
 
 
 @pytest.mark.parametrize(
-    'number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+    'number',
+    [
+        signal.SIGINT,
+        signal.SIGTERM,
+        pytest.param(signal.SIGHUP, marks=pytest.mark.full),
+    ],
 )
 def test_a_signal_to_the_launcher_stops_everything(launch, sleep, sh, number):
     one = launch(sleep('a'), sh('b', 'echo b; exec sleep 99'))
@@ -41,7 +46,7 @@ def test_a_node_that_cleans_up_on_sigint_is_waited_for(launch, python):
         'try:\n'
         '    print("ready", flush=True); time.sleep(99)\n'
         'except KeyboardInterrupt:\n'
-        '    time.sleep(0.5); print("cleaned up", flush=True)\n'
+        '    time.sleep(0.2); print("cleaned up", flush=True)\n'
     )
     one = launch(python('a', script)).shows('ready')
     assert one.sends(signal.SIGINT).ends() == 0
@@ -50,7 +55,7 @@ def test_a_node_that_cleans_up_on_sigint_is_waited_for(launch, python):
 
 def test_signals_are_sent_again_harder_until_the_process_ends(launch, python):
     one = launch(
-        python('a', STUBBORN, sigterm_timeout=0.5, sigkill_timeout=0.5)
+        python('a', STUBBORN, sigterm_timeout=0.2, sigkill_timeout=0.2)
     )
     assert one.shows('ready').sends(signal.SIGINT).ends() == 0
     assert one.log('a/stdout.log') == b'ready\nSIGINT\nSIGTERM\n'
@@ -58,6 +63,7 @@ def test_signals_are_sent_again_harder_until_the_process_ends(launch, python):
     assert sent == ['SIGINT', 'SIGTERM', 'SIGKILL']
 
 
+@pytest.mark.full
 def test_ctrl_c_again_goes_one_step_further(launch, python, wait_until):
     one = launch(
         python('a', STUBBORN, sigterm_timeout=900.0, sigkill_timeout=900.0)
@@ -71,6 +77,7 @@ def test_ctrl_c_again_goes_one_step_further(launch, python, wait_until):
     assert one.processes() == []
 
 
+@pytest.mark.full
 def test_two_signals_at_once_are_one(launch, python):
     one = launch(
         python('a', STUBBORN, sigterm_timeout=900.0, sigkill_timeout=900.0)
@@ -108,7 +115,7 @@ def test_a_child_that_left_the_group_is_stopped_too(launch, sh):
         sh(
             'a',
             'setsid sh -c "echo child; exec sleep 99" & wait',
-            sigterm_timeout=0.5,
+            sigterm_timeout=0.1,
         )
     ).shows('child')
     assert one.sends(signal.SIGINT).ends() == 0
@@ -123,7 +130,7 @@ def test_what_a_process_leaves_running_lives_as_long_as_the_launch(
         sh(
             'a',
             'setsid sh -c "echo child \\$\\$; exec sleep 99" &',
-            sigterm_timeout=0.5,
+            sigterm_timeout=0.1,
         ),
         sleep('b'),
     )
@@ -138,7 +145,7 @@ def test_what_a_process_leaves_running_lives_as_long_as_the_launch(
 
 def test_a_launch_that_ends_by_itself_leaves_nothing_running(launch, sh):
     one = launch(
-        sh('a', 'sleep 99 & setsid sleep 99 & exit 0', sigterm_timeout=0.3)
+        sh('a', 'sleep 99 & setsid sleep 99 & exit 0', sigterm_timeout=0.1)
     )
     assert one.ends() == 0
     assert one.processes() == []
@@ -164,6 +171,7 @@ def test_a_process_that_is_suspended_is_told_and_can_be_continued(launch, sh):
     assert len(one.events('continued')) == 1
 
 
+@pytest.mark.full
 def test_ctrl_z_holds_everything_and_fg_lets_it_go_on(
     launch, python, sh, wait_until
 ):
@@ -194,7 +202,7 @@ def test_ctrl_z_holds_everything_and_fg_lets_it_go_on(
 def test_ctrl_z_does_nothing_where_nobody_could_go_on(
     launch, python, wait_until
 ):
-    script = 'import time\nwhile not time.sleep(0.05): print("x")'
+    script = 'import time\nwhile not time.sleep(0.01): print("x")'
     # the leader of a session has no shell above it
     one = launch(python('a', script)).shows('[a]      x')
     one.sends(signal.SIGTSTP)
@@ -222,6 +230,7 @@ def test_a_failure_before_the_stop_counts(launch, sleep, sh):
     assert 'failed: bad' in one.screen
 
 
+@pytest.mark.full
 def test_a_hundred_processes_stop_together(launch, sleep):
     one = launch(*(sleep(f'p{n}') for n in range(100)))
     one.shows('p99: started').sends(signal.SIGINT)
@@ -230,7 +239,7 @@ def test_a_hundred_processes_stop_together(launch, sleep):
 
 
 def test_nothing_survives_a_killed_launcher(launch, sh, python, wait_until):
-    quick = {'sigterm_timeout': 0.5, 'sigkill_timeout': 0.5}
+    quick = {'sigterm_timeout': 0.2, 'sigkill_timeout': 0.2}
     one = launch(
         sh('plain', 'sleep 99; true', **quick),
         python('stubborn', STUBBORN, **quick),
@@ -265,7 +274,7 @@ def test_a_killed_launcher_gives_processes_time_to_clean_up(
         'try:\n'
         '    print("ready", flush=True); time.sleep(99)\n'
         'except KeyboardInterrupt:\n'
-        '    time.sleep(0.3)\n'
+        '    time.sleep(0.1)\n'
         f'    open({str(note)!r}, "w").close()\n'
     )
     one = launch(python('a', script)).shows('ready')
@@ -296,6 +305,7 @@ def test_a_guard_that_dies_is_replaced(launch, sleep, wait_until):
     wait_until(lambda: not one.processes())
 
 
+@pytest.mark.full
 def test_a_guard_that_dies_again_and_again_is_given_up(
     launch, sleep, wait_until
 ):

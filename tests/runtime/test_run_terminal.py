@@ -123,15 +123,19 @@ def test_what_is_suspended_back_in_a_pipe_shows_at_once_on_a_terminal(
     one.shows('[a]      now').sends(signal.SIGINT).ends()
 
 
+def rarely(*values):
+    return pytest.param(*values, marks=pytest.mark.full)
+
+
 @pytest.mark.parametrize(
     ('settings', 'environment', 'coloured'),
     [
         ({}, {'TERM': 'xterm'}, True),
         ({}, {'TERM': 'xterm', 'NO_COLOR': '1'}, False),
-        ({}, {'TERM': 'xterm', 'NO_COLOR': ''}, True),
-        ({}, {'TERM': 'dumb'}, False),
-        ({'color': False}, {'TERM': 'xterm'}, False),
-        (
+        rarely({}, {'TERM': 'xterm', 'NO_COLOR': ''}, True),
+        rarely({}, {'TERM': 'dumb'}, False),
+        rarely({'color': False}, {'TERM': 'xterm'}, False),
+        rarely(
             {'color': False},
             {'TERM': 'xterm', 'RCUTILS_COLORIZED_OUTPUT': '1'},
             False,
@@ -155,7 +159,9 @@ def test_colours_on_a_terminal(
     assert one.log('a/stdout.log') == b'\x1b[32mgreen\x1b[0m\n'
 
 
-@pytest.mark.parametrize('asked', [False, True])
+@pytest.mark.parametrize(
+    'asked', [False, pytest.param(True, marks=pytest.mark.full)]
+)
 def test_colours_in_a_pipe(launch, sh, asked):
     environment = {'RCUTILS_COLORIZED_OUTPUT': '1'} if asked else {}
     one = launch(

@@ -66,7 +66,7 @@ def attached(tmp_path, is_running, wait_until):
             'TERM': 'xterm',
             'TEST_LAUNCH': str(tmp_path),
         }
-        argv = [*shell, sys.executable, *code, str(path)]
+        argv = [*shell, sys.executable, '-S', *code, str(path)]
         terminals.append(Terminal(argv, tmp_path, environment))
         return terminals[-1]
 
@@ -124,7 +124,7 @@ def test_others_begin_their_lines_at_the_start(attached, python, sh):
     t = attached(
         'a',
         python('a', ASK, emulate_tty=True),
-        sh('b', 'while sleep 0.2; do echo tick; done'),
+        sh('b', 'while sleep 0.05; do echo tick; done'),
     )
     t.shows('Name: \r\n[b]      tick').types('\x03')
     assert t.ends() == 0
@@ -221,7 +221,10 @@ def test_what_a_shell_set_meanwhile_is_undone(attached, python, wait_until):
     assert restored(t)
 
 
-@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    'number',
+    [signal.SIGTERM, pytest.param(signal.SIGHUP, marks=pytest.mark.full)],
+)
 def test_a_signal_restores_the_terminal(attached, python, number):
     t = attached('a', python('a', KEYS, emulate_tty=True))
     t.shows('keys please> ').process.send_signal(number)
@@ -238,6 +241,7 @@ def test_a_crash_restores_the_terminal(attached, python):
     assert restored(t)
 
 
+@pytest.mark.full
 def test_a_flood_of_keys_is_no_harm(attached, python, sleep):
     t = attached('a', sleep('a', emulate_tty=True))
     t.shows('attached')

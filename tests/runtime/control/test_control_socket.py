@@ -81,6 +81,28 @@ def controlled(launch, wait_until):
             client.close()
 
 
+@pytest.fixture(scope='module')
+def shared(launch_type, tmp_path_factory, wait_until):
+    folder = tmp_path_factory.mktemp('shared')
+    entries = [{'label': 'a', 'argv': ['sleep', '99']}]
+    one = launch_type(folder / 'launch', entries, about=ABOUT)
+    made = Controlled(one, wait_until)
+    yield made
+    made.client.close()
+    one.clean_up()
+
+
+@pytest.fixture
+def idle(shared):
+    """Return a launch of `a`, for tests that leave it as it was."""
+    shared.becomes('a', 'running')
+    yield shared
+    for client in shared.clients[1:]:
+        client.close()
+    del shared.clients[1:]
+    assert shared.process('a').phase == 'running'
+
+
 def stat_of(path):
     status = path.stat()
     return status.st_mode & 0o777, status.st_uid
@@ -156,13 +178,12 @@ def test_a_single_stop_reaches_what_the_process_started(
     assert [p for p in c.one.processes() if os.getpgid(p) != b] == []
 
 
-def test_a_refusal_says_why(controlled, sleep):
-    c = controlled(sleep('a'))
+def test_a_refusal_says_why(idle):
     with pytest.raises(LaunchError, match="no process 'x'"):
-        c.client.request('stop', process='x')
+        idle.client.request('stop', process='x')
     with pytest.raises(LaunchError, match='emulate_tty'):
-        c.client.request('attach', process='a')
-    assert c.process('a').phase == 'running'
+        idle.client.request('attach', process='a')
+    assert idle.process('a').phase == 'running'
 
 
 def test_a_shutdown_ends_the_launch(controlled, sleep):
@@ -173,10 +194,9 @@ def test_a_shutdown_ends_the_launch(controlled, sleep):
     assert running_launches(c.place) == []
 
 
-def test_many_clients_are_answered(controlled, sleep):
-    c = controlled(sleep('a'))
-    clients = [c.connect() for _ in range(20)]
-    assert {k.status().pid for k in clients} == {c.one.popen.pid}
+def test_many_clients_are_answered(idle):
+    clients = [idle.connect() for _ in range(20)]
+    assert {k.status().pid for k in clients} == {idle.one.popen.pid}
 
 
 def test_the_oldest_client_makes_room_for_one_too_many(controlled, sleep):
@@ -202,29 +222,24 @@ def test_the_oldest_client_makes_room_for_one_too_many(controlled, sleep):
         b'[' * 60_000 + b'\n',
     ],
 )
-def test_nonsense_gets_an_error_and_the_launch_goes_on(
-    controlled, sleep, line
-):
-    c = controlled(sleep('a'))
-    client = c.connect()
+def test_nonsense_gets_an_error_and_the_launch_goes_on(idle, line):
+    client = idle.connect()
     client.connection.sendall(line)
     assert client.receive()['ok'] is False
     with pytest.raises(LaunchEndedError):
         client.receive()
-    assert c.process('a').phase == 'running'
+    assert idle.process('a').phase == 'running'
 
 
-def test_a_request_in_pieces_is_put_together(controlled, sleep):
-    c = controlled(sleep('a'))
-    client = c.connect()
+def test_a_request_in_pieces_is_put_together(idle):
+    client = idle.connect()
     for byte in protocol.encode(protocol.request('status')):
         client.connection.sendall(bytes([byte]))
     assert client.receive()['ok']
 
 
-def test_a_client_that_says_no_more_gets_its_answer(controlled, sleep):
-    c = controlled(sleep('a'))
-    client = c.connect()
+def test_a_client_that_says_no_more_gets_its_answer(idle):
+    client = idle.connect()
     client.connection.sendall(protocol.encode(protocol.request('status')))
     client.connection.shutdown(socket.SHUT_WR)
     assert client.receive()['ok']
@@ -250,6 +265,7 @@ def test_a_client_that_never_reads_costs_neither_time_nor_memory(
     assert idles(c.one.popen.pid)
 
 
+@pytest.mark.full
 def test_a_client_that_vanishes_is_forgotten(controlled, sleep, wait_until):
     c = controlled(sleep('a'))
     c.becomes('a', 'running')
@@ -264,6 +280,7 @@ def test_a_client_that_vanishes_is_forgotten(controlled, sleep, wait_until):
     assert idles(c.one.popen.pid)
 
 
+@pytest.mark.full
 def test_the_launch_goes_on_without_descriptors_for_clients(controlled, sleep):
     c = controlled(sleep('a'))
     c.becomes('a', 'running')
@@ -362,6 +379,7 @@ def test_a_prompt_is_seen_on_attaching(controlled, python):
         assert told(client, 'output') == {'output': 'Name: '}
 
 
+@pytest.mark.full
 def test_a_slow_client_that_is_attached_misses_output(controlled, python):
     script = (
         'import os, sys\n'
@@ -390,6 +408,7 @@ def test_a_slow_client_that_is_attached_misses_output(controlled, python):
     assert received + skipped >= size
 
 
+@pytest.mark.full
 def test_keys_that_nobody_reads_do_not_pile_up(controlled, sleep):
     c = controlled(sleep('a', emulate_tty=True))
     c.becomes('a', 'running')
@@ -431,9 +450,8 @@ def idles(pid):
     return ticks() - before < 0.3 * os.sysconf('SC_CLK_TCK')
 
 
-def test_the_protocol_needs_no_client_of_ours(controlled, sleep):
-    c = controlled(sleep('a'))
-    raw = c.raw()
+def test_the_protocol_needs_no_client_of_ours(idle):
+    raw = idle.raw()
     raw.sendall(b'{"version": 1, "request": "status"}\n')
     answer = json.loads(raw.makefile('rb').readline())
     assert answer['launch']['processes'][0]['label'] == 'a'

@@ -47,8 +47,8 @@ def size_of(folder):
     return sum(p.stat().st_size for p in folder.iterdir())
 
 
-def numbered(first, last):
-    return [b'%09d\n' % n * 100 for n in range(first, last)]
+def numbered(first, last, times=100):
+    return [b'%09d\n' % n * times for n in range(first, last)]
 
 
 def test_below_the_limit_nothing_is_lost(tmp_path, open_log, complaints):
@@ -66,7 +66,7 @@ def test_below_the_limit_nothing_is_lost(tmp_path, open_log, complaints):
 
 def test_above_the_limit_the_newest_stays(tmp_path, open_log, complaints):
     file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
-    everything = numbered(0, 10_000)
+    everything = numbered(0, 2000, times=500)
     for data in everything:
         file.write(data)
         assert size_of(tmp_path) <= LIMIT
