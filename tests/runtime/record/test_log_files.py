@@ -80,26 +80,26 @@ def test_above_the_limit_the_newest_stays(tmp_path, open_log, complaints):
 def test_a_flood_does_not_take_the_place_of_others(
     tmp_path, open_log, complaints
 ):
-    quota = Quota(100 * LIMIT, 200, complaints.append)
+    quota = Quota(10 * LIMIT, 200, complaints.append)
     quiet = [open_log(f'quiet{n}', quota) for n in range(100)]
     flood = open_log('flood', quota)
     for file in quiet:
-        file.write(LINE * 400)
+        file.write(LINE * 40)
     for _ in range(300):
-        flood.write(LINE * 1000)
-    assert size_of(tmp_path) <= 100 * LIMIT
+        flood.write(LINE * 100)
+    assert size_of(tmp_path) <= 10 * LIMIT
     assert len(complaints) == 1
     for number in range(100):
-        assert content(tmp_path, f'quiet{number}') == LINE * 400
+        assert content(tmp_path, f'quiet{number}') == LINE * 40
 
 
 def test_one_flood_among_many_files_has_few_parts(
     tmp_path, open_log, complaints
 ):
-    file = open_log('flood', Quota(100 * LIMIT, 400, complaints.append))
+    file = open_log('flood', Quota(10 * LIMIT, 40, complaints.append))
     for _ in range(250):
-        file.write(LINE * 1000)
-    assert 90 * LIMIT < size_of(tmp_path) <= 100 * LIMIT
+        file.write(LINE * 100)
+    assert 9 * LIMIT < size_of(tmp_path) <= 10 * LIMIT
     assert len(parts(tmp_path, 'flood')) < 50
 
 
