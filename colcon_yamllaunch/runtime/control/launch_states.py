@@ -98,9 +98,7 @@ def from_json(data: object) -> LaunchState:
         raise ProtocolError('the launch is not described in full') from error
 
 
-def _known(
-    kind: type[LaunchState] | type[ProcessState], data: object
-) -> dict[str, Any]:
+def _known(kind: type[Any], data: object) -> dict[str, Any]:
     if not isinstance(data, Mapping):
         raise TypeError
     names = {f.name for f in fields(kind)}

@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping
 from contextlib import ExitStack
+from contextlib import suppress
 import errno
 import os
 
@@ -100,11 +101,9 @@ class Server:
     def _turn_away(self) -> None:
         """Take a client and send it away, as it would wait for ever."""
         os.close(self._spare)
-        try:
+        with suppress(OSError):
             connection, _ = self._address.socket.accept()
             connection.close()
-        except OSError:
-            pass
         self._spare = _null()
 
 

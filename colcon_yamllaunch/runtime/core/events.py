@@ -83,9 +83,7 @@ class StartFailed(Event):
     process: Process
     reason: str
 
-    @property
-    def severity(self) -> str:
-        return 'ERROR'
+    severity = 'ERROR'
 
     def lines(self) -> tuple[str, ...]:
         return (f'{self.process.label}: could not be started: {self.reason}',)
@@ -343,9 +341,7 @@ class LeftBehind(Event):
     process: Process
     pid: int
 
-    @property
-    def severity(self) -> str:
-        return 'ERROR'
+    severity = 'ERROR'
 
     def lines(self) -> tuple[str, ...]:
         return (
@@ -381,9 +377,7 @@ class Warned(Event):
 
     text: str
 
-    @property
-    def severity(self) -> str:
-        return 'WARNING'
+    severity = 'WARNING'
 
     def lines(self) -> tuple[str, ...]:
         return (f'warning: {self.text}',)

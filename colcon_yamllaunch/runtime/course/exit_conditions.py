@@ -103,7 +103,11 @@ class ExitConditions:
         """Return what came of everything, in the order given."""
         if self._timeout is not None and not self._patterns:
             seconds = self._timeout if self._timed_out else self._seconds
-            failure = self._not_ended() if self._timed_out else None
+            failure = None
+            if self._timed_out:
+                failure = (
+                    f'the launch did not end in {seconds:g} s (--timeout)'
+                )
             name = f'--timeout {self._timeout:g}'
             return (events.Verdict(name, seconds, failure),)
         return tuple(
@@ -163,6 +167,3 @@ class ExitConditions:
             f"'{text}' was not seen before the launch ended after "
             f'{self._seconds:.1f} s (--until)'
         )
-
-    def _not_ended(self) -> str:
-        return f'the launch did not end in {self._timeout:g} s (--timeout)'

@@ -31,11 +31,9 @@ def keep_to_ourselves() -> None:
         descriptors = [int(e.name) for e in entries]
     for descriptor in descriptors:
         if descriptor > 2:
-            try:
+            # one of them listed the folder, and is closed now
+            with suppress(OSError):
                 os.set_inheritable(descriptor, False)
-            except OSError:
-                # it was the one that lists the folder
-                continue
 
 
 class DescriptorLimit:

@@ -14,13 +14,11 @@ from typing import NoReturn
 from colcon_yamllaunch.runtime.process.spawn import ends_as_on_windows
 from colcon_yamllaunch.runtime.process.spawn import explained
 from colcon_yamllaunch.runtime.process.spawn import find_program
+from colcon_yamllaunch.runtime.process.spawn import first_bytes
 from colcon_yamllaunch.runtime.process.spawn import StartError
 
 #: What Python ignores for itself; a program that it becomes would, too.
 _IGNORED_BY_PYTHON = (signal.SIGPIPE, signal.SIGXFSZ)
-#: How much of a file its first line is looked for in (bytes; Linux reads no
-#: more).
-_FIRST_LINE = 256
 
 
 def exec_program(
@@ -60,11 +58,7 @@ def _check_first_line(program: str, path: str) -> None:
     The system finds `env` itself, so it would not report this, and what `env`
     says does not name the script.
     """
-    try:
-        with Path(program).open('rb') as file:
-            line, _, _ = file.read(_FIRST_LINE).partition(b'\n')
-    except OSError:
-        return
+    line = first_bytes(program).partition(b'\n')[0]
     words = os.fsdecode(line.removeprefix(b'#!')).split()
     if not line.startswith(b'#!') or Path(*words[:1]).name != 'env':
         return

@@ -187,7 +187,7 @@ def _missing(program: str) -> str:
 
 
 def _wrong_format(program: str) -> str:
-    start = _first_bytes(program)
+    start = first_bytes(program)
     if start.startswith(b'\x7fELF'):
         return f"'{program}' was made for another kind of machine"
     if not start:
@@ -199,14 +199,15 @@ def _wrong_format(program: str) -> str:
 
 
 def _interpreter(program: str) -> str | None:
-    start = _first_bytes(program)
+    start = first_bytes(program)
     if not start.startswith(b'#!'):
         return None
     line = start[2:].partition(b'\n')[0].strip(b' \t')
     return os.fsdecode(line.replace(b'\t', b' ').partition(b' ')[0])
 
 
-def _first_bytes(program: str) -> bytes:
+def first_bytes(program: str) -> bytes:
+    """Return what Linux reads to find an interpreter, or nothing."""
     try:
         with Path(program).open('rb') as file:
             return file.read(256)

@@ -126,12 +126,8 @@ def _what_failed(failure: Failure) -> str:
         return (
             f'{failure.process.label} could not be started: {failure.reason}'
         )
-    return what_happened(failure)
-
-
-def what_happened(event: events.Exited) -> str:
-    """Say how a process ended, and when."""
-    return f'{event.process.label} {event.outcome} after {event.seconds:.1f} s'
+    label, outcome = failure.process.label, failure.outcome
+    return f'{label} {outcome} after {failure.seconds:.1f} s'
 
 
 def _shown(position: Position) -> str:

@@ -21,11 +21,11 @@ SCREEN_FORMAT = 'OVERRIDE_LAUNCH_SCREEN_FORMAT'
 #: The variable for the log of the whole launch.
 LOG_FORMAT = 'OVERRIDE_LAUNCH_LOG_FORMAT'
 
-_DEFAULT = 'default'
-_TIME_STAMPED = 'default_with_timestamp'
 _ALIASES = {
-    _DEFAULT: None,
-    _TIME_STAMPED: '{created:.7f} [{levelname}] [{name}]: {message}',
+    'default': None,
+    'default_with_timestamp': (
+        '{created:.7f} [{levelname}] [{name}]: {message}'
+    ),
 }
 
 

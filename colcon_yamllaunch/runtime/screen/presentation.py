@@ -53,7 +53,9 @@ def present(
     """Return who shows what happens."""
     terminal = display.environment.get('TERM') if display.terminal else None
     if presentation.title and terminal not in _WITHOUT_WINDOW:
-        display.writer.write(None, _title_sequence(presentation.title))
+        title = ''.join(c for c in presentation.title if c.isprintable())
+        sequence = f'\x1b]2;{title}\x07'.encode(errors='replace')
+        display.writer.write(None, _SAVE + sequence)
         stack.callback(_restore_title, display.writer)
     if presentation.verbosity == 'quiet':
         return _quiet(screen.handle)
@@ -62,12 +64,6 @@ def present(
     if display.terminal:
         return StartTable(plan, size_of(display.descriptor), screen).handle
     return screen.handle
-
-
-def _title_sequence(title: str) -> bytes:
-    """Return what keeps the title of a window and sets another."""
-    text = ''.join(c for c in title if c.isprintable())
-    return _SAVE + f'\x1b]2;{text}\x07'.encode(errors='replace')
 
 
 def _restore_title(writer: Writer) -> None:
