@@ -83,7 +83,7 @@ def _var(call: Call) -> Value:
     configurations = walk.scope.configurations
     value = configurations.get(name)
     if value is not None:
-        return walk.settled(value)
+        return value if value.text is not None else walk.settled(value)
     source = f'$(var {name})'
     if len(call) > 1:
         return walk.default(call[1], source)

@@ -109,16 +109,16 @@ def derived(text: str | None, key: str, values: Iterable[Value]) -> Value:
     return Value(text, shortened(key) if sources else text, sources, origins)
 
 
-def joined(values: Sequence[Value]) -> Value:
-    """Return the values one behind the other."""
-    key = ''.join([value.key for value in values])
-    texts = [value.text for value in values]
-    if None in texts:
-        return derived(None, key, values)
-    result = derived(''.join([text or '' for text in texts]), key, values)
-    if result.sources and len(result.text or '') > MAXIMUM_TEXT_LENGTH:
-        return result.forgotten()
-    return result
+def joined(pieces: Sequence[Value | str]) -> Value:
+    """Return values and texts one behind the other."""
+    values = [piece for piece in pieces if not isinstance(piece, str)]
+    texts = [p if isinstance(p, str) else p.text for p in pieces]
+    text = ''.join([text for text in texts if text is not None])
+    if not any(value.sources for value in values) and None not in texts:
+        return derived(text, text, values)
+    key = ''.join([p if isinstance(p, str) else p.key for p in pieces])
+    is_known = None not in texts and len(text) <= MAXIMUM_TEXT_LENGTH
+    return derived(text if is_known else None, key, values)
 
 
 def shortened(key: str) -> str:

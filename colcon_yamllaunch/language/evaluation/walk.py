@@ -647,7 +647,7 @@ class Walk(ABC):
             return makers[parts[0].name](Call(self, parts[0], position_at))
         return joined(
             [
-                Value(part, part)
+                part
                 if isinstance(part, str)
                 else makers[part.name](Call(self, part, position_at))
                 for part in parts

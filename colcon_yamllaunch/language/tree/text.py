@@ -46,9 +46,10 @@ class Text:
 
     def __init__(self, scalar: Scalar, *, plain: bool = False) -> None:
         self._scalar = scalar
-        if plain:
-            self.template = Template((unescape(scalar.text),))
-            self.literal = self.template.literal
+        if plain or '$(' not in scalar.text:
+            self.literal: str | None = unescape(scalar.text)
+            is_empty = not self.literal and not plain
+            self.template = Template(() if is_empty else (self.literal,))
             return
         try:
             self.template = parse_template(scalar.text)
