@@ -28,8 +28,14 @@ verb and `source install/setup.bash` take. `edit` compares a launch after one
 changed C++ file with `cmake --build` and `cmake --install` alone, `import` is
 what our verb costs every other colcon command.
 
-names: one, cmake, edit, import (the default), ament, python, thousand, all;
-those three take a minute or more to be built, `python` several.
+names: one, cmake, edit, import (the default), ament, python, thousand,
+environment, all; `ament`, `python` and `thousand` take a minute or more to be
+built, `python` several.
+
+`environment` needs the extra `ros`, too. It compares launches that source the
+workspace with those that remember what that made: with packages of ament_cmake
+of which ten are built and the others installed like them, each also in a shell
+where an underlay of 300 such packages is sourced, which setup.bash chains.
 """
 
 import argparse
@@ -51,6 +57,9 @@ QUICK = ('one', 'cmake', 'edit', 'import')
 #: How often a command is run that takes longer than a few seconds (seconds).
 LONG_RUN = 8.0
 LONG_RUNS = 2
+#: How many packages there are where sourcing is measured.
+OVERLAYS = (1, 100, 400)
+UNDERLAY = 300
 #: What colcon shall not do while its start is measured.
 BLOCKED = {'COLCON_EXTENSION_BLOCKLIST': 'colcon_core.verb.launch'}
 
@@ -79,6 +88,15 @@ setup(name='{name}', version='0.1.0', packages=['{name}'], data_files=[
     ('share/ament_index/resource_index/packages', ['resource/{name}']),
     ('share/{name}', ['package.xml']),
     ('share/{name}/launch', ['launch/demo.yaml'])])
+"""
+SOURCING = """\
+import sys
+from colcon_core.command import main
+from colcon_yamllaunch.verb.launching import workspace_session
+from colcon_yamllaunch.workspace.environment.sourcing import source
+workspace_session.remembered = lambda setup, variables, _: source(
+    setup, variables)
+sys.exit(main())
 """
 IMPORT = """\
 import time, argparse, colcon_core.command, colcon_core.verb
@@ -123,7 +141,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    names = (*CASES, 'edit', 'import', 'all')
+    names = (*CASES, 'edit', 'import', 'environment', 'all')
     parser.add_argument('names', nargs='*', metavar='NAME', default=QUICK)
     parser.add_argument('--runs', type=int, default=9)
     parser.add_argument('--keep', metavar='FOLDER', type=Path)
@@ -160,6 +178,8 @@ def report(folder: Path, names: 'list[str]', runs: int) -> Iterator[str]:
         yield from measure_edit(folder / 'edit', runs)
     if 'import' in names:
         yield from measure_import(folder / 'import', runs)
+    if 'environment' in names:
+        yield from measure_environment(folder / 'environment', runs)
 
 
 def measure(root: Path, case: Case, runs: int) -> str:
@@ -251,6 +271,64 @@ def measure_import(root: Path, runs: int) -> Iterator[str]:
     yield f'  importing the verb: {alone * 1000:.2f} ms (allowed: 2 ms)'
 
 
+def measure_environment(folder: Path, runs: int) -> Iterator[str]:
+    """Measure launches that source and those that need not."""
+    below = folder / 'underlay'
+    install(below, UNDERLAY, {}, 'below')
+    sourced = run(below, ['bash', '-c', '. install/setup.bash; env -0'])
+    entries = (e.partition('=') for e in sourced.split('\0') if e)
+    shell = {name: value for name, _, value in entries}
+    yield (
+        f'{"ament_cmake packages":<28}{"source":>8}{"sourced":>9}'
+        f'{"remembered":>12}{"saved":>8}{"CPU saved":>11}'
+    )
+    for count in OVERLAYS:
+        for variables in ({}, shell):
+            title = f'{count}, underlay of {UNDERLAY}' if variables else count
+            root = folder / f'{count}{"_chained" * bool(variables)}'
+            install(root, count, variables)
+            launch = ['launch', package(0), 'demo.yaml']
+            fast = ['colcon', *launch]
+            slow = [sys.executable, '-c', SOURCING, *launch]
+            run(root, fast, variables)
+            sourcing = ['bash', '-c', 'source install/setup.bash']
+            alone, long, short, *processor = in_turns(
+                [
+                    timed(root, sourcing, variables),
+                    stamped(root, slow, variables),
+                    stamped(root, fast, variables),
+                    processor_time(root, slow, variables),
+                    processor_time(root, fast, variables),
+                ],
+                runs,
+            )
+            yield (
+                f'{title:<28}{alone:>8.3f}{long:>9.3f}{short:>12.3f}'
+                f'{long - short:>8.3f}{processor[0] - processor[1]:>11.3f}'
+            )
+
+
+def install(
+    root: Path, count: int, variables: 'dict[str, str]', prefix: str = 'pkg'
+) -> None:
+    """Build some packages of ament_cmake, and install others like one."""
+    if root.exists():
+        return
+    built = min(count, 10)
+    make(root, Case('', 'ament', built, built, 0))
+    run(root, ['colcon', 'launch', package(0), 'demo.yaml'], variables)
+    names = [f'{prefix}_{number:03}' for number in range(count)]
+    model = root / 'install' / package(built - 1)
+    for name in names:
+        for path in model.rglob('*'):
+            copy = Path(str(path).replace(model.name, name))
+            if path.is_file() and not copy.exists():
+                write(copy, path.read_text().replace(model.name, name))
+    for folder in (root / 'install').glob('pkg_*'):
+        if folder.name not in names:
+            shutil.rmtree(folder)
+
+
 def timed(
     root: Path,
     command: 'str | list[str]',
@@ -266,12 +344,16 @@ def timed(
     return once
 
 
-def stamped(root: Path, command: 'list[str]') -> Callable[[], float]:
+def stamped(
+    root: Path,
+    command: 'list[str]',
+    variables: 'dict[str, str] | None' = None,
+) -> Callable[[], float]:
     """Return what measures the time until a process prints the time."""
 
     def once() -> float:
         started = time.time()
-        output = run(root, command)
+        output = run(root, command, variables)
         match = _STAMP.search(output)
         if match is None:
             sys.exit(f'{" ".join(command)} printed no time: {output}')
@@ -280,7 +362,11 @@ def stamped(root: Path, command: 'list[str]') -> Callable[[], float]:
     return once
 
 
-def processor_time(root: Path, command: 'list[str]') -> Callable[[], float]:
+def processor_time(
+    root: Path,
+    command: 'list[str]',
+    variables: 'dict[str, str] | None' = None,
+) -> Callable[[], float]:
     """Return what measures the processor time of a command."""
 
     def spent() -> float:
@@ -289,7 +375,7 @@ def processor_time(root: Path, command: 'list[str]') -> Callable[[], float]:
 
     def once() -> float:
         before = spent()
-        run(root, command)
+        run(root, command, variables)
         return spent() - before
 
     return once

@@ -15,5 +15,5 @@ _SIZE = 16
 
 
 def digest(content: bytes) -> str:
-    """Get the digest of a content, as a hexadecimal number."""
+    """Return the digest of a content, as a hexadecimal number."""
     return blake2b(content, digest_size=_SIZE).hexdigest()

@@ -1,12 +1,16 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What goes wrong in a workspace."""
+"""What goes wrong, and is told in one message."""
 
 
-class WorkspaceError(RuntimeError):
+class UserError(RuntimeError):
     """
-    Something that the user can put right, told in one message.
+    Something that the user can put right, such as the command line.
 
     It is a RuntimeError because colcon shows these without a traceback.
     """
+
+
+class WorkspaceError(UserError):
+    """What goes wrong in a workspace."""

@@ -1,9 +1,10 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Files under `build/` in which something is remembered between launches."""
+"""Files in which something is kept that can be found out again."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 import json
 import os
 from pathlib import Path
@@ -11,23 +12,31 @@ from typing import Any
 
 
 def read_json(path: Path) -> Any:
-    """Read a file; None if it is not there or damaged."""
+    """Return what a file holds, None if it is not there or damaged."""
     try:
         return json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):
         return None
 
 
-def write_json(path: Path, values: Mapping[str, Any]) -> None:
+def write_json(
+    path: Path, values: Mapping[str, Any], mode: int = 0o666
+) -> None:
     """
-    Write a file so that it appears complete or not at all.
+    Write a file that appears complete or, where it cannot, not at all.
 
-    :raises OSError: when it cannot be written
+    :param path: The file; its folder is made if necessary
+    :param values: What it is to hold
+    :param mode: Who may read and write it
     """
     temporary = path.with_name(f'{path.name}.{os.getpid()}')
-    try:
-        temporary.write_text(json.dumps(values), encoding='utf-8')
-        temporary.replace(path)
-    except OSError:
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
         temporary.unlink(missing_ok=True)
-        raise
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
+        with open(os.open(temporary, flags, mode), 'wb') as file:
+            file.write(json.dumps(values).encode())
+        temporary.replace(path)
+        return
+    with suppress(OSError):
+        temporary.unlink(missing_ok=True)

@@ -7,5 +7,5 @@ import os
 
 
 def split_path(value: str | None) -> list[str]:
-    """Get the entries of a variable such as PATH that are not empty."""
+    """Return the entries of a variable such as PATH that are not empty."""
     return [entry for entry in (value or '').split(os.pathsep) if entry]

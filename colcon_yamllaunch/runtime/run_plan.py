@@ -13,13 +13,11 @@ import sys
 import time
 from typing import TextIO
 
-from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.process_scan import new_identity
 from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.runtime.control.control import Control
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.local_attachment import LocalAttachment
+from colcon_yamllaunch.runtime.control.server import serve
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.runtime.core.events import Listener
@@ -27,7 +25,7 @@ from colcon_yamllaunch.runtime.core.events import Warned
 from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.course.engine import no_guard
 from colcon_yamllaunch.runtime.course.engine import Settings
-from colcon_yamllaunch.runtime.course.exit_conditions import Goal
+from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.process.descriptors import keep_to_ourselves
 from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.process.spawn import Spawn
@@ -36,17 +34,16 @@ from colcon_yamllaunch.runtime.record.launch_logs import Logs
 from colcon_yamllaunch.runtime.screen.display import Display
 from colcon_yamllaunch.runtime.screen.line_formats import layout_of
 from colcon_yamllaunch.runtime.screen.line_formats import LOG_FORMAT
-from colcon_yamllaunch.runtime.screen.presentation import front
-from colcon_yamllaunch.runtime.screen.presentation import Look
-from colcon_yamllaunch.runtime.screen.presentation import Place
+from colcon_yamllaunch.runtime.screen.presentation import present
+from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.runtime.screen.screen import Screen
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
-from colcon_yamllaunch.runtime.streams.channels import size_of
+from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
 from colcon_yamllaunch.runtime.streams.signals import caught
 from colcon_yamllaunch.runtime.streams.terminals import with_terminals
 
 
-def run(
+def run_plan(
     plan: Plan,
     *,
     environment: Mapping[str, str],
@@ -57,14 +54,18 @@ def run(
     log_limit: int | None = limits.LOG_LIMIT,
     clock: Callable[[], float] = time.monotonic,
     spawn: Spawn = os.posix_spawn,
-    goal: Goal | None = None,
-    look: Look | None = None,
+    conditions: ExitConditions | None = None,
+    presentation: Presentation | None = None,
     observers: Iterable[Listener] = (),
     about: About | None = None,
     attach: str | None = None,
 ) -> int:
     """
-    Run a plan to its end.
+    Run a plan to its end, and return the exit code.
+
+    It is 0 when all ended well or was stopped by the user, 1 when a process
+    failed, could not be started or could not be stopped, or when a condition
+    was not met.
 
     Must be called in the main thread, and no other thread may run: signals
     are handled here, and processes are started from a working directory that
@@ -83,16 +84,13 @@ def run(
       see :mod:`colcon_yamllaunch.runtime.record.log_files`
     :param clock: Returns seconds that never go back
     :param spawn: Starts a program as :func:`os.posix_spawn` does
-    :param goal: What the launch is to achieve, by default nothing
-    :param look: How much is shown
+    :param conditions: When it ends by itself, by default never
+    :param presentation: How much is shown
     :param observers: Are told what happens, too
     :param about: What other terminals of the user know the launch by; without
       it they do not see it
     :param attach: The label of a process that the keyboard, which is standard
       input, is connected to; it must have a terminal
-    :returns: The exit code: 0 when all ended well or was stopped by the user,
-      1 when a process failed, could not be started or could not be stopped,
-      or when the goal was not reached
     """
     stream = sys.stdout if stream is None else stream
     if tty:
@@ -107,53 +105,81 @@ def run(
             new_identity(), environment, display.descriptor, clock, spawn
         )
         troubles: list[str] = []
-        screen = display.screen(plan.processes(), troubles.append)
+        processes = tuple(plan.processes())
+        screen = display.screen(processes, troubles.append)
         guard = _guard(settings.identity, screen, stack)
         files = ParameterFiles(guard.folder)
         stack.callback(files.remove)
-        records = _records(
-            log_folder, log_limit, plan, settings, screen, troubles, stack
+        layout = layout_of(LOG_FORMAT, environment, troubles.append)
+        listeners: list[Listener] = []
+        log_files: Mapping[str, Path] = {}
+        publish: Callable[[], bool] = bool
+        if log_folder is not None:
+            logs = Logs(
+                log_folder,
+                processes,
+                lambda text: screen.handle(Warned(text)),
+                limit=log_limit,
+                layout=layout,
+            )
+            stack.callback(logs.close)
+            listeners.append(logs.handle)
+            log_files = logs.combined_files(processes)
+            publish = logs.flush
+        failures = Failures(log_files)
+        show = present(
+            presentation or Presentation(), screen, plan, display, stack
         )
-        show, keyboard = _front(
-            look or Look(), attach, plan, display, screen, stack
-        )
-        goal = goal or Goal(clock=clock)
+        attachment = None
+        if attach is not None:
+            keyboard = Keyboard(sys.stdin.fileno())
+            attachment = LocalAttachment(attach, keyboard, screen, show)
+            show = attachment.handle
+        conditions = conditions or ExitConditions(clock=clock)
         engine = Engine(
             plan,
             settings,
             guard,
             files,
             display.writer,
-            (*records.listeners, show, goal.handle, *observers),
-            records.publish,
-            goal,
+            (failures.handle, *listeners, show, conditions.handle, *observers),
+            publish,
+            conditions,
         )
         stack.callback(engine.close)
         for text in troubles:
             engine.tell(Warned(text))
-        control = Control(engine, keyboard)
-        stack.callback(control.close)
-        if about is not None:
-            control.serve(
-                about, environment, guard, log_folder, records.files, clock
-            )
-        engine.run(signals)
-        control.close()
+        with ExitStack() as control:
+            if attachment is not None:
+                attachment.connect(engine)
+                control.callback(attachment.close)
+            if about is not None:
+                serve(
+                    engine,
+                    about,
+                    environment,
+                    guard,
+                    log_folder,
+                    log_files,
+                    clock,
+                    control,
+                )
+            engine.run(signals)
         files.remove()
         guard.dismiss()
-        ended = _ended(records.failures, goal)
+        ended = _ended(failures, conditions)
         engine.tell(ended)
         engine.finish(signals)
         return ended.exit_code
 
 
-def _ended(failures: Failures, goal: Goal) -> Ended:
-    missed = goal.failures()
+def _ended(failures: Failures, conditions: ExitConditions) -> Ended:
+    missed = conditions.failures()
     return Ended(
         failures.exit_code or int(bool(missed)),
         (*failures.summary(), *(f'failed: {text}' for text in missed)),
         failures.reports(),
-        goal.verdicts(),
+        conditions.verdicts(),
     )
 
 
@@ -165,74 +191,3 @@ def _guard(identity: str, screen: Screen, stack: ExitStack) -> GuardLink:
         screen.handle(Warned(no_guard(error)))
     stack.callback(guard.abandon)
     return guard
-
-
-@dataclass(frozen=True, slots=True)
-class _Records:
-    """
-    What is kept of a launch.
-
-    :param failures: What went wrong
-    :param listeners: Keep it
-    :param files: For each label the log with all output
-    :param publish: Writes what was collected; see :class:`Engine`
-    """
-
-    failures: Failures
-    listeners: tuple[Listener, ...]
-    files: Mapping[str, Path]
-    publish: Callable[[], bool]
-
-
-def _records(
-    folder: Path | None,
-    limit: int | None,
-    plan: Plan,
-    settings: Settings,
-    screen: Screen,
-    troubles: list[str],
-    stack: ExitStack,
-) -> _Records:
-    layout = layout_of(LOG_FORMAT, settings.environment, troubles.append)
-    if folder is None:
-        failures = Failures({})
-        return _Records(failures, (failures.handle,), {}, _nothing)
-    processes = tuple(plan.processes())
-    logs = Logs(
-        folder,
-        processes,
-        lambda text: screen.handle(Warned(text)),
-        limit=limit,
-        layout=layout,
-    )
-    stack.callback(logs.close)
-    files = logs.combined_files(processes)
-    failures = Failures(files)
-    return _Records(
-        failures, (failures.handle, logs.handle), files, logs.flush
-    )
-
-
-def _front(
-    look: Look,
-    attach: str | None,
-    plan: Plan,
-    display: Display,
-    screen: Screen,
-    stack: ExitStack,
-) -> tuple[Listener, LocalAttachment | None]:
-    """Return who shows what happens, and the keyboard if it is attached."""
-    place = Place(
-        display.writer, display.terminal, size_of(display.descriptor)
-    )
-    show = front(look, screen, plan, place, display.environment, stack)
-    if attach is None:
-        return show, None
-    keyboard = Keyboard(sys.stdin.fileno())
-    attachment = LocalAttachment(attach, keyboard, screen, show)
-    return attachment.handle, attachment
-
-
-def _nothing() -> bool:
-    """Publish nothing, as there are no log files."""
-    return False

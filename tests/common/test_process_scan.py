@@ -2,92 +2,54 @@
 # Licensed under the Apache License, Version 2.0
 
 import os
-from pathlib import Path
 import subprocess
-import sys
-import time
 
-from colcon_yamllaunch.common.process_scan import find_members
 from colcon_yamllaunch.common.process_scan import is_alive
-from colcon_yamllaunch.common.process_scan import MARK
-from colcon_yamllaunch.common.process_scan import Member
-from colcon_yamllaunch.common.process_scan import new_identity
+from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.common.process_scan import running_processes
+from colcon_yamllaunch.common.process_scan import variable_of
 import pytest
-
-NO_SESSION = -1
-#: Seconds; a loaded machine needs some.
-DEADLINE = 60
 
 
 @pytest.fixture
-def start():
-    """Return a function that starts a process; it reads its input."""
-    started = []
-
-    def run(environment, script='read x', **more):
-        process = subprocess.Popen(
-            ['sh', '-c', script],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            env={'PATH': os.environ['PATH'], **environment},
-            **more,
-        )
-        started.append(process)
+def cat():
+    """Return a process that ends with its input."""
+    with subprocess.Popen(
+        ['cat'],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env={'WHO': 'a=b', 'EMPTY': ''},
+        start_new_session=True,
+    ) as process:
         # Popen returns just before the kernel has put the environment there
-        deadline = time.monotonic() + DEADLINE
-        while not Path(f'/proc/{process.pid}/environ').read_bytes():
-            assert time.monotonic() < deadline
-        return process
-
-    yield run
-    for process in started:
-        process.communicate()
+        process.stdin.write(b'\n')
+        process.stdin.flush()
+        process.stdout.readline()
+        yield process
 
 
-def test_a_process_is_found_by_its_mark_wherever_it_went(start):
-    identity = new_identity()
-    process = start({MARK: f'{identity}.7'}, start_new_session=True)
-    start({MARK: f'{new_identity()}.7'})
-    found = find_members(identity, {}, NO_SESSION)
-    assert [(m.pid, m.number) for m in found] == [(process.pid, 7)]
+def test_a_process_is_read(cat):
+    process = read_process(cat.pid)
+    assert (process.pid, process.parent) == (cat.pid, os.getpid())
+    assert (process.group, process.session) == (cat.pid, cat.pid)
+    assert process.pages > 0
+    assert process.pid in {p.pid for p in running_processes()}
 
 
-def test_a_process_is_found_by_its_group_in_our_session_only(start):
-    process = start({}, start_new_session=True)
-    groups = {process.pid: 3}
-    identity = new_identity()
-    found = find_members(identity, groups, process.pid)
-    assert [(m.pid, m.number) for m in found] == [(process.pid, 3)]
-    assert find_members(identity, groups, os.getpid()) == []
+def test_a_variable_is_read(cat):
+    assert variable_of(cat.pid, 'WHO') == 'a=b'
+    assert variable_of(cat.pid, 'EMPTY') == ''
+    assert variable_of(cat.pid, 'HO') is None
 
 
-def test_a_child_without_the_mark_is_found_by_its_parent(start):
-    identity = new_identity()
-    process = start(
-        {MARK: f'{identity}.2'},
-        "env -i sh -c 'echo $$; exec sleep 99' & read x; kill $!",
-    )
-    child = int(process.stdout.readline())
-    found = {m.pid: m.number for m in find_members(identity, {}, NO_SESSION)}
-    assert found == {process.pid: 2, child: 2}
-
-
-def test_a_process_that_ended_is_not_alive(start):
-    identity = new_identity()
-    process = start({MARK: f'{identity}.0'})
-    member = find_members(identity, {}, NO_SESSION)[0]
-    assert is_alive(member)
-    reused = Member(member.pid, member.birth + 1, member.group, 0)
-    assert not is_alive(reused)
-    process.communicate()
-    assert not is_alive(member)
-
-
-def test_a_process_may_have_any_name(start, tmp_path):
-    identity = new_identity()
-    link = tmp_path / ') Z 1 (x'
-    link.symlink_to(sys.executable)
-    process = start({MARK: f'{identity}.0'}, f"exec '{link}' -S -c 'input()'")
-    found = find_members(identity, {}, NO_SESSION)
-    assert [m.pid for m in found] == [process.pid]
-    process.communicate(b'\n')
+def test_a_process_that_ended_is_not_alive(cat):
+    birth = read_process(cat.pid).birth
+    assert is_alive(cat.pid, birth)
+    assert not is_alive(cat.pid, birth + 1)
+    cat.stdin.close()
+    os.waitid(os.P_PID, cat.pid, os.WEXITED | os.WNOWAIT)
+    # it is a zombie now
+    assert read_process(cat.pid) is None
+    assert not is_alive(cat.pid, birth)
+    cat.wait()
+    assert variable_of(cat.pid, 'WHO') is None

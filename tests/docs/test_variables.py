@@ -11,6 +11,7 @@ import re
 from colcon_yamllaunch.runtime.control.socket_folder import SUFFIX
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CACHE_NAME
 from colcon_yamllaunch.workspace.environment.environment_cache import (
     FOLDER_NAME,
 )
@@ -18,7 +19,6 @@ from colcon_yamllaunch.workspace.environment.environment_cache import (
     MAXIMUM_RECORDS,
 )
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
-from colcon_yamllaunch.workspace.index.colcon_cache import MEMORY_NAME
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / 'docs/files_and_variables.md').read_text(encoding='utf-8')
@@ -71,7 +71,7 @@ def test_nothing_is_told_that_the_code_does_not_know() -> None:
 def test_each_file_is_told() -> None:
     for name in (
         f'`build/{LOCK_NAME}`',
-        f'`build/{MEMORY_NAME}`',
+        f'`build/{CACHE_NAME}`',
         f'`build/{FOLDER_NAME}/`',
         f'`{RECORD_NAME}`',
         f'colcon-launch/PID{SUFFIX}`',

@@ -18,8 +18,8 @@ from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.control.launch_states import About
-from colcon_yamllaunch.runtime.run_plan import run
-from colcon_yamllaunch.runtime.screen.presentation import Look
+from colcon_yamllaunch.runtime.run_plan import run_plan
+from colcon_yamllaunch.runtime.screen.presentation import Presentation
 
 
 def entry_of(data: dict[str, Any]) -> Entry:
@@ -45,7 +45,7 @@ def main() -> int:
     """Run the plan, and return the exit code."""
     data = json.loads(Path(sys.argv[1]).read_text(encoding='utf-8'))
     log_folder = data.get('log_folder')
-    return run(
+    return run_plan(
         Plan(tuple(entry_of(e) for e in data['entries'])),
         environment=dict(os.environ),
         log_folder=None if log_folder is None else Path(log_folder),
@@ -53,7 +53,7 @@ def main() -> int:
         **{name: data[name] for name in ('tty', 'log_limit') if name in data},
         about=About(**data['about']) if 'about' in data else None,
         attach=data.get('attach'),
-        look=Look(data.get('verbosity', 'normal')),
+        presentation=Presentation(data.get('verbosity', 'normal')),
     )
 
 

@@ -12,7 +12,7 @@ import stat
 import subprocess
 
 from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.runtime.run_plan import run
+from colcon_yamllaunch.runtime.run_plan import run_plan
 import pytest
 
 
@@ -34,7 +34,7 @@ def test_a_run_in_this_process_leaves_it_as_it_was(process, tmp_path):
     folder = Path.cwd()
     foreign = subprocess.Popen(['sh', '-c', 'exit 5'])
     stream = io.StringIO()
-    code = run(
+    code = run_plan(
         Plan((process('a', 'sh', '-c', 'echo hello; exit 3'),)),
         environment={'PATH': os.environ['PATH']},
         log_folder=tmp_path,
@@ -62,7 +62,7 @@ def test_a_crash_of_the_launcher_stops_what_it_started(
         return started[0]
 
     with pytest.raises(RuntimeError, match='a bug'):
-        run(
+        run_plan(
             Plan((process('a', 'sleep', '99'), process('b'))),
             environment={'PATH': os.environ['PATH']},
             log_folder=None,

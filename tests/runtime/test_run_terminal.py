@@ -114,7 +114,7 @@ def test_every_process_may_get_a_terminal(launch, python):
     assert one.screen.count('[True, True, True]') == 2
 
 
-def test_what_is_held_back_in_a_pipe_shows_at_once_on_a_terminal(
+def test_what_is_suspended_back_in_a_pipe_shows_at_once_on_a_terminal(
     launch, python
 ):
     script = 'import time; print("now"); time.sleep(99)'

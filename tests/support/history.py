@@ -4,8 +4,9 @@
 """Launches without a process, whose time passes as the test says."""
 
 from itertools import count
+from types import SimpleNamespace
 
-from colcon_yamllaunch.common.process_scan import Member
+from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.outcome import Outcome
@@ -23,7 +24,7 @@ class FakeHost:
         self.by_label = {}
         self.refused = set()
         self.sent = []
-        self.strays = []
+        self.left = []
         self.events = []
 
     def start(self, number, process):
@@ -35,21 +36,16 @@ class FakeHost:
     def release(self, group):
         return True
 
-    def send(self, order):
-        target = order.target
-        self.sent.append(
-            (
-                target.pid if isinstance(target, Member) else target,
-                order.signal,
-            )
-        )
+    def send(self, target, step):
+        pid = target.pid if isinstance(target, Orphan) else target
+        self.sent.append((pid, step))
         return True
 
-    def members(self, groups):
-        return list(self.strays)
+    def orphans(self, groups, led):
+        return [o for o in self.left if o.group not in led]
 
-    def is_alive(self, member):
-        return member in self.strays
+    def is_alive(self, orphan):
+        return orphan in self.left
 
     def tell(self, event):
         self.events.append(event)
@@ -94,11 +90,17 @@ class History:
         self.turn()
 
     def state(self, label):
-        states = self.supervisor.states()
-        return next(s for s in states if s.process.label == label)
+        task = self.supervisor.task(label)
+        return SimpleNamespace(
+            phase=self.supervisor.phase(task),
+            pid=task.group,
+            seconds=self.supervisor.seconds(task),
+            restarts=task.restarts,
+            ending=task.ending,
+        )
 
     def phases(self):
-        return [s.phase for s in self.supervisor.states()]
+        return [self.supervisor.phase(t) for t in self.supervisor.tasks]
 
     def happened(self, kind):
         return [e for e in self.host.events if isinstance(e, kind)]

@@ -19,7 +19,7 @@ HEAVY = {
     'colcon_yamllaunch.verb.launching.annotations',
     'colcon_yamllaunch.verb.sessions.attaching',
     'colcon_yamllaunch.verb.launching.inspect_launch',
-    'colcon_yamllaunch.workspace.building.colcon_adapter',
+    'colcon_yamllaunch.workspace.colcon.colcon_adapter',
     'difflib',
     'hashlib',
     'pyparsing',
@@ -52,7 +52,7 @@ def test_change_asks_colcon(user: User) -> None:
     user.environment['PYTHONPROFILEIMPORTTIME'] = '1'
     output = user.launch('one', 'one')
     imported = set(re.findall(r'^import time: .*\| +(\S+)$', output, re.M))
-    assert 'colcon_yamllaunch.workspace.building.colcon_adapter' in imported
+    assert 'colcon_yamllaunch.workspace.colcon.colcon_adapter' in imported
 
 
 def test_known_package_is_built_without_identifying_it(user: User) -> None:
@@ -64,5 +64,5 @@ def test_known_package_is_built_without_identifying_it(user: User) -> None:
     user.environment['PYTHONPROFILEIMPORTTIME'] = '1'
     output = user.launch('one', 'one')
     imported = set(re.findall(r'^import time: .*\| +(\S+)$', output, re.M))
-    assert 'colcon_yamllaunch.workspace.building.colcon_adapter' in imported
+    assert 'colcon_yamllaunch.workspace.colcon.colcon_adapter' in imported
     assert imported.isdisjoint(IDENTIFYING), imported & IDENTIFYING

@@ -62,9 +62,19 @@ location.set_default_log_path(
     base_path=None, env_var='COLCON_LOG_PATH', subdirectory='launch')
 location.create_log_path('launch')
 
-from colcon_yamllaunch.workspace.building.colcon_adapter import Colcon
-from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.workspace.building.update import bring_up_to_date
+from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.workspace.building import update
+from colcon_yamllaunch.workspace.environment.underlays import BuildEnvironment
+
+
+def bring_up_to_date(colcon, names, environment, announce, **options):
+    return update.bring_up_to_date(
+        colcon,
+        update.BuildRequest(names, **options),
+        BuildEnvironment(environment),
+        announce,
+    )
 
 
 def show(value):

@@ -16,7 +16,7 @@ from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.control.socket_address import connections
 from colcon_yamllaunch.runtime.control.socket_address import peer_pid
 
-#: Seconds that a launch may take to answer; one that is held, as by Ctrl-Z,
+#: Seconds that a launch may take to answer; one that is suspended,
 #: does not answer.
 PATIENCE = 3.0
 _CHUNK = 64 * 1024
@@ -53,7 +53,7 @@ class RunningLaunch:
         """
         Return its state.
 
-        :raises LaunchError: It does not answer
+        :raises LaunchError: when it does not answer
         """
         answer = self.request('status')
         try:
@@ -65,7 +65,7 @@ class RunningLaunch:
         """
         Have something done, and return the answer; see `protocol`.
 
-        :raises LaunchError: It refuses, or does not answer
+        :raises LaunchError: when it refuses, or does not answer
         """
         self.send(protocol.request(name, **more))
         answer = self.receive()
@@ -77,7 +77,7 @@ class RunningLaunch:
         """
         Send a message.
 
-        :raises LaunchError: It does not take it
+        :raises LaunchError: when it does not take it
         """
         try:
             self.connection.sendall(protocol.encode(message))
@@ -90,7 +90,7 @@ class RunningLaunch:
         """
         Return the next message, and wait for it.
 
-        :raises LaunchError: There is none
+        :raises LaunchError: when there is none
         """
         while (message := self.received()) is None:
             self.read()
@@ -100,7 +100,7 @@ class RunningLaunch:
         """
         Return the next message if it has been read in whole.
 
-        :raises LaunchError: It makes no sense
+        :raises LaunchError: when it makes no sense
         """
         end = self._received.find(b'\n') + 1
         if not end:
@@ -116,7 +116,7 @@ class RunningLaunch:
         """
         Read what has been sent, and wait for something.
 
-        :raises LaunchError: Nothing comes
+        :raises LaunchError: when nothing comes
         """
         try:
             data = self.connection.recv(_CHUNK)
@@ -149,7 +149,7 @@ def running_launches(environment: Mapping[str, str]) -> list[RunningLaunch]:
     What a launch left that was killed is removed.
 
     :param environment: The user's environment
-    :raises FolderError: The folder for the sockets is not the user's alone
+    :raises FolderError: when others may enter the folder for the sockets
     """
     return [RunningLaunch(c) for c in connections(environment)]
 

@@ -20,7 +20,7 @@ _REQUESTS_PER_TURN = 8
 _CHUNK = 64 * 1024
 
 
-class Visitor:
+class ClientConnection:
     """
     A connection to a client.
 
@@ -39,7 +39,7 @@ class Visitor:
         connection: socket.socket,
         watches: Watches,
         service: Service,
-        left: Callable[['Visitor'], None],
+        left: Callable[['ClientConnection'], None],
     ) -> None:
         self._connection = connection
         self._watches = watches

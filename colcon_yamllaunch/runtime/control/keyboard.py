@@ -44,9 +44,8 @@ class Keyboard:
         """
         Take keys as they come, from now on.
 
-        Called once more, it undoes what a shell has set meanwhile.
-
-        :returns: False when another job has the terminal, or it is gone
+        Called once more, it undoes what a shell has set meanwhile. Return
+        False when another job has the terminal, or it is gone.
         """
         try:
             if not _is_in_foreground(self.descriptor):
@@ -76,7 +75,7 @@ class Keyboard:
 
         What follows the escape key is dropped.
 
-        :raises OSError: The terminal is gone
+        :raises OSError: when the terminal is gone
         """
         keys, escape, _ = os.read(self.descriptor, _SIZE).partition(ESCAPE)
         return keys, bool(escape)

@@ -4,7 +4,6 @@
 """A running launch at one moment, as its server describes it."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from dataclasses import fields
 from typing import Any
 
@@ -85,16 +84,13 @@ class LaunchState:
     processes: tuple[ProcessState, ...]
 
 
-def to_json(launch: LaunchState) -> dict[str, Any]:
-    """Return a launch as a JSON object with the names of its attributes."""
-    return asdict(launch)
-
-
 def from_json(data: object) -> LaunchState:
     """
-    Read what :func:`to_json` made; what is not known here is left out.
+    Read a launch from a JSON object with the names of its attributes.
 
-    :raises ProtocolError: Something is missing
+    What is not known here is left out.
+
+    :raises ProtocolError: when something is missing
     """
     try:
         launch = _known(LaunchState, data)

@@ -52,7 +52,7 @@ class LocalAttachment:
     def connect(self, engine: Engine) -> None:
         """Use an engine, before it runs."""
         self._engine = engine
-        engine.held = self._hold
+        engine.suspended = self._suspend
 
     def handle(self, event: Event) -> None:
         """Show an event, and follow the process."""
@@ -79,20 +79,20 @@ class LocalAttachment:
         if self._keyboard.grab():
             self._is_attached = True
             engine.watches.add(self._keyboard.descriptor, self._typed)
-            engine.terminals.look_on(self._label, self._show_raw)
+            engine.terminals.add_sink(self._label, self._show_raw)
             engine.tell(Attached(started.process, _HINT))
 
     def _detach(self) -> None:
         if self._is_attached and self._engine is not None:
             self._is_attached = False
             self._engine.watches.remove(self._keyboard.descriptor)
-            self._engine.terminals.look_away(self._label, self._show_raw)
+            self._engine.terminals.remove_sink(self._label, self._show_raw)
             self._keyboard.release()
             # what is shown next may be the shell's
             self._screen.end_line()
 
-    def _hold(self, is_held: bool) -> None:
-        if is_held:
+    def _suspend(self, is_suspended: bool) -> None:
+        if is_suspended:
             self._keyboard.release()
         elif not self._is_attached:
             self._attach()

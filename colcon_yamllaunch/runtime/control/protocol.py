@@ -54,7 +54,7 @@ def decode(line: bytes) -> dict[str, Any]:
     """
     Read a message.
 
-    :raises ProtocolError: It is none
+    :raises ProtocolError: when it is none
     """
     try:
         message = json.loads(line)
@@ -89,7 +89,7 @@ def bytes_of(text: object) -> bytes:
     """
     Return the bytes that :func:`text_of` made a text of.
 
-    :raises ProtocolError: It is no such text
+    :raises ProtocolError: when it is no such text
     """
     if not isinstance(text, str):
         raise ProtocolError('keys and output are texts')

@@ -1,14 +1,15 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What process groups use of the machine, from /proc (proc(5))."""
+"""What process groups use of the machine."""
 
 from collections.abc import Callable
 from collections.abc import Collection
 from dataclasses import dataclass
 import os
-from pathlib import Path
 import time
+
+from colcon_yamllaunch.common.process_scan import running_processes
 
 #: Seconds between two looks that a share of a processor is computed from.
 INTERVAL = 0.2
@@ -23,8 +24,8 @@ class Usage:
     What a process group uses.
 
     :param cpu: Its share of one processor, 1.0 for all of it
-    :param memory: Its resident memory in bytes; what members share counts
-      for each
+    :param memory: Its resident memory in bytes; what its processes
+      share counts for each
     """
 
     cpu: float
@@ -58,7 +59,7 @@ def usage_of(
     seconds = max(clock() - begin, INTERVAL)
     return {
         group: Usage(
-            # a member that ended meanwhile took its time with it
+            # a process that ended meanwhile took its time with it
             max(0, now.ticks - first.get(group, now).ticks) / _TICKS / seconds,
             now.pages * _PAGE,
         )
@@ -68,18 +69,9 @@ def usage_of(
 
 def _sums(groups: Collection[int]) -> dict[int, _Sum]:
     result: dict[int, _Sum] = {}
-    for name in os.listdir('/proc'):
-        if not name.isdigit():
-            continue
-        try:
-            stat = Path('/proc', name, 'stat').read_bytes()
-        except OSError:
-            continue
-        # the name in parentheses may itself hold spaces and parentheses
-        fields = stat.rpartition(b') ')[2].split()
-        group = int(fields[2])
-        if group in groups and fields[0] not in (b'Z', b'X'):
-            total = result.setdefault(group, _Sum())
-            total.ticks += int(fields[11]) + int(fields[12])
-            total.pages += int(fields[21])
+    for process in running_processes():
+        if process.group in groups:
+            total = result.setdefault(process.group, _Sum())
+            total.ticks += process.ticks
+            total.pages += process.pages
     return result

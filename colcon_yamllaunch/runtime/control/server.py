@@ -3,15 +3,75 @@
 
 """Serving the control socket from the engine's loop."""
 
+from collections.abc import Callable
+from collections.abc import Mapping
+from contextlib import ExitStack
 import errno
 import os
+from pathlib import Path
 
 from colcon_yamllaunch.runtime.control import protocol
-from colcon_yamllaunch.runtime.control.client_connection import Visitor
+from colcon_yamllaunch.runtime.control.client_connection import (
+    ClientConnection,
+)
+from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.control.socket_address import Address
 from colcon_yamllaunch.runtime.control.socket_address import is_own
+from colcon_yamllaunch.runtime.control.socket_folder import FolderError
+from colcon_yamllaunch.runtime.core.events import Warned
+from colcon_yamllaunch.runtime.course.engine import Engine
+from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
 from colcon_yamllaunch.runtime.streams.watches import Watches
+
+
+def serve(
+    engine: Engine,
+    about: About,
+    environment: Mapping[str, str],
+    guard: GuardLink,
+    log_folder: Path | None,
+    log_files: Mapping[str, Path],
+    clock: Callable[[], float],
+    stack: ExitStack,
+) -> None:
+    """
+    Let other terminals of the user look at a launch.
+
+    Where that cannot be, it is said, and the launch goes on.
+
+    :param engine: Runs it
+    :param about: What the launch is known by
+    :param environment: The user's environment
+    :param guard: Removes the socket of a launch that is killed
+    :param log_folder: The folder with its logs, if it writes any
+    :param log_files: For each label the log with all output
+    :param clock: Returns the time in seconds
+    :param stack: Ends that
+    """
+    try:
+        address = Address(environment)
+    except (OSError, FolderError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        engine.tell(
+            Warned(
+                f'other terminals cannot see this launch: {reason}; '
+                '`colcon launch --status` will not list it'
+            )
+        )
+        return
+    guard.socket(address.path)
+    service = Service(
+        about,
+        engine.supervisor,
+        engine.terminals,
+        log_folder,
+        log_files,
+        engine.tell,
+        clock,
+    )
+    engine.listen(service.handle)
+    stack.callback(Server(address, engine.watches, service).close)
 
 
 class Server:
@@ -29,7 +89,7 @@ class Server:
         self._address = address
         self._watches = watches
         self._service = service
-        self._visitors: list[Visitor] = []
+        self._clients: list[ClientConnection] = []
         # given up for a moment to turn a client away when no other is left
         self._spare = _null()
         watches.add(address.socket.fileno(), self._accept)
@@ -39,8 +99,8 @@ class Server:
         if self._spare == -1:
             return
         self._watches.remove(self._address.socket.fileno())
-        for visitor in list(self._visitors):
-            visitor.close()
+        for client in list(self._clients):
+            client.close()
         self._address.close()
         os.close(self._spare)
         self._spare = -1
@@ -56,17 +116,17 @@ class Server:
             connection.close()
             return
         connection.setblocking(False)
-        if len(self._visitors) >= protocol.MAXIMUM_CLIENTS:
+        if len(self._clients) >= protocol.MAXIMUM_CLIENTS:
             self._make_room()
-        self._visitors.append(
-            Visitor(
-                connection, self._watches, self._service, self._visitors.remove
+        self._clients.append(
+            ClientConnection(
+                connection, self._watches, self._service, self._clients.remove
             )
         )
 
     def _make_room(self) -> None:
-        waiting = [v for v in self._visitors if not v.is_attached]
-        (waiting or self._visitors)[0].close()
+        waiting = [v for v in self._clients if not v.is_attached]
+        (waiting or self._clients)[0].close()
 
     def _turn_away(self) -> None:
         """Take a client and send it away, as it would wait for ever."""

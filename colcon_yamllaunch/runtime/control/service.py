@@ -15,7 +15,6 @@ from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.control.launch_states import to_json
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.core.events import Attached
 from colcon_yamllaunch.runtime.core.events import Detached
@@ -26,7 +25,7 @@ from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import Stream
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
-from colcon_yamllaunch.runtime.core.tasks import TaskState
+from colcon_yamllaunch.runtime.core.tasks import Task
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
 from colcon_yamllaunch.runtime.streams.terminals import Terminals
 
@@ -43,7 +42,7 @@ class Viewer(Protocol):
 
 class Service:
     """
-    Answers requests, and lets viewers look on.
+    Answers requests, and shows viewers what processes write.
 
     :param about: What the launch is known by
     :param supervisor: Runs it
@@ -89,11 +88,12 @@ class Service:
         self, message: Mapping[str, Any]
     ) -> tuple[dict[str, Any], str | None]:
         """
-        Answer a request.
+        Return the answer to a request.
 
-        :returns: The answer, and the label of the process to :meth:`attach`
-          the client to, or None
-        :raises ProtocolError: It has a wrong form
+        Beside it stands the label of the process to :meth:`attach` the client
+        to, or None.
+
+        :raises ProtocolError: when it has a wrong form
         """
         if message.get('version') != protocol.VERSION:
             raise ProtocolError(
@@ -103,7 +103,7 @@ class Service:
         try:
             match message.get('request'):
                 case 'status':
-                    return protocol.success(launch=to_json(self.state())), None
+                    return protocol.success(launch=asdict(self.state())), None
                 case 'shutdown':
                     self._supervisor.stop('requested', drop_timers=True)
                 case 'stop':
@@ -128,7 +128,7 @@ class Service:
             log_folder=None
             if self._log_folder is None
             else str(self._log_folder),
-            processes=tuple(map(self._state, self._supervisor.states())),
+            processes=tuple(map(self._state, self._supervisor.tasks)),
         )
 
     def type(self, label: str, keys: bytes) -> None:
@@ -136,41 +136,35 @@ class Service:
         self._terminals.type(label, keys)
 
     def attach(self, label: str, viewer: Viewer) -> None:
-        """Let somebody look on, who got leave to attach."""
+        """Show a process to somebody who got leave to attach."""
         self._viewers.setdefault(label, []).append(viewer)
-        self._terminals.look_on(label, viewer.show)
-        self._tell(Attached(self._task(label).process))
+        self._terminals.add_sink(label, viewer.show)
+        self._tell(Attached(self._supervisor.task(label).process))
 
     def detach(self, label: str, viewer: Viewer) -> None:
-        """Let somebody look on no more."""
+        """Show a process to somebody no more."""
         self._viewers[label].remove(viewer)
-        self._terminals.look_away(label, viewer.show)
-        self._tell(Detached(self._task(label).process))
+        self._terminals.remove_sink(label, viewer.show)
+        self._tell(Detached(self._supervisor.task(label).process))
 
     def _may_attach(self, label: str) -> tuple[dict[str, Any], str | None]:
-        task = self._task(label)
+        task = self._supervisor.task(label)
         if not task.process.emulate_tty:
             raise RefusedError(
                 f'{label} has no keyboard, as it has no terminal: give it '
                 "'emulate_tty: true' in the launch file, or start the "
                 f'launch with --attach {label}'
             )
-        return protocol.success(pid=task.pid), label
+        return protocol.success(pid=task.group), label
 
-    def _task(self, label: str) -> TaskState:
-        for task in self._supervisor.states():
-            if task.process.label == label:
-                return task
-        raise RefusedError(f"there is no process '{label}'")
-
-    def _state(self, task: TaskState) -> ProcessState:
+    def _state(self, task: Task) -> ProcessState:
         process = task.process
         log = self._log_files.get(process.label)
         return ProcessState(
             process.label,
-            task.phase,
-            task.pid,
-            round(task.seconds, 3),
+            self._supervisor.phase(task),
+            task.group,
+            round(self._supervisor.seconds(task), 3),
             task.restarts,
             task.ending,
             os.path.basename(str(process.argv[0])),

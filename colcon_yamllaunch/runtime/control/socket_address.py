@@ -27,8 +27,8 @@ class Address:
     The socket that the launch listens on.
 
     :param environment: The user's environment
-    :raises OSError: There can be none
-    :raises FolderError: The folder for it is not the user's alone
+    :raises OSError: when there can be none
+    :raises FolderError: when the folder for it is not the user's alone
     """
 
     def __init__(self, environment: Mapping[str, str]) -> None:
@@ -79,7 +79,7 @@ def connections(environment: Mapping[str, str]) -> list[socket.socket]:
 
     What a launch left that was killed is removed.
 
-    :raises FolderError: The folder for the sockets is not the user's alone
+    :raises FolderError: when others may enter the folder for the sockets
     """
     found = []
     for folder in folders(environment):
@@ -124,7 +124,7 @@ def _connect(folder: int, name: str) -> socket.socket | None:
         return None
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
-        # a launch that is held by Ctrl-Z and has many clients makes us wait
+        # a launch that is suspended and has many clients makes us wait
         connection.setblocking(False)
         connection.connect(inside(folder, name))
         connection.setblocking(True)

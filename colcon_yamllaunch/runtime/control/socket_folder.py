@@ -47,13 +47,12 @@ def folders(environment: Mapping[str, str]) -> tuple[Path, ...]:
 
 def open_folder(path: Path, *, make: bool) -> int:
     """
-    Open a folder, after a check that it is the user's alone.
+    Check that a folder is the user's alone, and return its descriptor.
 
     :param path: The folder
     :param make: Whether to make it when it is missing
-    :returns: Its descriptor
-    :raises FolderError: It is not the user's alone, or cannot be made
-    :raises FileNotFoundError: It does not exist
+    :raises FolderError: when it is not the user's alone, or cannot be made
+    :raises FileNotFoundError: when it does not exist
     """
     try:
         if make:

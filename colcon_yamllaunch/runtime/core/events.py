@@ -4,30 +4,76 @@
 """
 What happens in a launch, told to everything that shows or records it.
 
-Events carry no time of day: they are told at the moment when they happen.
+An event says here, too, what the launcher says about it and what
+`events.jsonl` has of it; docs/logs.md describes that for users. Events carry
+no time of day: they are told at the moment when they happen.
 """
 
+from abc import abstractmethod
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.core.outcome import signal_name
 
 Stream = Literal['stdout', 'stderr']
+#: How much of what happens a user wants to see.
+Verbosity = Literal['quiet', 'normal', 'verbose']
+
+#: The label of the launcher's own lines.
+LAUNCHER = 'launch'
+#: The name that messages of the launch file have, as in ROS 2.
+MESSENGER = 'launch.user'
+#: The severities of what is shown even to those who want it quiet.
+LOUD = frozenset(('WARNING', 'ERROR', 'CRITICAL'))
+
+
+class Event:
+    """Something that happens; each kind of it is a class below."""
+
+    # no ABCMeta, as it would make each isinstance() slow
+    __slots__ = ()
+
+    @property
+    def severity(self) -> str:
+        """How severe it is, by the names that ROS 2 has for log messages."""
+        return 'INFO'
+
+    @abstractmethod
+    def lines(self) -> tuple[str, ...]:
+        """Return the lines about it on the screen and in `launch.log`."""
+
+    @abstractmethod
+    def record(self) -> dict[str, Any]:
+        """
+        Return what `events.jsonl` has of it besides the time.
+
+        The field `event` comes first; what is not recorded has none at all.
+        """
 
 
 @dataclass(frozen=True, slots=True)
-class Started:
+class Started(Event):
     """A process runs."""
 
     process: Process
     pid: int
 
+    def lines(self) -> tuple[str, ...]:
+        return (f'{self.process.label}: started, pid {self.pid}',)
+
+    def record(self) -> dict[str, Any]:
+        return _record('started', self.process, self.pid)
+
 
 @dataclass(frozen=True, slots=True)
-class StartFailed:
+class StartFailed(Event):
     """
     A process could not be started.
 
@@ -37,9 +83,19 @@ class StartFailed:
     process: Process
     reason: str
 
+    @property
+    def severity(self) -> str:
+        return 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        return (f'{self.process.label}: could not be started: {self.reason}',)
+
+    def record(self) -> dict[str, Any]:
+        return _record('start_failed', self.process, reason=self.reason)
+
 
 @dataclass(frozen=True, slots=True)
-class Output:
+class Output(Event):
     """
     A process wrote something.
 
@@ -51,9 +107,16 @@ class Output:
     stream: Stream
     data: bytes
 
+    def lines(self) -> tuple[str, ...]:
+        # it is shown and recorded in ways of its own
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {}
+
 
 @dataclass(frozen=True, slots=True)
-class Exited:
+class Exited(Event):
     """
     A process ended, and all that it wrote before has been told.
 
@@ -72,9 +135,37 @@ class Exited:
     failed: bool
     respawn_delay: float | None = None
 
+    @property
+    def severity(self) -> str:
+        return 'ERROR' if self.failed else 'INFO'
+
+    def lines(self) -> tuple[str, ...]:
+        ending = ending_of(self.outcome, self.asked)
+        text = f'{self.process.label}: {ending} after {self.seconds:.1f} s'
+        if self.respawn_delay is not None:
+            text += ', starts again'
+        if self.respawn_delay:
+            text += f' in {self.respawn_delay:g} s'
+        return (text,)
+
+    def record(self) -> dict[str, Any]:
+        number = self.outcome.signal
+        return _record(
+            'exited',
+            self.process,
+            self.pid,
+            exit_code=self.outcome.code,
+            signal=None if number is None else signal_name(number),
+            core_dumped=self.outcome.core_dumped,
+            seconds=round(self.seconds, 6),
+            asked=self.asked,
+            failed=self.failed,
+            respawn_delay=self.respawn_delay,
+        )
+
 
 @dataclass(frozen=True, slots=True)
-class Held:
+class Suspended(Event):
     """
     A process was stopped as Ctrl-Z does, by whomever, or goes on.
 
@@ -85,9 +176,24 @@ class Held:
     pid: int
     signal: int | None
 
+    def lines(self) -> tuple[str, ...]:
+        label = self.process.label
+        if self.signal is None:
+            return (f'{label}: goes on',)
+        return (
+            f'{label}: held by {signal_name(self.signal)}; '
+            f'to let it go on: kill -CONT -- -{self.pid}',
+        )
+
+    def record(self) -> dict[str, Any]:
+        if self.signal is None:
+            return _record('continued', self.process, self.pid)
+        name = signal_name(self.signal)
+        return _record('held', self.process, self.pid, signal=name)
+
 
 @dataclass(frozen=True, slots=True)
-class Respawned:
+class Respawned(Event):
     """
     A process that ended is started once more; `Started` follows.
 
@@ -97,9 +203,15 @@ class Respawned:
     process: Process
     attempt: int
 
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return _record('respawned', self.process, attempt=self.attempt)
+
 
 @dataclass(frozen=True, slots=True)
-class Signalled:
+class Signalled(Event):
     """
     A process was sent a signal on the way to its end.
 
@@ -113,17 +225,37 @@ class Signalled:
     signal: int
     group: bool
 
+    def lines(self) -> tuple[str, ...]:
+        if self.group:
+            return ()
+        return (
+            f'{self.process.label}: {signal_name(self.signal)} to what it '
+            f'left running, pid {self.pid}',
+        )
+
+    def record(self) -> dict[str, Any]:
+        name = signal_name(self.signal)
+        return _record(
+            'signalled', self.process, self.pid, signal=name, group=self.group
+        )
+
 
 @dataclass(frozen=True, slots=True)
-class Requested:
+class Requested(Event):
     """Somebody asks to stop one process, or to start it anew."""
 
     process: Process
     action: Literal['stop', 'restart']
 
+    def lines(self) -> tuple[str, ...]:
+        return (f'{self.process.label}: {self.action} requested',)
+
+    def record(self) -> dict[str, Any]:
+        return _record('requested', self.process, action=self.action)
+
 
 @dataclass(frozen=True, slots=True)
-class Attached:
+class Attached(Event):
     """
     A keyboard and a screen are connected to a process.
 
@@ -134,16 +266,29 @@ class Attached:
     process: Process
     hint: str = ''
 
+    def lines(self) -> tuple[str, ...]:
+        where = self.hint or 'attached to another terminal'
+        return (f'{self.process.label}: {where}',)
+
+    def record(self) -> dict[str, Any]:
+        return _record('attached', self.process)
+
 
 @dataclass(frozen=True, slots=True)
-class Detached:
+class Detached(Event):
     """The keyboard and the screen of a process are not its own any more."""
 
     process: Process
 
+    def lines(self) -> tuple[str, ...]:
+        return (f'{self.process.label}: detached',)
+
+    def record(self) -> dict[str, Any]:
+        return _record('detached', self.process)
+
 
 @dataclass(frozen=True, slots=True)
-class ShuttingDown:
+class ShuttingDown(Event):
     """
     Everything is being stopped.
 
@@ -154,9 +299,16 @@ class ShuttingDown:
     reason: str
     interactive: bool = False
 
+    def lines(self) -> tuple[str, ...]:
+        hint = ' (Ctrl-C again to hurry)' if self.interactive else ''
+        return (f'stopping: {self.reason}{hint}',)
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'shutdown', 'reason': self.reason}
+
 
 @dataclass(frozen=True, slots=True)
-class StillRunning:
+class StillRunning(Event):
     """
     Stopping takes a while.
 
@@ -169,28 +321,76 @@ class StillRunning:
     timers: int
     signal: int
 
+    def lines(self) -> tuple[str, ...]:
+        names = self.labels[: limits.NAMES_SHOWN]
+        parts = [', '.join(names)] if names else []
+        if len(self.labels) > len(names):
+            parts.append(f'{len(self.labels) - len(names)} more')
+        if self.timers:
+            parts.append(f'{self.timers} timer' + 's' * (self.timers > 1))
+        text = f'waiting for {" and ".join(parts)}'
+        if self.labels:
+            text += f' after {signal_name(self.signal)}'
+        return (text,)
+
+    def record(self) -> dict[str, Any]:
+        return {}
+
 
 @dataclass(frozen=True, slots=True)
-class LeftBehind:
+class LeftBehind(Event):
     """A process cannot be ended, not even by SIGKILL."""
 
-    label: str
+    process: Process
     pid: int
+
+    @property
+    def severity(self) -> str:
+        return 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        return (
+            f'{self.process.label}: pid {self.pid} cannot be stopped, not '
+            'even by SIGKILL; it is left behind',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return _record('left_behind', self.process, self.pid)
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class Said(Event):
     """The launch file has something to say; see `plan.Message`."""
 
     level: str
     text: str
 
+    @property
+    def severity(self) -> str:
+        return self.level
+
+    def lines(self) -> tuple[str, ...]:
+        return (self.text,)
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'message', 'level': self.level, 'text': self.text}
+
 
 @dataclass(frozen=True, slots=True)
-class Warned:
+class Warned(Event):
     """The launcher itself is in some trouble, yet goes on."""
 
     text: str
+
+    @property
+    def severity(self) -> str:
+        return 'WARNING'
+
+    def lines(self) -> tuple[str, ...]:
+        return (f'warning: {self.text}',)
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'warning', 'text': self.text}
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,7 +412,7 @@ class FailureReport:
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """
-    What came of something that the launch was to achieve; see `goal`.
+    What came of an exit condition.
 
     :param name: What it is, as the user wrote it
     :param seconds: When that was clear, from the start of the launch on
@@ -225,7 +425,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
+class Ended(Event):
     """
     The launch is over.
 
@@ -240,23 +440,22 @@ class Ended:
     failures: tuple[FailureReport, ...] = ()
     verdicts: tuple[Verdict, ...] = ()
 
+    @property
+    def severity(self) -> str:
+        return 'ERROR' if self.exit_code else 'INFO'
 
-Event = (
-    Started
-    | StartFailed
-    | Output
-    | Exited
-    | Held
-    | Respawned
-    | Signalled
-    | Requested
-    | Attached
-    | Detached
-    | ShuttingDown
-    | StillRunning
-    | LeftBehind
-    | Said
-    | Warned
-    | Ended
-)
+    def lines(self) -> tuple[str, ...]:
+        return self.summary
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'ended', 'exit_code': self.exit_code}
+
+
 Listener = Callable[[Event], None]
+
+
+def _record(
+    name: str, process: Process, pid: int | None = None, **fields: Any
+) -> dict[str, Any]:
+    who = {'label': process.label} | ({} if pid is None else {'pid': pid})
+    return {'event': name, **who, **fields}

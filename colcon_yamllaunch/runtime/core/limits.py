@@ -50,15 +50,11 @@ FOLDER_NAME_BYTES = 200
 STARTS_PER_TURN = 4
 #: Quiet processes whose log files are opened before the same.
 OPENED_PER_TURN = 8
-#: Seconds between two looks at processes that are not our children.
-STRAY_CHECK_INTERVAL = 0.05
 #: Seconds between two lines about what is still being waited for.
 PROGRESS_INTERVAL = 1.0
 #: Seconds in which a repeated signal is the same one; `timeout` sends its
 #: signal to the process and once more to the group.
 SIGNAL_ECHO = 0.1
-#: Seconds that a killed process gets to vanish, as it may hang in the kernel.
-KILL_PATIENCE = 5.0
 #: Seconds that a screen which takes nothing is waited for after a stop.
 SCREEN_PATIENCE = 5.0
 #: How often a guard that died is replaced in one launch.

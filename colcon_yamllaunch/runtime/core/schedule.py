@@ -11,7 +11,7 @@ from itertools import count
 
 
 @dataclass(slots=True, order=True)
-class Appointment:
+class TimerHandle:
     """
     Something to be done at its time.
 
@@ -30,25 +30,25 @@ class Appointment:
 
 
 class Schedule:
-    """Appointments in the order of their times."""
+    """What is to be done, in the order of the times."""
 
     def __init__(self) -> None:
-        self._heap: list[Appointment] = []
+        self._heap: list[TimerHandle] = []
         self._count = count()
 
-    def add(self, due: float, action: Callable[[], None]) -> Appointment:
+    def add(self, due: float, action: Callable[[], None]) -> TimerHandle:
         """Have something done at a time."""
-        appointment = Appointment(due, next(self._count), action)
-        heapq.heappush(self._heap, appointment)
-        return appointment
+        handle = TimerHandle(due, next(self._count), action)
+        heapq.heappush(self._heap, handle)
+        return handle
 
     def run_due(self, now: float) -> None:
         """Do what is due."""
         while self._heap and self._heap[0].due <= now:
-            appointment = heapq.heappop(self._heap)
-            action = appointment.action
+            handle = heapq.heappop(self._heap)
+            action = handle.action
             if action is not None:
-                appointment.cancel()
+                handle.cancel()
                 action()
 
     def next_due(self) -> float | None:

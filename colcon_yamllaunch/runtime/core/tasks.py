@@ -30,7 +30,7 @@ class Task:
     :param group: Its process group, as long as its leader runs
     :param ended: When it ended, or None if it has not been started or runs
     :param ending: How it ended, as a part of a sentence
-    :param is_held: Whether its leader is stopped as Ctrl-Z does
+    :param is_suspended: Whether its leader is stopped as Ctrl-Z does
     """
 
     number: int
@@ -41,23 +41,4 @@ class Task:
     group: int | None = None
     ended: float | None = None
     ending: str = ''
-    is_held: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class TaskState:
-    """
-    A process of the plan at one moment.
-
-    :param pid: Its process id, which is that of its group, while it runs
-    :param seconds: For how long it has been running, or ended
-    :param restarts: How often it has been started again
-    :param ending: How it ended, as a part of a sentence; empty while it runs
-    """
-
-    process: Process
-    phase: Phase
-    pid: int | None
-    seconds: float
-    restarts: int
-    ending: str
+    is_suspended: bool = False

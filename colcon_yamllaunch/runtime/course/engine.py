@@ -4,6 +4,7 @@
 """The loop that ties processes, output, signals and time together."""
 
 from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
@@ -13,11 +14,11 @@ import select
 import signal
 import time
 
+from colcon_yamllaunch.common.escalation import Orphan
+from colcon_yamllaunch.common.escalation import send
+from colcon_yamllaunch.common.escalation import Target
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.process_scan import find_members
 from colcon_yamllaunch.common.process_scan import is_alive
-from colcon_yamllaunch.common.process_scan import MARK
-from colcon_yamllaunch.common.process_scan import Member
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import limits
@@ -25,19 +26,19 @@ from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Listener
 from colcon_yamllaunch.runtime.core.events import Warned
 from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.course.exit_conditions import Goal
+from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
 from colcon_yamllaunch.runtime.process.children import ended_children
-from colcon_yamllaunch.runtime.process.children import held_children
+from colcon_yamllaunch.runtime.process.children import suspended_children
 from colcon_yamllaunch.runtime.process.descriptors import DescriptorLimit
 from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.process.spawn import Spawn
 from colcon_yamllaunch.runtime.process.spawn import spawn_process
 from colcon_yamllaunch.runtime.process.spawn import StartError
-from colcon_yamllaunch.runtime.stopping.escalation import Order
-from colcon_yamllaunch.runtime.stopping.escalation import send
-from colcon_yamllaunch.runtime.stopping.escalation import Timeouts
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
+from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
+from colcon_yamllaunch.runtime.stopping.launch_scan import MARK
+from colcon_yamllaunch.runtime.stopping.launch_stop import timeouts_of
 from colcon_yamllaunch.runtime.streams.channels import Channel
 from colcon_yamllaunch.runtime.streams.channels import close
 from colcon_yamllaunch.runtime.streams.channels import open_channels
@@ -58,7 +59,7 @@ class Settings:
     """
     What holds for a whole launch.
 
-    :param identity: Its identity, see `members`
+    :param identity: Its identity, see `launch_scan`
     :param environment: The environment that processes change for themselves
     :param screen: The descriptor of the screen, whose size terminals for
       processes have, or -1
@@ -86,7 +87,7 @@ class Engine:
     :param publish: Is called once a turn, to write what has been collected,
       but not before all is started that is due, which is more urgent;
       returns whether it has more to do
-    :param goal: May end the launch
+    :param conditions: May end the launch
     """
 
     def __init__(
@@ -98,9 +99,9 @@ class Engine:
         writer: Writer,
         listeners: Iterable[Listener],
         publish: Callable[[], bool],
-        goal: Goal | None = None,
+        conditions: ExitConditions | None = None,
     ) -> None:
-        self._goal = goal or Goal(clock=settings.clock)
+        self._conditions = conditions or ExitConditions(clock=settings.clock)
         self._settings = settings
         self._guard = guard
         self._files = files
@@ -119,9 +120,9 @@ class Engine:
         self._screen_mask: int | None = None
         self._last_stop = -limits.SIGNAL_ECHO
         self._stopped_by_signal = False
-        #: Is called with True before the launch is held, as Ctrl-Z does, and
+        #: Is called with True before Ctrl-Z suspends the launch, and
         #: with False when it goes on.
-        self.held: Callable[[bool], None] | None = None
+        self.suspended: Callable[[bool], None] | None = None
 
     @property
     def supervisor(self) -> Supervisor:
@@ -136,9 +137,9 @@ class Engine:
         """
         self._poll.register(signals, select.EPOLLIN)
         supervisor = self._supervisor
-        self._goal.begin()
+        self._conditions.begin()
         while True:
-            self._mind_goal()
+            self._mind_conditions()
             supervisor.advance()
             if supervisor.done:
                 break
@@ -154,7 +155,7 @@ class Engine:
                 else:
                     self.watches.handle(descriptor, mask)
         self._relay.close()
-        self._goal.end()
+        self._conditions.end()
 
     def finish(self, signals: int) -> None:
         """Wait until the screen has taken everything."""
@@ -205,8 +206,7 @@ class Engine:
         os.close(stdout.writer)
         os.close(stderr.writer)
         self._relay.add(group, process, stdout.reader, stderr.reader)
-        timeouts = Timeouts(process.sigterm_timeout, process.sigkill_timeout)
-        self._guard.started(number, group, timeouts)
+        self._guard.started(number, group, timeouts_of(process))
         return group
 
     def release(self, group: int) -> bool:
@@ -220,17 +220,20 @@ class Engine:
             return True
         return False
 
-    def send(self, order: Order) -> bool:
+    def send(self, target: Target, step: signal.Signals) -> bool:
         """Send a signal."""
-        return send(order)
+        return send(target, step)
 
-    def members(self, groups: Mapping[int, int]) -> list[Member]:
-        """Find the running processes of the launch."""
-        return find_members(self._settings.identity, groups, self._session)
+    def orphans(
+        self, groups: Mapping[int, int], led: Collection[int]
+    ) -> list[Orphan]:
+        """Find processes of the launch."""
+        identity = self._settings.identity
+        return find_orphans(identity, self._session, groups, led)
 
-    def is_alive(self, member: Member) -> bool:
+    def is_alive(self, orphan: Orphan) -> bool:
         """Tell whether a process still runs."""
-        return is_alive(member)
+        return is_alive(orphan.pid, orphan.birth)
 
     def listen(self, listener: Listener) -> None:
         """Have somebody else told, too, after all others."""
@@ -273,14 +276,14 @@ class Engine:
             self._limit.wrapped(self._settings.spawn),
         )
 
-    def _mind_goal(self) -> None:
-        reason = self._goal.reason_to_stop()
+    def _mind_conditions(self) -> None:
+        reason = self._conditions.reason_to_stop()
         if reason is not None:
             self._supervisor.stop(reason)
 
     def _seconds_to_wait(self) -> float | None:
         wait = self._supervisor.seconds_to_wait()
-        due = self._goal.due()
+        due = self._conditions.due()
         if due is None:
             return wait
         left = max(0.0, due - self._settings.clock())
@@ -322,11 +325,11 @@ class Engine:
             if number in STOPPING:
                 self._stop_by(number)
             elif number == signal.SIGTSTP:
-                self._hold()
+                self._suspend()
             elif number == signal.SIGCONT:
                 self._signal_all(signal.SIGCONT)
-                if self.held is not None:
-                    self.held(False)
+                if self.suspended is not None:
+                    self.suspended(False)
                 self._resize()
             elif number == signal.SIGWINCH:
                 self._resize()
@@ -351,9 +354,9 @@ class Engine:
         if not is_echo and number != signal.SIGHUP:
             self._supervisor.hurry()
 
-    def _hold(self) -> None:
-        if self.held is not None:
-            self.held(True)
+    def _suspend(self) -> None:
+        if self.suspended is not None:
+            self.suspended(True)
         self._signal_all(signal.SIGSTOP)
         stop_ourselves()
         # where nobody could continue us, the system has not stopped us
@@ -373,22 +376,21 @@ class Engine:
         for group in groups:
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(group, number)
-        for member in self.members(groups):
-            if member.group not in groups:
-                with suppress(ProcessLookupError, PermissionError):
-                    os.kill(member.pid, number)
+        for orphan in self.orphans(groups, groups):
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(orphan.pid, number)
 
     def _reap(self) -> None:
         ours = {*self._supervisor.groups, self._guard.pid} - {0}
-        for pid, number in held_children(ours):
-            self._supervisor.held(pid, number)
+        for pid, number in suspended_children(ours):
+            self._supervisor.suspended(pid, number)
         for pid, status in ended_children(ours):
             if pid == self._guard.pid:
                 self._replace_guard()
             else:
                 self._relay.drain(pid)
                 # the last line of a process counts before its exit code
-                self._mind_goal()
+                self._mind_conditions()
                 self._supervisor.exited(pid, Outcome.from_status(status))
 
     def _replace_guard(self) -> None:

@@ -2,7 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What a launch is to achieve, and by when.
+When a launch is to end by itself: what must be seen, and by when.
 
 Times count from the moment when the launch begins to start processes, so
 building is not counted.
@@ -22,9 +22,9 @@ from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
 from colcon_yamllaunch.runtime.streams.lines import bare
 
 
-class Goal:
+class ExitConditions:
     """
-    Listens whether a launch achieves what it is to achieve.
+    Listens whether what a launch waits for happens.
 
     Without any argument that is nothing, and the launch takes its course.
 

@@ -11,13 +11,11 @@ in. So the course of any launch can be replayed without a process.
 from collections import deque
 from collections.abc import Callable
 from collections.abc import Iterable
-from collections.abc import Mapping
+from collections.abc import Sequence
 from itertools import count
-import math
 from typing import Literal
 from typing import Protocol
 
-from colcon_yamllaunch.common.process_scan import Member
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -25,10 +23,7 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Exited
-from colcon_yamllaunch.runtime.core.events import Held
-from colcon_yamllaunch.runtime.core.events import LeftBehind
 from colcon_yamllaunch.runtime.core.events import Requested
 from colcon_yamllaunch.runtime.core.events import Respawned
 from colcon_yamllaunch.runtime.core.events import Said
@@ -36,25 +31,22 @@ from colcon_yamllaunch.runtime.core.events import ShuttingDown
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.core.events import StillRunning
+from colcon_yamllaunch.runtime.core.events import Suspended
 from colcon_yamllaunch.runtime.core.outcome import after_exit
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.outcome import is_failure
 from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.core.schedule import Appointment
 from colcon_yamllaunch.runtime.core.schedule import Schedule
+from colcon_yamllaunch.runtime.core.schedule import TimerHandle
 from colcon_yamllaunch.runtime.core.tasks import Phase
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.core.tasks import Task
-from colcon_yamllaunch.runtime.core.tasks import TaskState
 from colcon_yamllaunch.runtime.process.spawn import StartError
-from colcon_yamllaunch.runtime.stopping.escalation import Order
-from colcon_yamllaunch.runtime.stopping.escalation import Stopping
-from colcon_yamllaunch.runtime.stopping.escalation import Timeouts
-from colcon_yamllaunch.runtime.stopping.single_stop import carry_out
-from colcon_yamllaunch.runtime.stopping.single_stop import SingleStops
+from colcon_yamllaunch.runtime.stopping.launch_stop import Stop
+from colcon_yamllaunch.runtime.stopping.launch_stop import StopHost
 
 
-class Host(Protocol):
+class Host(StopHost, Protocol):
     """What a course needs of the system."""
 
     def start(self, number: int, process: Process) -> int:
@@ -62,27 +54,11 @@ class Host(Protocol):
         Start a process in a group of its own, and return the group's id.
 
         :param number: The number of the process in the plan
-        :raises StartError: It cannot be started
+        :raises StartError: when it cannot be started
         """
 
     def release(self, group: int) -> bool:
-        """
-        Take note that the leader of a group ended.
-
-        :returns: Whether the group ended with it
-        """
-
-    def send(self, order: Order) -> bool:
-        """Send a signal, and return whether anybody got it."""
-
-    def members(self, groups: Mapping[int, int]) -> list[Member]:
-        """Find the running processes of the launch; see `find_members`."""
-
-    def is_alive(self, member: Member) -> bool:
-        """Tell whether a process still runs."""
-
-    def tell(self, event: Event) -> None:
-        """Take note of what happened."""
+        """Return whether a group ended with its leader, which just did."""
 
 
 class Supervisor:
@@ -99,21 +75,20 @@ class Supervisor:
     ) -> None:
         self._host = host
         self._clock = clock
-        self._tasks = [Task(n, p) for n, p in enumerate(plan.processes())]
-        self._by_label = {t.process.label: t for t in self._tasks}
+        #: The processes of the plan, in its order.
+        self.tasks = [Task(n, p) for n, p in enumerate(plan.processes())]
+        self._by_label = {t.process.label: t for t in self.tasks}
         self._agenda: deque[Entry] = deque(plan.entries)
         self._schedule = Schedule()
-        self._timers: dict[int, tuple[Timer, Appointment]] = {}
+        self._timers: dict[int, tuple[Timer, TimerHandle]] = {}
         self._timer_keys = count()
-        self._respawns: dict[int, Appointment] = {}
+        self._respawns: dict[int, TimerHandle] = {}
         self._running: dict[int, Task] = {}
         self._groups: dict[int, int] = {}
-        self._single_stops = SingleStops(
-            host, self._schedule, clock, self._groups, self._start
-        )
-        self._stopping: Stopping | None = None
-        self._strays: list[Member] = []
-        self._clean = False
+        #: The end of everything, once it has begun.
+        self._stop: Stop | None = None
+        self._single_stops: dict[int, Stop] = {}
+        self._restarting: set[int] = set()
         #: Whether the launch is over.
         self.done = False
 
@@ -130,7 +105,7 @@ class Supervisor:
     @property
     def is_stopping(self) -> bool:
         """Whether everything is being stopped."""
-        return self._stopping is not None
+        return self._stop is not None
 
     def advance(self) -> None:
         """Do what is due; return soon, so that others get their turn."""
@@ -138,6 +113,7 @@ class Supervisor:
         for _ in range(limits.STARTS_PER_TURN):
             if self._agenda:
                 self._take(self._agenda.popleft())
+        self._end_single_stops()
         self._end_if_idle()
 
     def seconds_to_wait(self) -> float | None:
@@ -153,7 +129,8 @@ class Supervisor:
         process = task.process
         if self._host.release(group):
             del self._groups[group]
-        asked = self.is_stopping or task in self._single_stops
+        single_stop = self._single_stops.get(task.number)
+        asked = self.is_stopping or single_stop is not None
         task.group = None
         task.ended = self._clock()
         failed = is_failure(outcome, asked)
@@ -181,11 +158,35 @@ class Supervisor:
             )
         elif step == 'shutdown':
             self.stop(f'{process.label} ended')
-        self._single_stops.ended(task)
+        if single_stop is not None:
+            single_stop.advance()
 
-    def states(self) -> tuple[TaskState, ...]:
-        """Return what has become of each process, in the plan's order."""
-        return tuple(self._state(task) for task in self._tasks)
+    def task(self, label: str) -> Task:
+        """
+        Return a process of the plan.
+
+        :raises RefusedError: when there is none with this label
+        """
+        if label not in self._by_label:
+            raise RefusedError(f"there is no process '{label}'")
+        return self._by_label[label]
+
+    def phase(self, task: Task) -> Phase:
+        """Return what a process is doing."""
+        if task.number in self._single_stops:
+            return 'stopping'
+        if task.group is not None:
+            return 'stopping' if self.is_stopping else 'running'
+        if task.number in self._respawns:
+            return 'respawn'
+        return 'waiting' if task.ended is None else 'ended'
+
+    def seconds(self, task: Task) -> float:
+        """Return for how long a process has been running, or ended."""
+        if self.phase(task) == 'waiting':
+            return 0.0
+        since = task.started if task.ended is None else task.ended
+        return self._clock() - since
 
     def stop_process(self, label: str) -> None:
         """
@@ -196,9 +197,14 @@ class Supervisor:
         ask once more takes the next step of stopping at once.
 
         :param label: Its label
-        :raises RefusedError: There is nothing to stop
+        :raises RefusedError: when there is nothing to stop
         """
-        self._single_stops.stop(self._asked_for(label, 'stop'))
+        task = self._asked_for(label, 'stop')
+        self._restarting.discard(task.number)
+        if task.number in self._single_stops:
+            self._single_stops[task.number].hurry()
+        else:
+            self._single_stops[task.number] = self._stop_of([task])
 
     def restart_process(self, label: str) -> None:
         """
@@ -207,23 +213,26 @@ class Supervisor:
         It has all of its respawns again.
 
         :param label: Its label
-        :raises RefusedError: It cannot be started now
+        :raises RefusedError: when it cannot be started now
         """
-        self._single_stops.restart(self._asked_for(label, 'restart'))
+        task = self._asked_for(label, 'restart')
+        self._restarting.add(task.number)
+        if task.number not in self._single_stops:
+            self._single_stops[task.number] = self._stop_of([task])
 
-    def held(self, group: int, number: int | None) -> None:
+    def suspended(self, group: int, number: int | None) -> None:
         """
-        Take note that the leader of a group is held or goes on.
+        Take note that the leader of a group is suspended or goes on.
 
-        :param number: The signal that holds it, None if it goes on
+        :param number: The signal that suspends it, None if it goes on
         """
         task = self._running.get(group)
-        # while we stop everything, who is held is continued by us
+        # while we stop everything, who is suspended is continued by us
         if task is None or self.is_stopping:
             return
-        if number is not None or task.is_held:
-            self._host.tell(Held(task.process, group, number))
-        task.is_held = number is not None
+        if number is not None or task.is_suspended:
+            self._host.tell(Suspended(task.process, group, number))
+        task.is_suspended = number is not None
 
     def stop(
         self,
@@ -247,13 +256,10 @@ class Supervisor:
 
     def hurry(self) -> None:
         """Take the next step of stopping at once."""
-        if self._stopping is None:
-            return
-        self._drop_timers(all_of_them=True)
-        self._stopping.hurry(self._alive(), self._clock())
-        self._sweep()
-        self._report_progress()
-        self._schedule_step()
+        if self._stop is not None:
+            self._drop_timers(all_of_them=True)
+            self._stop.hurry()
+            self._report_progress(self._stop)
 
     def _take(self, entry: Entry) -> None:
         match entry:
@@ -279,7 +285,7 @@ class Supervisor:
                 self.stop(f'{process.label} could not be started')
             return
         task.started = self._clock()
-        task.is_held = False
+        task.is_suspended = False
         task.group = group
         task.ended = None
         task.ending = ''
@@ -294,48 +300,26 @@ class Supervisor:
         self._host.tell(Respawned(task.process, task.respawns))
         self._start(task)
 
-    def _state(self, task: Task) -> TaskState:
-        phase: Phase
-        if task in self._single_stops:
-            phase = 'stopping'
-        elif task.group is not None:
-            phase = 'stopping' if self.is_stopping else 'running'
-        elif task.number in self._respawns:
-            phase = 'respawn'
-        else:
-            phase = 'waiting' if task.ended is None else 'ended'
-        since = task.started if task.ended is None else task.ended
-        return TaskState(
-            task.process,
-            phase,
-            task.group,
-            0.0 if phase == 'waiting' else self._clock() - since,
-            task.restarts,
-            task.ending,
-        )
-
     def _asked_for(
         self, label: str, action: Literal['stop', 'restart']
     ) -> Task:
-        task = self._by_label.get(label)
-        if task is None:
-            raise RefusedError(f"there is no process '{label}'")
+        task = self.task(label)
         if self.is_stopping:
             raise RefusedError('the whole launch is being stopped')
         if task.group is None and task.ended is None:
             raise RefusedError(f'{label} has not been started yet')
         self._host.tell(Requested(task.process, action))
-        appointment = self._respawns.pop(task.number, None)
-        if appointment is not None:
-            appointment.cancel()
+        handle = self._respawns.pop(task.number, None)
+        if handle is not None:
+            handle.cancel()
         return task
 
     def _set(self, timer: Timer) -> None:
         key = next(self._timer_keys)
-        appointment = self._schedule.add(
+        handle = self._schedule.add(
             self._clock() + timer.period, lambda: self._fire(key)
         )
-        self._timers[key] = (timer, appointment)
+        self._timers[key] = (timer, handle)
 
     def _fire(self, key: int) -> None:
         timer, _ = self._timers.pop(key)
@@ -350,123 +334,70 @@ class Supervisor:
                 self._take(entry)
 
     def _drop_timers(self, *, all_of_them: bool) -> None:
-        for key, (timer, appointment) in list(self._timers.items()):
+        for key, (timer, handle) in list(self._timers.items()):
             if all_of_them or timer.cancel_on_shutdown:
-                appointment.cancel()
+                handle.cancel()
                 del self._timers[key]
 
     def _begin_stopping(self) -> None:
-        now = self._clock()
         self._agenda.clear()
         self._drop_timers(all_of_them=False)
-        for appointment in self._respawns.values():
-            appointment.cancel()
+        for handle in self._respawns.values():
+            handle.cancel()
         self._respawns.clear()
-        self._single_stops.cancel()
-        self._stopping = Stopping(
-            {
-                t.number: Timeouts(
-                    t.process.sigterm_timeout, t.process.sigkill_timeout
-                )
-                for t in self._tasks
-            },
-            now,
-        )
-        # groups at once, as looking for others takes some milliseconds
-        self._send(())
-        self._sweep()
-        self._schedule_step()
-        self._schedule.add(
-            now + limits.PROGRESS_INTERVAL, self._progress_is_due
-        )
-        self._schedule.add(
-            now + limits.STRAY_CHECK_INTERVAL, self._look_after_strays
-        )
+        for single_stop in self._single_stops.values():
+            single_stop.cancel()
+        self._single_stops.clear()
+        self._stop = self._stop_of(self.tasks)
+        self._progress_later(self._stop)
 
-    def _sweep(self) -> None:
-        """Find the processes that no signal to a group reaches."""
-        self._strays = [
-            m
-            for m in self._host.members(self._groups)
-            if m.group not in self._running
-        ]
-        self._clean = not self._running and not self._strays
-        self._send(self._strays)
+    def _stop_of(self, tasks: Sequence[Task]) -> Stop:
+        groups = self._groups
+        return Stop(tasks, self._host, self._schedule, self._clock, groups)
 
-    def _send(self, strays: Iterable[Member]) -> None:
-        assert self._stopping is not None
-        groups = {g: t.number for g, t in self._running.items()}
-        orders = self._stopping.orders(groups, strays)
-        carry_out(self._host, orders, lambda n: self._tasks[max(n, 0)].process)
+    def _progress_later(self, stop: Stop) -> None:
+        def report() -> None:
+            self._progress_later(stop)
+            self._report_progress(stop)
 
-    def _schedule_step(self) -> None:
-        assert self._stopping is not None
-        alive = self._alive()
-        due = self._stopping.next_deadline(alive)
-        if due != math.inf:
-            self._schedule.add(due, self._step)
-        elif alive and self._stopping.is_final(alive):
-            self._schedule.add(
-                self._clock() + limits.KILL_PATIENCE, self._give_up
-            )
+        self._schedule.add(self._clock() + limits.PROGRESS_INTERVAL, report)
 
-    def _step(self) -> None:
-        assert self._stopping is not None
-        self._stopping.advance(self._clock())
-        self._sweep()
-        self._schedule_step()
+    def _report_progress(self, stop: Stop) -> None:
+        if not stop.is_over:
+            stop.advance()
+        labels = tuple(task.process.label for task in stop.alive())
+        timers = len(self._timers)
+        if labels or timers:
+            signal = stop.latest_signal()
+            self._host.tell(StillRunning(labels, timers, signal))
 
-    def _give_up(self) -> None:
-        if self._timers:
-            self._schedule_step()
-            return
-        for group, task in self._running.items():
-            self._host.tell(LeftBehind(task.process.label, group))
-        for member in self._strays:
-            label = self._tasks[max(member.number, 0)].process.label
-            self._host.tell(LeftBehind(label, member.pid))
-        self.done = True
-
-    def _progress_is_due(self) -> None:
-        self._schedule.add(
-            self._clock() + limits.PROGRESS_INTERVAL, self._progress_is_due
-        )
-        self._report_progress()
-
-    def _report_progress(self) -> None:
-        assert self._stopping is not None
-        alive = self._alive()
-        labels = [self._tasks[n].process.label for n in sorted(alive)]
-        if labels or self._timers:
-            self._host.tell(
-                StillRunning(
-                    tuple(labels),
-                    len(self._timers),
-                    self._stopping.latest_signal(alive),
-                )
-            )
-
-    def _look_after_strays(self) -> None:
-        self._schedule.add(
-            self._clock() + limits.STRAY_CHECK_INTERVAL,
-            self._look_after_strays,
-        )
-        self._strays = [m for m in self._strays if self._host.is_alive(m)]
-
-    def _alive(self) -> set[int]:
-        numbers = {t.number for t in self._running.values()}
-        return numbers | {max(m.number, 0) for m in self._strays}
+    def _end_single_stops(self) -> None:
+        for number, stop in tuple(self._single_stops.items()):
+            task = self.tasks[number]
+            # one that cannot be started again may end the launch
+            is_over = stop.is_over and not self.is_stopping
+            if is_over and task.group is None:
+                stop.cancel()
+                stop.abandon()
+                del self._single_stops[number]
+                if number in self._restarting:
+                    self._restarting.remove(number)
+                    task.respawns = 0
+                    task.restarts += 1
+                    self._start(task)
 
     def _end_if_idle(self) -> None:
-        if self._agenda or self._running or self._timers or self._respawns:
+        if self._agenda or self._timers or self._respawns:
             return
-        if self._single_stops:
-            return
-        if not self.is_stopping:
+        if self._stop is None:
+            if self._running or self._single_stops:
+                return
             # what processes left running ends with the launch
             self._begin_stopping()
-        elif not self._strays and not self._clean:
-            self._sweep()
-            self._schedule_step()
-        if self._clean:
+        assert self._stop is not None
+        waits = self._running or self._stop.waits_for_orphans
+        if not waits and not self._stop.is_over:
+            self._stop.advance()
+        if self._stop.is_over:
+            self._stop.abandon()
             self.done = True

@@ -13,30 +13,30 @@ from collections.abc import Iterator
 import os
 
 _PEEK = os.WNOHANG | os.WNOWAIT
-_HELD = os.WSTOPPED | os.WCONTINUED
+_SUSPENDED = os.WSTOPPED | os.WCONTINUED
 
 
 def ended_children(ours: Collection[int]) -> Iterator[tuple[int, int]]:
     """
-    Wait for the children that ended.
+    Return the children that ended, with what :func:`os.waitpid` says.
 
     :param ours: The process ids of ours
-    :returns: Process ids, with what :func:`os.waitpid` says of them
     """
     for result in _reported(ours, os.WEXITED):
         yield result.si_pid, os.waitpid(result.si_pid, 0)[1]
 
 
-def held_children(ours: Collection[int]) -> Iterator[tuple[int, int | None]]:
+def suspended_children(
+    ours: Collection[int],
+) -> Iterator[tuple[int, int | None]]:
     """
-    Look for children that were stopped by a signal, or go on.
+    Return the children that a signal suspended, with it, or that go on.
 
     :param ours: The process ids of ours
-    :returns: Process ids, with the signal, or None for one that goes on
     """
-    for result in _reported(ours, _HELD):
+    for result in _reported(ours, _SUSPENDED):
         # taken note of, it is not reported again
-        os.waitid(os.P_PID, result.si_pid, _HELD | os.WNOHANG)
+        os.waitid(os.P_PID, result.si_pid, _SUSPENDED | os.WNOHANG)
         goes_on = result.si_code == os.CLD_CONTINUED
         yield result.si_pid, None if goes_on else result.si_status
 

@@ -26,13 +26,14 @@ def find_core_dump(
     """
     Say where the core dump of a process is that has just ended.
 
+    Return a path, a command that opens it, or the program that got it; None
+    if it is not found.
+
     :param pid: Its process id
     :param cwd: The working directory that it was started in
     :param seconds: How long it ran
     :param kernel: The settings of the kernel
     :param now: Returns the time in seconds since the epoch
-    :returns: A path, a command that opens it, or the program that got it;
-      None if it is not found
     """
     pattern = _setting(kernel / 'core_pattern') or 'core'
     if pattern.startswith('|'):

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Becoming another program."""
+"""Replacing this process by another program, as execve(2) does."""
 
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -23,7 +23,9 @@ _IGNORED_BY_PYTHON = (signal.SIGPIPE, signal.SIGXFSZ)
 _FIRST_LINE = 256
 
 
-def become(argv: Sequence[str], environment: Mapping[str, str]) -> NoReturn:
+def exec_program(
+    argv: Sequence[str], environment: Mapping[str, str]
+) -> NoReturn:
     """
     Replace this process by a program.
 
@@ -33,7 +35,7 @@ def become(argv: Sequence[str], environment: Mapping[str, str]) -> NoReturn:
     :param argv: The command line; its first item is a path, or is looked up
       in the `PATH` of `environment`
     :param environment: The whole environment
-    :raises StartError: The program cannot be started
+    :raises StartError: when the program cannot be started
     """
     path = environment.get('PATH', os.defpath)
     program = find_program(argv[0], path)

@@ -30,7 +30,7 @@ class ParameterFiles:
         Return the arguments of a process with paths for parameter files.
 
         :param number: The number of the process in the plan
-        :raises OSError: A file cannot be written
+        :raises OSError: when a file cannot be written
         """
         return [
             argument

@@ -32,7 +32,7 @@ def spawn_process(
     spawn: Spawn = os.posix_spawn,
 ) -> int:
     """
-    Start a process in a process group of its own.
+    Start a process in a group of its own, and return the id of both.
 
     It gets no signal mask and no ignored signal of ours, and no descriptor
     but the three. Threads must not run beside, as the working directory
@@ -43,8 +43,7 @@ def spawn_process(
     :param environment: The whole environment
     :param cwd: The working directory
     :param descriptors: What becomes its standard input, output and error
-    :returns: Its process id, which is the id of its group, too
-    :raises StartError: It cannot be started
+    :raises StartError: when it cannot be started
     """
     with _working_directory(cwd):
         program = find_program(argv[0], environment.get('PATH', os.defpath))
@@ -68,7 +67,7 @@ def explained(program: str) -> Iterator[None]:
     Say in one line why a program cannot be started.
 
     :param program: Its path
-    :raises StartError: for what the system or Python complains of inside
+    :raises StartError: when the system or Python complains inside
     """
     try:
         yield
@@ -83,12 +82,13 @@ def explained(program: str) -> Iterator[None]:
 
 def find_program(name: str, path: str) -> str:
     """
-    Find a program as execvp() of POSIX does.
+    Find a program as execvp() of POSIX does, and return its path.
+
+    The path may be relative to the working directory.
 
     :param name: Its name, or a path when it contains a slash
     :param path: The folders to search, separated by colons
-    :returns: A path, which may be relative to the working directory
-    :raises StartError: There is no such program
+    :raises StartError: when there is no such program
     """
     if not name:
         raise StartError('the name of the program is empty')

@@ -3,10 +3,10 @@
 
 """What failed in a launch, and the closing lines about it."""
 
+from collections.abc import Mapping
 import os
 from pathlib import Path
 
-from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import Event
@@ -31,12 +31,11 @@ class Failures:
     :param log_files: The log file of a process by its label, if it has one
     """
 
-    def __init__(self, log_files: dict[str, Path]) -> None:
+    def __init__(self, log_files: Mapping[str, Path]) -> None:
         self._log_files = log_files
         self._failures: dict[str, Failure] = {}
         self._tails: dict[str, bytes] = {}
         self._core_dumps: dict[str, str | None] = {}
-        self._processes: dict[str, Process] = {}
         self._left_behind: list[LeftBehind] = []
 
     def handle(self, event: Event) -> None:
@@ -45,7 +44,6 @@ class Failures:
             case Output():
                 self._keep(event)
             case Started():
-                self._processes[event.process.label] = event.process
                 self._failures.pop(event.process.label, None)
                 self._tails.pop(event.process.label, None)
             case Exited(failed=True) | StartFailed():
@@ -66,12 +64,11 @@ class Failures:
         reports = [self._report(f) for f in self._failures.values()]
         reports += [
             FailureReport(
-                self._processes[event.label],
-                f'{event.label} cannot be stopped, not even by SIGKILL; '
-                f'pid {event.pid} is left behind',
+                event.process,
+                f'{event.process.label} cannot be stopped, not even by '
+                f'SIGKILL; pid {event.pid} is left behind',
             )
             for event in self._left_behind
-            if event.label in self._processes
         ]
         return tuple(reports)
 

@@ -17,36 +17,20 @@ from collections.abc import Iterable
 import json
 from pathlib import Path
 import time
-from typing import Any
 
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.events import Attached
-from colcon_yamllaunch.runtime.core.events import Detached
-from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import Exited
-from colcon_yamllaunch.runtime.core.events import Held
-from colcon_yamllaunch.runtime.core.events import LeftBehind
+from colcon_yamllaunch.runtime.core.events import LAUNCHER
+from colcon_yamllaunch.runtime.core.events import MESSENGER
 from colcon_yamllaunch.runtime.core.events import Output
-from colcon_yamllaunch.runtime.core.events import Requested
-from colcon_yamllaunch.runtime.core.events import Respawned
 from colcon_yamllaunch.runtime.core.events import Said
-from colcon_yamllaunch.runtime.core.events import ShuttingDown
-from colcon_yamllaunch.runtime.core.events import Signalled
 from colcon_yamllaunch.runtime.core.events import Started
-from colcon_yamllaunch.runtime.core.events import StartFailed
-from colcon_yamllaunch.runtime.core.events import Warned
-from colcon_yamllaunch.runtime.core.outcome import signal_name
 from colcon_yamllaunch.runtime.core.output_modes import IN_COMMON_LOG
 from colcon_yamllaunch.runtime.core.output_modes import IN_OWN_LOG
 from colcon_yamllaunch.runtime.record.log_files import LogFile
 from colcon_yamllaunch.runtime.record.log_files import Quota
 from colcon_yamllaunch.runtime.screen.line_formats import Layout
-from colcon_yamllaunch.runtime.screen.reporting import LAUNCHER
-from colcon_yamllaunch.runtime.screen.reporting import level
-from colcon_yamllaunch.runtime.screen.reporting import MESSENGER
-from colcon_yamllaunch.runtime.screen.reporting import report
 from colcon_yamllaunch.runtime.streams.lines import normalised
 from colcon_yamllaunch.runtime.streams.lines import prefixed
 
@@ -107,7 +91,7 @@ class Logs:
             self._unopened.append(event.process)
         for line in self._common_lines(event):
             self._common_pending.append(line.encode(errors='replace'))
-        fields = _fields(event)
+        fields = event.record()
         if fields:
             record = {'time': round(self._now(), 6), **fields}
             text = json.dumps(record, ensure_ascii=False) + '\n'
@@ -117,7 +101,7 @@ class Logs:
         """
         Write what has been collected, and open files of quiet processes.
 
-        :returns: Whether there are more to open with the next call
+        Return whether there are more to open with the next call.
         """
         for _ in range(min(limits.OPENED_PER_TURN, len(self._unopened))):
             self._open_own(self._unopened.popleft())
@@ -167,12 +151,12 @@ class Logs:
                 self.flush()
 
     def _common_lines(self, event: Event) -> list[str]:
-        name, tag, texts = LAUNCHER, f'[{LAUNCHER}]', report(event)
+        name, tag, texts = LAUNCHER, f'[{LAUNCHER}]', event.lines()
         if isinstance(event, Said):
             name, tag = MESSENGER, f'[{event.level}] [{MESSENGER}]:'
-            texts = (event.text,)
         if self._layout is not None:
-            return [self._layout(name, level(event), t) + '\n' for t in texts]
+            severity = event.severity
+            return [self._layout(name, severity, t) + '\n' for t in texts]
         lines = (line for text in texts for line in text.split('\n'))
         return [f'{self._stamp()}{tag} {line}\n' for line in lines]
 
@@ -242,85 +226,3 @@ def folder_names(labels: Iterable[str]) -> dict[str, str]:
 def _shortened(name: str) -> str:
     data = name.encode(errors='replace')[: limits.FOLDER_NAME_BYTES]
     return data.decode(errors='ignore')
-
-
-def _fields(event: Event) -> dict[str, Any]:
-    match event:
-        case Started():
-            return {'event': 'started', **_who(event.process, event.pid)}
-        case StartFailed():
-            return {
-                'event': 'start_failed',
-                **_who(event.process),
-                'reason': event.reason,
-            }
-        case Exited():
-            return _exited(event)
-        case Held():
-            return _held(event)
-        case Respawned():
-            return {
-                'event': 'respawned',
-                **_who(event.process),
-                'attempt': event.attempt,
-            }
-        case Signalled():
-            return {
-                'event': 'signalled',
-                **_who(event.process, event.pid),
-                'signal': signal_name(event.signal),
-                'group': event.group,
-            }
-        case Requested():
-            who = _who(event.process)
-            return {'event': 'requested', **who, 'action': event.action}
-        case Attached():
-            return {'event': 'attached', **_who(event.process)}
-        case Detached():
-            return {'event': 'detached', **_who(event.process)}
-        case ShuttingDown():
-            return {'event': 'shutdown', 'reason': event.reason}
-        case LeftBehind():
-            return {
-                'event': 'left_behind',
-                'label': event.label,
-                'pid': event.pid,
-            }
-        case Said():
-            return {
-                'event': 'message',
-                'level': event.level,
-                'text': event.text,
-            }
-        case Warned():
-            return {'event': 'warning', 'text': event.text}
-        case Ended():
-            return {'event': 'ended', 'exit_code': event.exit_code}
-        case _:
-            return {}
-
-
-def _who(process: Process, pid: int | None = None) -> dict[str, Any]:
-    return {'label': process.label} | ({} if pid is None else {'pid': pid})
-
-
-def _held(event: Held) -> dict[str, Any]:
-    who = _who(event.process, event.pid)
-    if event.signal is None:
-        return {'event': 'continued', **who}
-    return {'event': 'held', **who, 'signal': signal_name(event.signal)}
-
-
-def _exited(event: Exited) -> dict[str, Any]:
-    number = event.outcome.signal
-    return {
-        'event': 'exited',
-        **_who(event.process, event.pid),
-        'exit_code': event.outcome.code,
-        'signal': None if number is None else signal_name(number),
-        'core_dumped': event.outcome.core_dumped,
-        'seconds': round(event.seconds, 6),
-        'asked': event.asked,
-        'failed': event.failed,
-        'respawn_delay': event.respawn_delay,
-    }

@@ -69,7 +69,7 @@ class LogFile:
 
     :param path: The file, which is appended to
     :param quota: What it may take
-    :raises OSError: It cannot be opened
+    :raises OSError: when it cannot be opened
     """
 
     def __init__(self, path: Path, quota: Quota) -> None:
@@ -86,7 +86,7 @@ class LogFile:
         Append to the file at once.
 
         :param data: What is not to be torn by a rotation
-        :raises OSError: The disk is full, for instance
+        :raises OSError: when the disk is full, for instance
         """
         full = max(self._share, self._parts_size // limits.LOG_PARTS)
         if self._size and self._size + len(data) > full:

@@ -35,7 +35,7 @@ class Layout:
 
     :param text: A format in `{` style
     :param now: Returns the time in seconds since the epoch
-    :raises ValueError: It is no such format, or has an unknown field
+    :raises ValueError: when it is no such format, or has an unknown field
     """
 
     def __init__(

@@ -5,37 +5,38 @@
 
 from collections.abc import Callable
 from collections.abc import Iterable
-from collections.abc import Mapping
 from contextlib import ExitStack
-import os
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Listener
+from colcon_yamllaunch.runtime.core.events import LOUD
 from colcon_yamllaunch.runtime.core.events import Output
 from colcon_yamllaunch.runtime.core.events import Respawned
-from colcon_yamllaunch.runtime.core.events import Said
 from colcon_yamllaunch.runtime.core.events import Signalled
 from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import Verbosity
 from colcon_yamllaunch.runtime.core.outcome import signal_name
-from colcon_yamllaunch.runtime.screen.reporting import is_alarming
-from colcon_yamllaunch.runtime.screen.reporting import Verbosity
+from colcon_yamllaunch.runtime.screen.display import Display
 from colcon_yamllaunch.runtime.screen.screen import Screen
 from colcon_yamllaunch.runtime.screen.start_table import StartTable
-from colcon_yamllaunch.runtime.screen.title import has_title
-from colcon_yamllaunch.runtime.screen.title import RESTORE_TITLE
-from colcon_yamllaunch.runtime.screen.title import title_sequence
+from colcon_yamllaunch.runtime.streams.channels import size_of
 from colcon_yamllaunch.runtime.streams.writer import Writer
 
-_LOUD_LEVELS = frozenset(('WARNING', 'ERROR', 'CRITICAL'))
+# XTWINOPS 22 and 23: the terminal keeps the titles that it had on a stack
+_SAVE = b'\x1b[22;0t'
+# gives a window the title back that it had before
+_RESTORE = b'\x1b[23;0t'
+# the values of TERM of terminals that have no window of their own
+_WITHOUT_WINDOW = frozenset((None, '', 'dumb', 'linux', 'vt100', 'unknown'))
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class Presentation:
     """
-    How a launch looks.
+    How a launch is shown.
 
     :param verbosity: `quiet` leaves the output of processes, warnings and
       failures; `verbose` adds what each process was started with, and the
@@ -49,64 +50,49 @@ class Look:
     describe: Callable[[Process], Iterable[str]] = lambda _: ()
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
-    """
-    Where a launch is shown.
-
-    :param writer: Writes there
-    :param terminal: Whether it is a terminal
-    :param size: The size of the terminal
-    """
-
-    writer: Writer
-    terminal: bool
-    size: os.terminal_size
-
-
-def front(
-    look: Look,
+def present(
+    presentation: Presentation,
     screen: Screen,
     plan: Plan,
-    place: Place,
-    environment: Mapping[str, str],
+    display: Display,
     stack: ExitStack,
 ) -> Listener:
     """
     Return who shows what happens.
 
-    :param look: How
+    :param presentation: How
     :param screen: Shows what it is told
     :param plan: What is run
-    :param place: Where
-    :param environment: Says what kind of terminal it is
+    :param display: Where
     :param stack: Takes what is to be undone at the end
     """
-    if place.terminal and look.title and has_title(environment.get('TERM')):
-        place.writer.write(None, title_sequence(look.title))
-        stack.callback(_restore_title, place.writer)
-    if look.verbosity == 'quiet':
+    terminal = display.environment.get('TERM') if display.terminal else None
+    if presentation.title and terminal not in _WITHOUT_WINDOW:
+        display.writer.write(None, _title_sequence(presentation.title))
+        stack.callback(_restore_title, display.writer)
+    if presentation.verbosity == 'quiet':
         return _quiet(screen.handle)
-    show: Listener = screen.handle
-    if look.verbosity == 'verbose':
-        show = _verbose(screen, look.describe)
-    elif place.terminal:
-        show = StartTable(plan, place.size, screen).handle
-    return show
+    if presentation.verbosity == 'verbose':
+        return _verbose(screen, presentation.describe)
+    if display.terminal:
+        return StartTable(plan, size_of(display.descriptor), screen).handle
+    return screen.handle
+
+
+def _title_sequence(title: str) -> bytes:
+    """Return what keeps the title of a window and sets another."""
+    text = ''.join(c for c in title if c.isprintable())
+    return _SAVE + f'\x1b]2;{text}\x07'.encode(errors='replace')
 
 
 def _restore_title(writer: Writer) -> None:
-    writer.write(None, RESTORE_TITLE)
+    writer.write(None, _RESTORE)
     writer.flush()
 
 
 def _quiet(show: Listener) -> Listener:
     def handle(event: Event) -> None:
-        if isinstance(event, Said):
-            wanted = event.level in _LOUD_LEVELS
-        else:
-            wanted = isinstance(event, Output) or is_alarming(event)
-        if wanted:
+        if isinstance(event, Output) or event.severity in LOUD:
             show(event)
 
     return handle

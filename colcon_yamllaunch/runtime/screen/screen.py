@@ -10,15 +10,12 @@ from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import LAUNCHER
+from colcon_yamllaunch.runtime.core.events import MESSENGER
 from colcon_yamllaunch.runtime.core.events import Output
 from colcon_yamllaunch.runtime.core.events import Said
 from colcon_yamllaunch.runtime.core.output_modes import SHOWN
 from colcon_yamllaunch.runtime.screen.line_formats import Layout
-from colcon_yamllaunch.runtime.screen.reporting import is_alarming
-from colcon_yamllaunch.runtime.screen.reporting import LAUNCHER
-from colcon_yamllaunch.runtime.screen.reporting import level
-from colcon_yamllaunch.runtime.screen.reporting import MESSENGER
-from colcon_yamllaunch.runtime.screen.reporting import report
 from colcon_yamllaunch.runtime.streams.lines import colourless
 from colcon_yamllaunch.runtime.streams.lines import legible
 from colcon_yamllaunch.runtime.streams.lines import normalised
@@ -85,14 +82,14 @@ class Screen:
         elif isinstance(event, Said):
             self._show_message(event)
         else:
-            for line in report(event):
-                self._show_own(line, level(event), is_alarming(event))
+            for line in event.lines():
+                self._show_own(line, event.severity)
         if isinstance(event, Exited | Ended):
             self._writer.flush()
 
     def say(self, line: str) -> None:
         """Show a line of the launcher itself."""
-        self._show_own(line, 'INFO', alarming=False)
+        self._show_own(line, 'INFO')
 
     def show_table(self, lines: Iterable[str]) -> None:
         """Show lines below one another, the first as a heading."""
@@ -145,7 +142,7 @@ class Screen:
             tag = f'{colour}{tag}{_RESET}'
         self._show_text(f'{tag} [{MESSENGER}]: ', event.text)
 
-    def _show_own(self, line: str, severity: str, alarming: bool) -> None:
+    def _show_own(self, line: str, severity: str) -> None:
         # ^C stands at the start of the line that it was typed on
         start = '\r' if self._terminal else ''
         label = f'[{LAUNCHER}]'.ljust(self._width + 3)
@@ -153,7 +150,7 @@ class Screen:
             label = ''
             line = self._layout(LAUNCHER, severity, line)
         if self._color:
-            colour = _ALARM if alarming else _DIM
+            colour = _DIM if severity == 'INFO' else _ALARM
             line = f'{colour}{label}{line}{_RESET}'
             label = ''
         self._show_text(start + label, line)

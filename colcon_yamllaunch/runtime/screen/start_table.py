@@ -7,7 +7,10 @@ from collections.abc import Iterable
 from collections.abc import Sequence
 import os
 
-from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.table import column_widths
+from colcon_yamllaunch.common.table import table_lines
+from colcon_yamllaunch.common.table import table_width
+from colcon_yamllaunch.common.table import without_middle
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
@@ -20,38 +23,11 @@ from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.screen.screen import Screen
 
 _HEADER = ('NAME', 'PACKAGE', 'NAMESPACE', 'PID')
-_GAP = '  '
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """
-    A process that runs.
-
-    :param name: Its label
-    :param origin: Its package or, where there is none, the name of its
-      program
-    :param namespace: The namespace of its node, or an empty text
-    :param pid: Its process id
-    """
-
-    name: str
-    origin: str
-    namespace: str
-    pid: int
-
-    @staticmethod
-    def of(process: Process, pid: int) -> 'Row':
-        """Return the row of a process."""
-        program = str(process.argv[0])
-        node = process.node_name or ''
-        namespace = node.rpartition('/')[0] or '/' if '/' in node else ''
-        return Row(
-            process.label,
-            process.package or os.path.basename(program) or program,
-            namespace,
-            pid,
-        )
+#: The label of a process that runs; its package or, where there is none, the
+#: name of its program; the namespace of its node, if it has one; and its pid.
+Row = tuple[str, str, str, str]
 
 
 class StartTable:
@@ -101,8 +77,8 @@ class StartTable:
     def _show(self) -> None:
         started, self._started = self._started, []
         attached, self._attached = self._attached, []
-        rows = [Row.of(s.process, s.pid) for s in started]
-        lines = table_lines(rows, self._size)
+        rows = [row_of(s.process, s.pid) for s in started]
+        lines = start_table_lines(rows, self._size)
         if not lines:
             for event in started:
                 self._screen.handle(event)
@@ -111,33 +87,33 @@ class StartTable:
             self._screen.handle(hint)
 
 
-def table_lines(rows: Sequence[Row], size: os.terminal_size) -> list[str]:
+def row_of(process: Process, pid: int) -> Row:
+    """Return the row of a process."""
+    program = str(process.argv[0])
+    node = process.node_name or ''
+    namespace = node.rpartition('/')[0] or '/' if '/' in node else ''
+    package = process.package or os.path.basename(program) or program
+    return process.label, package, namespace, str(pid)
+
+
+def start_table_lines(
+    rows: Sequence[Row], size: os.terminal_size
+) -> list[str]:
     """
-    Lay out a table that fits a terminal.
+    Return a table that fits a terminal, or nothing where that is too narrow.
 
     Where it would be too high, the processes of one package share a row.
-
-    :returns: The header and the rows, or nothing where the terminal is too
-      narrow for a table
     """
     if not rows or size.columns < limits.TABLE_WIDTH:
         return []
     if len(rows) > size.lines - limits.TABLE_MARGIN:
-        cells = [_merged(group) for group in _by_origin(rows)]
-    else:
-        cells = [_cells(row) for row in rows]
-    shown = [i for i in range(len(_HEADER)) if any(c[i] for c in cells)]
-    cells = [tuple(c[i] for i in shown) for c in (_HEADER, *cells)]
-    widths = _fitted(
-        [max(map(len, c)) for c in zip(*cells, strict=True)], size.columns
-    )
-    return [
-        _GAP.join(
-            _cut(text, width).ljust(width)
-            for text, width in zip(line, widths, strict=True)
-        ).rstrip()
-        for line in cells
-    ]
+        rows = [_merged(group) for group in _by_package(rows)]
+    shown = [i for i in range(len(_HEADER)) if any(row[i] for row in rows)]
+    cells = [[row[i] for i in shown] for row in (_HEADER, *rows)]
+    widths = column_widths(cells)
+    for _ in range(table_width(widths) - size.columns):
+        widths[widths.index(max(widths))] -= 1
+    return table_lines(cells, widths, without_middle)
 
 
 def _started_at_once(plan: Plan) -> set[str]:
@@ -150,39 +126,18 @@ def _started_at_once(plan: Plan) -> set[str]:
     return labels
 
 
-def _cells(row: Row) -> tuple[str, ...]:
-    return (row.name, row.origin, row.namespace, str(row.pid))
-
-
-def _by_origin(rows: Iterable[Row]) -> Iterable[list[Row]]:
+def _by_package(rows: Iterable[Row]) -> Iterable[list[Row]]:
     groups: dict[str, list[Row]] = {}
     for row in rows:
-        groups.setdefault(row.origin, []).append(row)
+        groups.setdefault(row[1], []).append(row)
     return groups.values()
 
 
-def _merged(group: Sequence[Row]) -> tuple[str, ...]:
-    first, last = _cells(group[0]), _cells(group[-1])
-    cells = [
-        a if a == b else f'{a} … {b}' for a, b in zip(first, last, strict=True)
-    ]
+def _merged(group: Sequence[Row]) -> Row:
+    label, package, namespace, pid = (
+        first if first == last else f'{first} … {last}'
+        for first, last in zip(group[0], group[-1], strict=True)
+    )
     if len(group) > 1:
-        cells[1] += f' ({len(group)})'
-    return tuple(cells)
-
-
-def _fitted(widths: list[int], columns: int) -> list[int]:
-    """Take from the widest column until all fit."""
-    over = sum(widths) + len(_GAP) * (len(widths) - 1) - columns
-    for _ in range(over):
-        widest = max(range(len(widths)), key=widths.__getitem__)
-        widths[widest] -= 1
-    return widths
-
-
-def _cut(text: str, width: int) -> str:
-    """Leave out the middle of a text that is too long."""
-    if len(text) <= width:
-        return text
-    end = width // 2
-    return f'{text[: width - end - 1]}…{text[len(text) - end :]}'
+        package += f' ({len(group)})'
+    return label, package, namespace, pid

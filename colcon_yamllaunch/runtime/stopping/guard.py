@@ -18,6 +18,7 @@ SIGKILL_TIMEOUT`, `end GROUP`, `folder PATH` and `socket PATH`.
 This module imports little: the guard has to be small, and up at once.
 """
 
+from collections.abc import Collection
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -26,26 +27,31 @@ import os
 import sys
 import time
 
-from colcon_yamllaunch.common.process_scan import find_members
-from colcon_yamllaunch.common.process_scan import Member
+from colcon_yamllaunch.common.escalation import Escalation
+from colcon_yamllaunch.common.escalation import Orphan
+from colcon_yamllaunch.common.escalation import Targets
+from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.stopping.escalation import send
-from colcon_yamllaunch.runtime.stopping.escalation import Stopping
-from colcon_yamllaunch.runtime.stopping.escalation import Timeouts
+from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
 
 
-@dataclass(slots=True)
-class Charge:
+@dataclass
+class Charge(Targets):
     """
-    What the guard has been told.
+    What the guard has been told, and what is left of it.
 
-    :param groups: The process groups that run, with their numbers
+    :param identity: The identity of the launch
+    :param session: The session of the launcher
+    :param made: The process groups that run, with their numbers
     :param timeouts: The time-outs of every process that was ever started
     :param folder: The folder to remove, if there is one
     :param socket: The socket to remove, if there is one
     """
 
-    groups: dict[int, int] = field(default_factory=dict)
+    identity: str
+    session: int
+    made: dict[int, int] = field(default_factory=dict)
     timeouts: dict[int, Timeouts] = field(default_factory=dict)
     folder: str | None = None
     socket: str | None = None
@@ -55,16 +61,29 @@ class Charge:
         word, _, rest = line.partition(' ')
         if word == 'start':
             number, group, sigterm, sigkill = rest.split()
-            self.groups[int(group)] = int(number)
+            self.made[int(group)] = int(number)
             self.timeouts[int(number)] = Timeouts(
                 float(sigterm), float(sigkill)
             )
         elif word == 'end':
-            self.groups.pop(int(rest), None)
+            self.made.pop(int(rest), None)
         elif word == 'folder':
             self.folder = rest
         elif word == 'socket':
             self.socket = rest
+
+    def groups(self) -> dict[int, int]:
+        """Return the groups whose leader runs, and is not somebody else."""
+        return {
+            group: number
+            for group, number in self.made.items()
+            if (leader := read_process(group)) is not None
+            and leader.session == self.session
+        }
+
+    def search(self, groups: Collection[int]) -> list[Orphan]:
+        """Find the other processes of the launch."""
+        return find_orphans(self.identity, self.session, self.made, groups)
 
 
 def main() -> None:
@@ -75,61 +94,18 @@ def main() -> None:
     launcher.
     """
     identity, session = sys.argv[1:]
-    charge = Charge()
+    charge = Charge(identity, int(session))
     # a line that the launcher could not finish says nothing
     for line in _whole_lines():
         charge.note(line)
     if charge.socket is not None:
         with suppress(OSError):
             os.unlink(charge.socket)
-    stop(charge, identity, int(session))
+    Escalation(charge, charge.timeouts, time.monotonic()).run()
     if charge.folder is not None:
         import shutil
 
         shutil.rmtree(charge.folder, ignore_errors=True)
-
-
-def stop(charge: Charge, identity: str, session: int) -> None:
-    """Stop what is left of a launch."""
-    stopping = Stopping(charge.timeouts, time.monotonic())
-    given_up = float('inf')
-    # at once, as looking for all others takes a while
-    led = {g: n for g, n in charge.groups.items() if _is_led(g, session)}
-    for order in stopping.orders(led, ()):
-        send(order)
-    while True:
-        members = find_members(identity, charge.groups, session)
-        now = time.monotonic()
-        if not members or now >= given_up:
-            return
-        stopping.advance(now)
-        groups, strays = divide(members, charge.groups)
-        for order in stopping.orders(groups, strays):
-            send(order)
-        numbers = {m.number for m in members}
-        if stopping.is_final(numbers):
-            given_up = min(given_up, now + limits.KILL_PATIENCE)
-        wait = stopping.next_deadline(numbers) - now
-        time.sleep(max(0.0, min(wait, limits.STRAY_CHECK_INTERVAL)))
-
-
-def divide(
-    members: list[Member], groups: dict[int, int]
-) -> tuple[dict[int, int], list[Member]]:
-    """Tell the groups that still have members from the other processes."""
-    alive = {m.group for m in members}
-    return (
-        {g: number for g, number in groups.items() if g in alive},
-        [m for m in members if m.group not in groups],
-    )
-
-
-def _is_led(group: int, session: int) -> bool:
-    """Tell whether the leader of a group runs, and is not somebody else."""
-    try:
-        return os.getsid(group) == session
-    except OSError:
-        return False
 
 
 def _whole_lines() -> Iterator[str]:

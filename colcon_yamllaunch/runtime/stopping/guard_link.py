@@ -8,8 +8,8 @@ from pathlib import Path
 import signal
 import sys
 
+from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.stopping.escalation import Timeouts
 
 # -c, as a file that is run has to be compiled anew each time. Its words do not
 # name us: `pkill -9 -f colcon` ends the launcher and leaves the guard to stop
@@ -42,7 +42,7 @@ class GuardLink:
         """
         Start the guard; it comes up while the caller goes on.
 
-        :raises OSError: It cannot be started
+        :raises OSError: when it cannot be started
         """
         reader, self._pipe = os.pipe()
         try:
@@ -63,8 +63,9 @@ class GuardLink:
         """
         Start another guard after this one ended.
 
-        :returns: Whether there is one; after some there is no other
-        :raises OSError: It cannot be started
+        Return whether there is one; after some there is no other.
+
+        :raises OSError: when it cannot be started
         """
         self._close()
         self._restarts += 1
@@ -87,7 +88,7 @@ class GuardLink:
 
     def ended(self, group: int) -> None:
         """
-        Tell that a process group has no member any more.
+        Tell that nothing runs in a process group any more.
 
         It is told with the next :meth:`flush`.
         """
@@ -96,10 +97,11 @@ class GuardLink:
 
     def folder(self, path: Path) -> None:
         """Tell of a folder that is to be removed."""
-        line = f'folder {path}\n'
-        self._lines['folder'] = line
-        self._tell(line)
-        self.flush()
+        self._tell_at_once('folder', path)
+
+    def socket(self, path: Path) -> None:
+        """Tell of a socket that is to be removed."""
+        self._tell_at_once('socket', path)
 
     def flush(self) -> None:
         """
@@ -109,13 +111,6 @@ class GuardLink:
         """
         if self._pending and self._pipe != -1:
             self._write()
-
-    def socket(self, path: Path) -> None:
-        """Tell of a socket that is to be removed."""
-        line = f'socket {path}\n'
-        self._lines['socket'] = line
-        self._tell(line)
-        self.flush()
 
     def dismiss(self) -> None:
         """End the guard without any work for it."""
@@ -129,6 +124,11 @@ class GuardLink:
         """Leave the launch to the guard."""
         self.flush()
         self._close()
+
+    def _tell_at_once(self, kind: str, path: Path) -> None:
+        self._lines[kind] = line = f'{kind} {path}\n'
+        self._tell(line)
+        self.flush()
 
     def _tell(self, line: str) -> None:
         if self._pipe != -1:

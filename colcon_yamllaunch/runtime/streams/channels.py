@@ -32,7 +32,7 @@ def open_channels(size: os.terminal_size | None) -> tuple[Channel, Channel]:
     Make the ways for standard output and standard error.
 
     :param size: The size of two terminals, or None for two pipes
-    :raises OSError: There are too many open files, for instance
+    :raises OSError: when there are too many open files, for instance
     """
     first = _open(size)
     try:
@@ -66,7 +66,7 @@ def resize(descriptor: int, size: os.terminal_size) -> None:
     """
     Set the size of a terminal.
 
-    :raises OSError: It is no terminal
+    :raises OSError: when it is no terminal
     """
     data = struct.pack('HHHH', size.lines, size.columns, 0, 0)
     fcntl.ioctl(descriptor, termios.TIOCSWINSZ, data)
@@ -76,7 +76,7 @@ def open_terminal(size: os.terminal_size) -> Channel:
     """
     Make a terminal.
 
-    :raises OSError: There are too many open files or terminals, for instance
+    :raises OSError: when there are too many files or terminals
     """
     reader, writer = os.openpty()
     resize(writer, size)

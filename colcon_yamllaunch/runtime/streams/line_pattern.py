@@ -25,7 +25,7 @@ class LinePattern:
     `^` and `$` are the start and the end of the line.
 
     :param text: The expression, in Python's syntax
-    :raises re.error: It is none
+    :raises re.error: when it is none
     """
 
     def __init__(self, text: str) -> None:

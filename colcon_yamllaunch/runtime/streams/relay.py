@@ -18,6 +18,9 @@ from colcon_yamllaunch.runtime.core.events import Stream
 from colcon_yamllaunch.runtime.streams.channels import resize
 from colcon_yamllaunch.runtime.streams.lines import LineBuffer
 
+#: Takes what a process writes as soon as it does, and what is echoed.
+Sink = Callable[[Stream, bytes], None]
+
 
 @dataclass(slots=True, eq=False)
 class _Source:
@@ -55,7 +58,7 @@ class Relay:
         self._groups: dict[int, list[_Source]] = {}
         self._paused: list[_Source] = []
         #: Who is told at once what a process writes, by its label.
-        self.taps: dict[str, Callable[[Stream, bytes], None]] = {}
+        self.sinks: dict[str, list[Sink]] = {}
 
     def add(
         self, group: int, process: Process, stdout: int, stderr: int
@@ -101,6 +104,11 @@ class Relay:
             for s in self._sources.values()
             if s.process.label == label
         )
+
+    def show(self, label: str, stream: Stream, data: bytes) -> None:
+        """Tell at once what a process writes, or what is echoed."""
+        for sink in tuple(self.sinks.get(label, ())):
+            sink(stream, data)
 
     def resume(self) -> None:
         """Read again what had to wait for the screen."""
@@ -161,8 +169,8 @@ class Relay:
             return 0
         if len(chunk) == limits.READ_SIZE and not source.is_large:
             _enlarge(source)
-        if self.taps and source.process.label in self.taps:
-            self.taps[source.process.label](source.stream, chunk)
+        if self.sinks:
+            self.show(source.process.label, source.stream, chunk)
         self._pass_on(source, source.buffer.feed(chunk))
         return len(chunk)
 

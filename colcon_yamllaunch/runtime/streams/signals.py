@@ -13,7 +13,7 @@ STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 #: Those that a shell holds and continues jobs with.
 JOB_CONTROL = (signal.SIGTSTP, signal.SIGCONT)
 #: Those that tell what else the loop reacts to.
-NEWS = (signal.SIGCHLD, signal.SIGWINCH)
+OTHERS = (signal.SIGCHLD, signal.SIGWINCH)
 
 # whoever ignores these for us means it, as nohup and a shell without job
 # control do; a SIGINT that is sent all the same is meant, too
@@ -23,11 +23,9 @@ _RESPECTED = frozenset((signal.SIGHUP, signal.SIGTSTP))
 @contextmanager
 def caught() -> Iterator[int]:
     """
-    Catch signals while the loop runs.
+    Catch signals, and give the descriptor where each arrives as a byte.
 
     Works in the main thread only, as Python handles signals there.
-
-    :returns: The descriptor on which each caught signal arrives as a byte
     """
     reader, writer = os.pipe()
     os.set_blocking(reader, False)
@@ -35,7 +33,7 @@ def caught() -> Iterator[int]:
     wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     before = {}
     try:
-        for number in (*STOPPING, *JOB_CONTROL, *NEWS):
+        for number in (*STOPPING, *JOB_CONTROL, *OTHERS):
             handler = signal.getsignal(number)
             if handler == signal.SIG_IGN and number in _RESPECTED:
                 continue

@@ -9,7 +9,6 @@ keyboard can be connected to it at any time; all others read from /dev/null.
 What is echoed stays out of the logs, as this is a terminal of its own.
 """
 
-from collections.abc import Callable
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -23,15 +22,12 @@ from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Exited
-from colcon_yamllaunch.runtime.core.events import Stream
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.runtime.streams.channels import open_terminal
 from colcon_yamllaunch.runtime.streams.channels import resize
 from colcon_yamllaunch.runtime.streams.relay import Relay
+from colcon_yamllaunch.runtime.streams.relay import Sink
 from colcon_yamllaunch.runtime.streams.watches import Watches
-
-#: Takes what a process writes as soon as it does, and what is echoed.
-Sink = Callable[[Stream, bytes], None]
 
 
 def with_terminals(plan: Plan, label: str | None = None) -> Plan:
@@ -53,10 +49,10 @@ def with_terminals(plan: Plan, label: str | None = None) -> Plan:
 
 class Terminals:
     """
-    The ends to type at, and who looks on.
+    The ends to type at, and the sinks of output.
 
     :param watches: Where they are watched for what is echoed
-    :param relay: Lets others look at output as it comes
+    :param relay: Reads the output
     """
 
     def __init__(self, watches: Watches, relay: Relay) -> None:
@@ -65,7 +61,6 @@ class Terminals:
         self._null = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
         self._keyboards: dict[str, int] = {}
         self._typed: dict[int, bytes] = {}
-        self._sinks: dict[str, list[Sink]] = {}
 
     @contextmanager
     def stdin_of(
@@ -75,7 +70,7 @@ class Terminals:
         Give the descriptor that a process that is being started reads from.
 
         :param size: The size of its terminal, or None if it gets none
-        :raises StartError: There are too many open files, for instance
+        :raises StartError: when there are too many open files, for instance
         """
         if size is None:
             yield self._null
@@ -126,24 +121,20 @@ class Terminals:
             self._typed[keyboard] = pending[: limits.KEYS]
             self._write(keyboard)
 
-    def look_on(self, label: str, sink: Sink) -> None:
+    def add_sink(self, label: str, sink: Sink) -> None:
         """Have somebody told at once what a process writes, and its prompt."""
         prompt = self._relay.unfinished(label)
         if prompt:
             sink('stdout', prompt)
-        self._sinks.setdefault(label, []).append(sink)
-        self._relay.taps[label] = lambda stream, data: self._show(
-            label, stream, data
-        )
+        self._relay.sinks.setdefault(label, []).append(sink)
 
-    def look_away(self, label: str, sink: Sink) -> None:
+    def remove_sink(self, label: str, sink: Sink) -> None:
         """Have somebody told no more."""
-        sinks = self._sinks.get(label, [])
+        sinks = self._relay.sinks.get(label, [])
         if sink in sinks:
             sinks.remove(sink)
         if not sinks:
-            self._sinks.pop(label, None)
-            self._relay.taps.pop(label, None)
+            self._relay.sinks.pop(label, None)
 
     def close(self) -> None:
         """Close everything."""
@@ -163,7 +154,7 @@ class Terminals:
             # nobody has the other end open any more
             self._close(label)
             return
-        self._show(label, 'stdout', echo)
+        self._relay.show(label, 'stdout', echo)
 
     def _write(self, keyboard: int) -> None:
         pending = self._typed.pop(keyboard, b'')
@@ -177,10 +168,6 @@ class Terminals:
             return
         waits = select.EPOLLOUT if pending else 0
         self._watches.change(keyboard, select.EPOLLIN | waits)
-
-    def _show(self, label: str, stream: Stream, data: bytes) -> None:
-        for sink in tuple(self._sinks.get(label, ())):
-            sink(stream, data)
 
     def _close(self, label: str) -> None:
         keyboard = self._keyboards.pop(label, None)

@@ -30,7 +30,7 @@ class Watches:
         """
         Have a handler called whenever a descriptor is ready.
 
-        :raises PermissionError: It is an ordinary file
+        :raises PermissionError: when it is an ordinary file
         """
         self._poll.register(descriptor, mask)
         self._handlers[descriptor] = handler

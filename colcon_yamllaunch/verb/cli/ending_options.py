@@ -11,7 +11,7 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.runtime.screen.reporting import Verbosity
+from colcon_yamllaunch.runtime.core.events import Verbosity
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
 from colcon_yamllaunch.verb.cli.exclusion import excluded
 from colcon_yamllaunch.verb.cli.exclusion import option_of
@@ -24,7 +24,7 @@ class LaunchRunOptions:
     """
     How a launch runs.
 
-    :param until: What must be found in lines of its processes, see `goal`
+    :param until: What must be found in lines of its processes
     :param timeout: Seconds that this may take at most
     :param duration: Seconds that the launch goes on for after that
     :param junit: The file for a JUnit report, if one is wanted

@@ -9,7 +9,7 @@ import os
 import sys
 
 from colcon_core.location import get_log_path
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 
 #: The exit code after Ctrl-C before anything runs (128 + SIGINT).
 INTERRUPTED = 130
@@ -33,7 +33,7 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
     """
     try:
         return action()
-    except WorkspaceError as e:
+    except UserError as e:
         say(f'colcon {verb}: error: {e}')
         return 1
     except KeyboardInterrupt:

@@ -26,7 +26,7 @@ from colcon_yamllaunch.verb.cli.options import LOOKS
 from colcon_yamllaunch.verb.cli.options import split_words
 from colcon_yamllaunch.verb.completion import candidates
 from colcon_yamllaunch.verb.completion.candidates import Candidates
-from colcon_yamllaunch.workspace.index.package_scan import glance
+from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 _FORMATS = {
@@ -56,7 +56,7 @@ class _Cursor:
         """Get the packages; the words may have the path of a launch file."""
         given = getattr(self.known, 'workspace', None)
         root = Path(given).expanduser() if given else root_of(list(words))
-        return glance(root, self.environment)
+        return scan_packages(root, self.environment)
 
 
 class _Completer:

@@ -6,39 +6,46 @@
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Sequence
+from dataclasses import replace
 
-from colcon_yamllaunch.verb.cli.options import Options
-from colcon_yamllaunch.verb.launching.workspace_session import (
-    InstalledWorkspace,
-)
+from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.launching.interruption import interruption
+from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.building.build_report import after_build
 from colcon_yamllaunch.workspace.building.build_report import after_failure
-from colcon_yamllaunch.workspace.building.build_report import explanations
+from colcon_yamllaunch.workspace.building.build_report import explanation
+from colcon_yamllaunch.workspace.building.update import bring_up_to_date
+from colcon_yamllaunch.workspace.building.update import BuildRequest
+from colcon_yamllaunch.workspace.building.update import decide
 from colcon_yamllaunch.workspace.building.update import Update
 from colcon_yamllaunch.workspace.freshness.build_decision import Decision
 
 
-class Building:
+class Builds:
     """
     The builds of one launch.
 
     What one build brings may make more packages necessary, so there may be
     several; the user gets one line about all of them.
 
-    :param workspace: Where it is built
-    :param options: What the user asks for
-    :param say: Is called with a line that the user should see at once
+    :param session: The workspace that it is built in
+    :param exactly: Whether what packages need is left as it is
+    :param force: Whether to build those that are up to date as well
+    :param why: Whether to tell of all packages why they are built or not
     """
 
     def __init__(
         self,
-        workspace: InstalledWorkspace,
-        options: Options,
-        say: Callable[[str], None],
+        session: WorkspaceSession,
+        *,
+        exactly: bool,
+        force: bool = False,
+        why: bool = False,
     ) -> None:
-        self._workspace = workspace
-        self._options = options
-        self._say = say
+        self._session = session
+        self._exactly = exactly
+        self._force = force
+        self._why = why
         self._built: dict[str, Decision] = {}
         self._fresh: set[str] = set()
         self._explained: set[str] = set()
@@ -46,37 +53,40 @@ class Building:
 
     def update(self, wanted: Collection[str], launch: str) -> Update:
         """
-        Build what is stale of some packages and of what they need.
+        Build packages that are stale, with what they need, and source again.
 
         :param wanted: Their names
         :param launch: What the launch file is called in explanations
-        :raises WorkspaceError: if a package cannot be built
+        :raises WorkspaceError: when a package cannot be built
         """
-        update = self._workspace.update(
-            set(wanted),
-            exactly=self._exactly,
-            force=self._options.force,
-            built=set(self._built),
-            explain=self._explainer(wanted, launch)
-            if self._options.why
-            else None,
-        )
+        session = self._session
+        session.refuse_invalid_manifests(wanted)
+        environment = session.build_environment()
+        with interruption() as interrupted:
+            update = bring_up_to_date(
+                session.colcon,
+                self._request(wanted),
+                environment,
+                session.announce,
+                self._explainer(wanted, launch) if self._why else None,
+            )
+        if interrupted.returncode is not None:
+            update = replace(update, returncode=interrupted.returncode)
+        elif update.returncode == 0 and update.changed:
+            session.source()
         self._has_decided = True
         for decision in update.decisions:
             if decision.name in update.built:
                 self._built.setdefault(decision.name, decision)
             elif not decision.is_stale:
                 self._fresh.add(decision.name)
-        if update.returncode:
-            self._say(_failure(update))
         return update
 
     def tell(self) -> None:
         """Say in one line what was built, if it came to that."""
-        if not self._has_decided or self._options.run.verbosity == 'quiet':
-            return
-        fresh = self._fresh - set(self._built)
-        self._say(after_build(list(self._built.values()), len(fresh)))
+        if self._has_decided:
+            fresh = self._fresh - set(self._built)
+            say(after_build(list(self._built.values()), len(fresh)))
 
     def explain(self, wanted: Collection[str], launch: str) -> None:
         """
@@ -84,14 +94,18 @@ class Building:
 
         The parameters are those of :meth:`update`.
         """
-        decisions = self._workspace.decide(
-            set(wanted), exactly=self._exactly, force=self._options.force
+        if self._session.root is None:
+            return
+        decisions = decide(
+            self._session.colcon,
+            self._request(wanted),
+            self._session.build_environment(),
+            self._session.announce,
         )
         self._explainer(wanted, launch)(decisions)
 
-    @property
-    def _exactly(self) -> bool:
-        return self._options.paths is not None
+    def _request(self, wanted: Collection[str]) -> BuildRequest:
+        return BuildRequest(wanted, self._exactly, self._force, self._built)
 
     def _explainer(
         self, wanted: Collection[str], launch: str
@@ -99,14 +113,15 @@ class Building:
         def explain(decisions: Sequence[Decision]) -> None:
             new = [d for d in decisions if d.name not in self._explained]
             self._explained.update(d.name for d in new)
-            ways = self._workspace.needed_by(wanted)
-            for line in explanations(new, ways, launch):
-                self._say(line)
+            ways = self._session.needed_by(wanted)
+            for decision in new:
+                say(explanation(decision, ways[decision.name], launch))
 
         return explain
 
 
-def _failure(update: Update) -> str:
+def failure(update: Update) -> str:
+    """Tell how far a build came that did not succeed, in one line."""
     stale = [name for name, _ in update.stale]
     done = update.built | update.failed
     return after_failure(

@@ -21,7 +21,7 @@ from colcon_yamllaunch.verb.cli.create_options import CreateOptions
 from colcon_yamllaunch.verb.cli.create_options import parse_create_options
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
-from colcon_yamllaunch.workspace.building.colcon_adapter import Colcon
+from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
 from colcon_yamllaunch.workspace.create.new_package import LICENSES
 from colcon_yamllaunch.workspace.create.new_package import make_package
 from colcon_yamllaunch.workspace.create.new_package import NewPackage

@@ -18,23 +18,18 @@ import threading
 import time
 from types import FrameType
 
+from colcon_yamllaunch.common.escalation import Escalation
+from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.verb.cli.messages import INTERRUPTED
-from colcon_yamllaunch.workspace.building.orphan_builds import (
-    end_own_processes,
-)
-from colcon_yamllaunch.workspace.building.orphan_builds import own_processes
-from colcon_yamllaunch.workspace.building.orphan_builds import send
+from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
 
 #: What asks a build to end.
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-#: Seconds after the first signal, and what everything that the build has
-#: started gets from then on, each process once.
-STEPS = (
-    (6.0, signal.SIGKILL),
-    (2.0, signal.SIGTERM),
-    # those that have the signal from the terminal end by it
-    (0.3, signal.SIGINT),
-)
+#: Seconds after the first signal until all that the build has started gets
+#: one; those that have it from the terminal end by it.
+GRACE = 0.3
+#: How long it has then.
+TIMEOUTS = Timeouts(sigterm=1.7, sigkill=4.0)
 #: Seconds between two looks at what the build has started.
 INTERVAL = 0.1
 
@@ -64,19 +59,16 @@ class Interruption:
         self._has_ended.set()
         if self._number is not None:
             self._ender.join()
-            end_own_processes()
+            BuildProcesses().end()
 
     def _end(self) -> None:
-        begin = time.monotonic()
-        done: set[tuple[int, int]] = set()
-        while not self._has_ended.wait(INTERVAL):
-            number = _due(time.monotonic() - begin)
-            if number is None:
-                continue
-            for pid in own_processes():
-                if (pid, number) not in done:
-                    done.add((pid, number))
-                    send(pid, number)
+        if self._has_ended.wait(GRACE):
+            return
+        timeouts = {0: TIMEOUTS}
+        escalation = Escalation(BuildProcesses(), timeouts, time.monotonic())
+        while not self._has_ended.is_set():
+            escalation.advance(time.monotonic())
+            self._has_ended.wait(INTERVAL)
 
 
 @contextmanager
@@ -119,7 +111,3 @@ def _interrupt() -> None:
 
 def _raise() -> None:
     raise KeyboardInterrupt
-
-
-def _due(age: float) -> int | None:
-    return next((number for start, number in STEPS if age >= start), None)

@@ -32,7 +32,8 @@ from colcon_yamllaunch.verb.cli.options import Options
 from colcon_yamllaunch.verb.cli.target import package_target
 from colcon_yamllaunch.verb.cli.target import path_target
 from colcon_yamllaunch.verb.cli.target import Target
-from colcon_yamllaunch.verb.launching.builds import Building
+from colcon_yamllaunch.verb.launching.builds import Builds
+from colcon_yamllaunch.verb.launching.builds import failure
 from colcon_yamllaunch.verb.launching.launch_packages import LaunchPackages
 from colcon_yamllaunch.verb.launching.log_folders import held
 from colcon_yamllaunch.verb.launching.log_folders import prune
@@ -40,9 +41,7 @@ from colcon_yamllaunch.verb.launching.plan_run import held_back
 from colcon_yamllaunch.verb.launching.plan_run import LaunchRun
 from colcon_yamllaunch.verb.launching.preflight import pitfalls
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
-from colcon_yamllaunch.verb.launching.workspace_session import (
-    InstalledWorkspace,
-)
+from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
@@ -108,14 +107,19 @@ class Launching:
         self.log_folder = log_folder
         self._is_quiet = options.run.verbosity == 'quiet'
         announce = _say_nothing if self._is_quiet else say
-        self._workspace = InstalledWorkspace(
+        self._workspace = WorkspaceSession(
             workspace_root(options.workspace, list(options.words)),
             options.build_arguments,
             environment,
             announce,
         )
         self._packages = LaunchPackages(self._workspace.locator, built=False)
-        self._building = Building(self._workspace, options, say)
+        self._builds = Builds(
+            self._workspace,
+            exactly=options.paths is not None,
+            force=options.force,
+            why=options.why,
+        )
 
     def run(self, running: LaunchRun) -> int:
         """Do it, and return the exit code."""
@@ -268,25 +272,27 @@ class Launching:
     def _update(self, wanted: set[str], target: Target) -> bool:
         """Build what is stale, and return whether that changed anything."""
         with held_back() if self._is_quiet else nullcontext() as output:
-            update = self._building.update(wanted, Path(target.name).name)
+            update = self._builds.update(wanted, Path(target.name).name)
         if update.returncode:
+            say(failure(update))
             if output is not None:
                 say(output.getvalue().rstrip())
             raise _GiveUpError(update.returncode)
-        return update.has_news
+        return update.changed
 
     def _tell_of_build(self, target: Target, evaluation: Evaluation) -> None:
         if self._workspace.root is None:
             return
         if self._options.build:
-            self._building.tell()
+            if not self._is_quiet:
+                self._builds.tell()
         elif self._options.why:
             self.explain(target, evaluation)
 
     def explain(self, target: Target, evaluation: Evaluation) -> None:
         """Say what would be built for the launch, and why."""
         wanted = self._wanted(target, evaluation)
-        self._building.explain(wanted, Path(target.name).name)
+        self._builds.explain(wanted, Path(target.name).name)
 
     def _check_sourced(self, target: Target, evaluation: Evaluation) -> None:
         names = set(evaluation.packages)

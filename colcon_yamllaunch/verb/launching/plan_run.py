@@ -20,9 +20,9 @@ from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Listener
-from colcon_yamllaunch.runtime.course.exit_conditions import Goal
-from colcon_yamllaunch.runtime.run_plan import run
-from colcon_yamllaunch.runtime.screen.presentation import Look
+from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
+from colcon_yamllaunch.runtime.run_plan import run_plan
+from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.verb.cli.options import Options
 
 if TYPE_CHECKING:
@@ -79,15 +79,17 @@ class LaunchRun:
             self._report.expect(plan.processes())
             observers.insert(0, self._report.handle)
         options = self._options
-        code = run(
+        code = run_plan(
             plan,
             environment=environment,
             log_folder=log_folder,
             color=self._output.color,
             tty=self._output.tty,
             log_limit=self._output.log_limit,
-            goal=Goal(options.until, options.timeout, options.duration),
-            look=Look(
+            conditions=ExitConditions(
+                options.until, options.timeout, options.duration
+            ),
+            presentation=Presentation(
                 options.verbosity,
                 f'{self._title} - colcon launch',
                 self._describe,

@@ -13,7 +13,7 @@ from typing import Any
 from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.runtime.process.exec_program import become
+from colcon_yamllaunch.runtime.process.exec_program import exec_program
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import report_errors
@@ -22,9 +22,8 @@ from colcon_yamllaunch.verb.cli.run_options import asks_for_help
 from colcon_yamllaunch.verb.cli.run_options import parse_run_options
 from colcon_yamllaunch.verb.cli.run_options import RunOptions
 from colcon_yamllaunch.verb.cli.target import unknown_package
-from colcon_yamllaunch.verb.launching.workspace_session import (
-    InstalledWorkspace,
-)
+from colcon_yamllaunch.verb.launching.builds import Builds
+from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
@@ -48,7 +47,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
 def _run(known: Any, environment: Mapping[str, str]) -> int:
     options = parse_run_options(known)
     with _standard_streams_aside():
-        workspace = InstalledWorkspace(
+        workspace = WorkspaceSession(
             workspace_root(options.workspace, []),
             options.build_arguments,
             environment,
@@ -60,7 +59,7 @@ def _run(known: Any, environment: Mapping[str, str]) -> int:
     program = find_program(
         workspace.locator, options.package, options.executable
     )
-    return _become(
+    return _exec(
         [*options.prefix, program, *options.arguments], workspace.environment
     )
 
@@ -101,7 +100,7 @@ def find_program(
     return str(Path(prefix, 'lib', package, fitting[0]))
 
 
-def _prepare(workspace: InstalledWorkspace, options: RunOptions) -> int:
+def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
     """Build what is needed and not up to date; return the exit code."""
     package = options.package
     if workspace.locator.prefix(package) is None and options.paths is None:
@@ -111,9 +110,10 @@ def _prepare(workspace: InstalledWorkspace, options: RunOptions) -> int:
         )
     if options.build and workspace.root is not None:
         wanted = _wanted(workspace, options)
-        update = workspace.update(wanted, exactly=options.paths is not None)
-        if update.returncode:
-            return update.returncode
+        builds = Builds(workspace, exactly=options.paths is not None)
+        returncode = builds.update(wanted, options.package).returncode
+        if returncode:
+            return returncode
     if workspace.locator.prefix(package) is None:
         raise WorkspaceError(unknown_package(package, workspace.locator, ()))
     if package in workspace.package_names:
@@ -121,7 +121,7 @@ def _prepare(workspace: InstalledWorkspace, options: RunOptions) -> int:
     return 0
 
 
-def _wanted(workspace: InstalledWorkspace, options: RunOptions) -> set[str]:
+def _wanted(workspace: WorkspaceSession, options: RunOptions) -> set[str]:
     """Return the packages of the workspace to bring up to date."""
     if options.build_all:
         return workspace.package_names
@@ -130,9 +130,9 @@ def _wanted(workspace: InstalledWorkspace, options: RunOptions) -> set[str]:
     return {options.package} & workspace.package_names
 
 
-def _become(argv: list[str], environment: Mapping[str, str]) -> NoReturn:
+def _exec(argv: list[str], environment: Mapping[str, str]) -> NoReturn:
     try:
-        become(argv, environment)
+        exec_program(argv, environment)
     except StartError as e:
         raise WorkspaceError(str(e)) from e
 

@@ -8,22 +8,16 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.verb.launching.interruption import interruption
-from colcon_yamllaunch.workspace.building.update import bring_up_to_date
-from colcon_yamllaunch.workspace.building.update import decide
-from colcon_yamllaunch.workspace.building.update import Update
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 from colcon_yamllaunch.workspace.environment.environment_cache import (
     remembered,
 )
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.environment.underlays import build_environment
 from colcon_yamllaunch.workspace.environment.underlays import BuildEnvironment
-from colcon_yamllaunch.workspace.freshness.build_decision import Decision
-from colcon_yamllaunch.workspace.index.colcon_cache import RememberedColcon
 from colcon_yamllaunch.workspace.packages.closure import needed_by
 from colcon_yamllaunch.workspace.packages.manifest import broken_manifests
 from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
@@ -32,7 +26,7 @@ from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 
-class InstalledWorkspace:
+class WorkspaceSession:
     """
     A workspace, or none: then there are only the underlays.
 
@@ -50,17 +44,23 @@ class InstalledWorkspace:
         announce: Callable[[str], None],
     ) -> None:
         self.root = root
-        self._announce = announce
+        self.announce = announce
         self._user_environment = environment
         self._sourced = Environment(environment)
         self._packages: dict[str, Package] = {}
-        self._colcon: RememberedColcon | None = None
+        self._colcon: CachedColcon | None = None
         if root is not None:
-            self._colcon = RememberedColcon(root, build_arguments)
+            self._colcon = CachedColcon(root, build_arguments)
             self._find_packages()
             if self._setup.is_file():
                 self._source()
         self._make_locator()
+
+    @property
+    def colcon(self) -> CachedColcon:
+        """What knows and builds the packages; there must be a workspace."""
+        assert self._colcon is not None
+        return self._colcon
 
     @property
     def environment(self) -> Mapping[str, str]:
@@ -93,78 +93,33 @@ class InstalledWorkspace:
         self._make_locator()
         return names
 
-    def update(
-        self,
-        wanted: set[str],
-        *,
-        exactly: bool,
-        force: bool = False,
-        built: Collection[str] = (),
-        explain: Callable[[Sequence[Decision]], None] | None = None,
-    ) -> Update:
-        """
-        Build packages that are stale, with what they need, and source again.
-
-        :param wanted: Their names
-        :param exactly: Whether what they need is left as it is
-        :param force: Whether to build those that are up to date as well
-        :param built: Those that are not forced, as they have just been built
-        :param explain: Is called with what was decided
-        :raises WorkspaceError: if a package cannot be built
-        """
-        assert self._colcon is not None
-        self._refuse_invalid_manifests(wanted)
-        build = self._build_environment()
-        with interruption() as interrupted:
-            update = bring_up_to_date(
-                self._colcon,
-                wanted,
-                build.variables,
-                self._announce,
-                force=force,
-                exactly=exactly,
-                notes=[n for n in build.notes if n not in self._sourced.notes],
-                built=built,
-                explain=explain,
-            )
-        if interrupted.returncode is not None:
-            return replace(update, returncode=interrupted.returncode)
-        if update.returncode == 0 and update.has_news:
-            self._source()
-            self._make_locator()
-        return update
-
-    def decide(
-        self, wanted: set[str], *, exactly: bool, force: bool
-    ) -> tuple[Decision, ...]:
-        """
-        Decide what :meth:`update` would build.
-
-        :raises WorkspaceError: if that cannot be told
-        """
-        if self._colcon is None:
-            return ()
-        build = self._build_environment()
-        return decide(
-            self._colcon,
-            wanted,
-            build.variables,
-            self._announce,
-            force=force,
-            exactly=exactly,
-        )
-
     def needed_by(self, wanted: Iterable[str]) -> dict[str, tuple[str, ...]]:
         """Tell by which dependencies packages come to be needed."""
         return needed_by(self._packages.values(), wanted)
 
-    def _build_environment(self) -> BuildEnvironment:
-        assert self._colcon is not None
+    def build_environment(self) -> BuildEnvironment:
+        """
+        Return what packages are built in.
+
+        :raises WorkspaceError: when an underlay's script fails
+        """
         build = build_environment(
-            self._user_environment, self._colcon.install_base
+            self._user_environment, self.colcon.install_base
         )
-        # what colcon sets for the programs that it calls
-        return replace(build, variables={'COLCON': '1', **build.variables})
+        return BuildEnvironment(
+            # what colcon sets for the programs that it calls
+            {'COLCON': '1', **build.variables},
+            tuple(n for n in build.notes if n not in self._sourced.notes),
+        )
+
+    def source(self) -> None:
+        """
+        Source what has been built.
+
+        :raises WorkspaceError: when the setup script fails
+        """
+        self._source()
+        self._make_locator()
 
     def check_sourced(self, names: Sequence[str], *, may_build: bool) -> None:
         """
@@ -196,21 +151,17 @@ class InstalledWorkspace:
 
     @property
     def _setup(self) -> Path:
-        assert self._colcon is not None
-        install_base: Path = self._colcon.install_base
-        return install_base / 'setup.bash'
+        return self.colcon.install_base / 'setup.bash'
 
     def _find_packages(self) -> None:
-        assert self._colcon is not None
-        self._packages = {p.name: p for p in self._colcon.packages()}
+        self._packages = {p.name: p for p in self.colcon.packages()}
 
     def _source(self) -> None:
-        assert self._colcon is not None
         self._sourced = remembered(
-            self._setup, self._user_environment, self._colcon.build_base
+            self._setup, self._user_environment, self.colcon.build_base
         )
         for note in self._sourced.notes:
-            self._announce(note)
+            self.announce(note)
 
     def _make_locator(self) -> None:
         colcon = self._colcon
@@ -221,8 +172,13 @@ class InstalledWorkspace:
             self.environment,
         )
 
-    def _refuse_invalid_manifests(self, names: set[str]) -> None:
-        for name in sorted(names & self.package_names):
+    def refuse_invalid_manifests(self, names: Collection[str]) -> None:
+        """
+        Refuse packages whose manifests colcon passes over.
+
+        :raises WorkspaceError: when one of them is such a package
+        """
+        for name in sorted(self.package_names.intersection(names)):
             package = self._packages[name]
             reason = invalid_manifest(package)
             if reason is not None:

@@ -4,15 +4,18 @@
 """Running launches as a table."""
 
 from collections.abc import Mapping
-from collections.abc import Sequence
 
+from colcon_yamllaunch.common.table import column_widths
+from colcon_yamllaunch.common.table import table_lines
+from colcon_yamllaunch.common.table import table_width
+from colcon_yamllaunch.common.table import without_end
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.resource_usage import Usage
 
 _HEADS = ('PROCESS', 'STATE', 'PID', 'UP', 'RESTARTS', 'CPU', 'MEMORY')
 _RIGHT = frozenset((2, 3, 4, 5, 6))
-_GAP = '  '
+_INDENT = '  '
 _SMALLEST_LABEL = 12
 _SMALLEST_STATE = 10
 # of the process, its state and its process id
@@ -30,15 +33,17 @@ def table(
     :param width: The columns that there are, None for any number
     """
     title = f'{launch.title}: {_state_of(launch)}'
-    lines = [_cut(title, width)]
     rows = [_HEADS, *(_row(p, usage) for p in launch.processes)]
     if len(rows) == 1:
-        return f'{lines[0]}\n{_GAP}no processes'
-    widths = [max(len(row[n]) for row in rows) for n in range(len(_HEADS))]
+        lines = ['no processes']
+    else:
+        widths = column_widths(rows)
+        if width is not None:
+            _narrow(widths, width - len(_INDENT))
+        lines = table_lines(rows, widths, without_end, _RIGHT)
     if width is not None:
-        _narrow(widths, width)
-    lines.extend(_line(row, widths) for row in rows)
-    return '\n'.join(lines)
+        title = without_end(title, width)
+    return '\n'.join((title, *(_INDENT + line for line in lines)))
 
 
 def duration(seconds: float) -> str:
@@ -97,26 +102,7 @@ def _narrow(widths: list[int], width: int) -> None:
     """Take what is too much from states, labels, and columns at the end."""
     for column, least in ((1, _SMALLEST_STATE), (0, _SMALLEST_LABEL)):
         least = min(widths[column], least)
-        excess = max(0, _total(widths) - width)
+        excess = max(0, table_width(widths) - width)
         widths[column] = max(least, widths[column] - excess)
-    while _total(widths) > width and len(widths) > _LEAST_COLUMNS:
+    while table_width(widths) > width and len(widths) > _LEAST_COLUMNS:
         widths.pop()
-
-
-def _total(widths: Sequence[int]) -> int:
-    return sum(widths) + len(_GAP) * len(widths)
-
-
-def _line(row: Sequence[str], widths: Sequence[int]) -> str:
-    cells = []
-    for number, columns in enumerate(widths):
-        text = _cut(row[number], columns)
-        right = number in _RIGHT
-        cells.append(text.rjust(columns) if right else text.ljust(columns))
-    return (_GAP + _GAP.join(cells)).rstrip()
-
-
-def _cut(text: str, width: int | None) -> str:
-    if width is None or len(text) <= width:
-        return text
-    return text[: width - 1] + '…'

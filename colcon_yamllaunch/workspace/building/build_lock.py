@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import IO
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.workspace.building.orphan_builds import end_leftovers
+from colcon_yamllaunch.workspace.building.orphan_builds import end_orphans
 
 #: The name of the lock file, below the build folder.
 LOCK_NAME = '.colcon_launch.lock'
@@ -79,7 +79,7 @@ def build_lock(
         handle.seek(0)
         if handle.read(1):
             # who held it before was killed
-            end_leftovers(build_base, announce)
+            end_orphans(build_base, announce)
         lock = BuildLock(handle, waited)
         yield lock
         lock.clear()

@@ -5,12 +5,11 @@
 
 from collections.abc import Iterable
 from collections.abc import Iterator
-from collections.abc import Mapping
 from collections.abc import Sequence
 import time
 
+from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_decision import Decision
-from colcon_yamllaunch.workspace.freshness.build_decision import How
 from colcon_yamllaunch.workspace.packages.package import Package
 
 #: How many different reasons one line tells, and for how many packages each.
@@ -21,12 +20,12 @@ REASON_LENGTH = 80
 #: How many reasons `--why` tells of one package.
 EXPLAINED_REASONS = 8
 
-_HOW = {
-    How.COMPILE: '',
-    How.BUILD: '',
-    How.CONFIGURE: ' [configured anew]',
-    How.REINSTALL: ' [installed anew]',
-    How.AFRESH: ' [from scratch]',
+_MODES = {
+    BuildMode.COMPILE: '',
+    BuildMode.BUILD: '',
+    BuildMode.CONFIGURE: ' [configured anew]',
+    BuildMode.REINSTALL: ' [installed anew]',
+    BuildMode.CLEAN: ' [from scratch]',
 }
 
 
@@ -92,12 +91,10 @@ def setup_missing(failed: Iterable[Package]) -> Iterator[str]:
 
 def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:
     """
-    Tell all about one decision, in one line.
+    Tell all about a decision, in one line.
 
-    :param decision: The decision
     :param way: How the launch comes to need the package, as
       :func:`closure.needed_by` tells it
-    :param launch: The launch file
     """
     texts = [reason.text for reason in decision.reasons]
     if not texts:
@@ -108,7 +105,7 @@ def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:
         more = len(texts) - EXPLAINED_REASONS
         rest = f' and {more} more' if more > 0 else ''
         verdict = f'to be built, as {", ".join(texts[:EXPLAINED_REASONS])}'
-        verdict += rest + _HOW[decision.how]
+        verdict += rest + _MODES[decision.mode]
     return f'{decision.name}: {verdict}; needed by {_way(way, launch)}'
 
 
@@ -156,12 +153,3 @@ def _fresh(count: int) -> str:
 def _time(nanoseconds: int) -> str:
     moment = time.localtime(nanoseconds / 1_000_000_000)
     return time.strftime('%Y-%m-%d %H:%M:%S', moment)
-
-
-def explanations(
-    decisions: Sequence[Decision],
-    ways: Mapping[str, Sequence[str]],
-    launch: str,
-) -> list[str]:
-    """Tell all about some decisions, a line each."""
-    return [explanation(d, ways[d.name], launch) for d in decisions]

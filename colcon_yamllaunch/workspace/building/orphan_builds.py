@@ -9,37 +9,67 @@ would write into the folders of the next build.
 """
 
 from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Collection
 import os
 from pathlib import Path
 import signal
 import time
 
+from colcon_yamllaunch.common.escalation import Escalation
+from colcon_yamllaunch.common.escalation import Orphan
+from colcon_yamllaunch.common.escalation import Targets
+from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.process_scan import running_processes
+from colcon_yamllaunch.common.process_scan import variable_of
+
 #: The variable that the processes of a build have; its value is the process
 #: id of the launch, a colon, and the build folder.
 MARK = 'COLCON_LAUNCH_BUILD'
-#: How long they have after SIGTERM, and after SIGKILL (seconds).
+#: How long they have after SIGTERM, with which their end begins (seconds).
 PATIENCE = 2.0
-#: Between two looks whether they have ended (seconds).
-_INTERVAL = 0.02
+
+
+class BuildProcesses(Targets):
+    """
+    The running processes of builds.
+
+    :param build_base: The build folder whose builds are meant; without it,
+      those that this process has started
+    """
+
+    def __init__(self, build_base: Path | None = None) -> None:
+        self._start, self._end = f'{os.getpid()}:', ''
+        if build_base is not None:
+            self._start, self._end = '', f':{build_base}'
+
+    def search(self, groups: Collection[int] = ()) -> list[Orphan]:  # noqa: ARG002
+        """Find all of them."""
+        found = []
+        for process in running_processes():
+            value = variable_of(process.pid, MARK) or ''
+            if value.startswith(self._start) and value.endswith(self._end):
+                found.append(
+                    Orphan(process.pid, process.birth, process.group, 0)
+                )
+        return found
+
+    def recheck(self, orphans: list[Orphan]) -> list[Orphan]:
+        """Find all of them, as a build goes on to start some."""
+        return self.search() if orphans else []
+
+    def end(self) -> None:
+        """End all of them, and wait for that."""
+        timeouts = {0: Timeouts(0.0, PATIENCE)}
+        now = time.monotonic()
+        Escalation(self, timeouts, now, first=signal.SIGTERM).run()
 
 
 def mark(build_base: Path) -> dict[str, str]:
-    """Get the variable for what this process builds."""
+    """Return the variable for what this process builds."""
     return {MARK: f'{os.getpid()}:{build_base}'}
 
 
-def own_processes() -> list[int]:
-    """Find the running processes of what this process builds."""
-    return _marked(f'{os.getpid()}:', '')
-
-
-def end_own_processes() -> None:
-    """End the processes of what this process builds, and wait for that."""
-    _end(own_processes)
-
-
-def end_leftovers(build_base: Path, announce: Callable[[str], None]) -> None:
+def end_orphans(build_base: Path, announce: Callable[[str], None]) -> None:
     """
     End the processes of earlier builds in a workspace, and wait for that.
 
@@ -48,49 +78,11 @@ def end_leftovers(build_base: Path, announce: Callable[[str], None]) -> None:
     :param build_base: The build folder of the workspace
     :param announce: Is called with one line if there are some
     """
-
-    def find() -> list[int]:
-        return _marked('', f':{build_base}')
-
-    found = find()
-    if found:
+    processes = BuildProcesses(build_base)
+    if found := processes.search():
+        pids = sorted(process.pid for process in found)
         announce(
             'ending what is left of a build that was killed: process '
-            + ', '.join(map(str, found))
+            + ', '.join(map(str, pids))
         )
-        _end(find)
-
-
-def _end(find: Callable[[], list[int]]) -> None:
-    for number in signal.SIGTERM, signal.SIGKILL:
-        deadline = time.monotonic() + PATIENCE
-        asked: set[int] = set()
-        # also those that are started in the meantime
-        while (found := find()) and time.monotonic() < deadline:
-            for pid in set(found) - asked:
-                send(pid, number)
-            asked.update(found)
-            time.sleep(_INTERVAL)
-
-
-def send(pid: int, number: int) -> None:
-    """Send a signal, unless the process has ended or is not ours."""
-    with suppress(ProcessLookupError, PermissionError):
-        os.kill(pid, number)
-
-
-def _marked(start: str, end: str) -> list[int]:
-    """Find the processes whose mark starts and ends so."""
-    name = f'{MARK}='.encode()
-    beginning, ending = name + os.fsencode(start), os.fsencode(end)
-    found = []
-    for process in Path('/proc').glob('[0-9]*'):
-        # that of others cannot be read, that of a zombie is empty
-        with suppress(OSError):
-            variables = (process / 'environ').read_bytes().split(b'\0')
-            if any(
-                v.startswith(beginning) and v.endswith(ending)
-                for v in variables
-            ):
-                found.append(int(process.name))
-    return sorted(found)
+        processes.end()

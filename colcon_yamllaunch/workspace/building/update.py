@@ -10,24 +10,28 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Protocol
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.workspace.building.build_lock import build_lock
 from colcon_yamllaunch.workspace.building.build_report import before_build
 from colcon_yamllaunch.workspace.building.build_report import setup_missing
+from colcon_yamllaunch.workspace.building.orphan_builds import mark
+from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
+from colcon_yamllaunch.workspace.environment.underlays import BuildEnvironment
 from colcon_yamllaunch.workspace.freshness.build_context import build_of
-from colcon_yamllaunch.workspace.freshness.build_context import Conditions
-from colcon_yamllaunch.workspace.freshness.build_context import how_after
+from colcon_yamllaunch.workspace.freshness.build_context import BuildContext
+from colcon_yamllaunch.workspace.freshness.build_context import mode_after
 from colcon_yamllaunch.workspace.freshness.build_context import (
     relevant_environment,
 )
+from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_decision import Decision
-from colcon_yamllaunch.workspace.freshness.build_decision import How
 from colcon_yamllaunch.workspace.freshness.build_decision import Reason
+from colcon_yamllaunch.workspace.freshness.build_products import Products
 from colcon_yamllaunch.workspace.freshness.freshness import Attempt
 from colcon_yamllaunch.workspace.freshness.freshness import Freshness
-from colcon_yamllaunch.workspace.freshness.relocated import moved_packages
+from colcon_yamllaunch.workspace.freshness.relocated import relocated_packages
 from colcon_yamllaunch.workspace.freshness.relocated import remove_builds
 from colcon_yamllaunch.workspace.packages.closure import build_closure
 from colcon_yamllaunch.workspace.packages.closure import closure
@@ -36,45 +40,22 @@ from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 
-class Result(Protocol):
-    """How a build ended, as `colcon.BuildResult`."""
+@dataclass(frozen=True, slots=True)
+class BuildRequest:
+    """
+    What is to be brought up to date.
 
-    @property
-    def returncode(self) -> int:
-        """0 when all went well."""
+    :param names: Packages, and with them all that they need; those that are
+      not in the workspace are left out
+    :param exactly: Whether what they need is left as it is
+    :param force: Whether to build those that are up to date as well
+    :param built: Packages that are not forced, as they have just been built
+    """
 
-    @property
-    def built(self) -> frozenset[str]:
-        """The packages that were built successfully."""
-
-    @property
-    def failed(self) -> frozenset[str]:
-        """Those that were begun in vain, as far as is known."""
-
-
-class Builder(Protocol):
-    """What builds packages, as `colcon.Colcon`."""
-
-    build_base: Path
-    install_base: Path
-
-    @property
-    def merge_install(self) -> bool:
-        """Whether all packages are installed into one prefix."""
-
-    def packages(self) -> tuple[Package, ...]:
-        """Get all packages of the workspace."""
-
-    def settings(self, name: str) -> dict[str, str]:
-        """Get the arguments that a package is built with."""
-
-    def mark(self) -> None:
-        """Refuse a workspace that was built in another way."""
-
-    def build(
-        self, names: Collection[str], environment: Mapping[str, str]
-    ) -> Result:
-        """Build exactly these packages."""
+    names: Collection[str]
+    exactly: bool = False
+    force: bool = False
+    built: Collection[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +77,7 @@ class Update:
     waited: bool = False
 
     @property
-    def has_news(self) -> bool:
+    def changed(self) -> bool:
         """Whether the install space may be another one than before."""
         return self.waited or any(d.is_stale for d in self.decisions)
 
@@ -111,63 +92,41 @@ class Update:
         return tuple(d.name for d in self.decisions if not d.is_stale)
 
 
-@dataclass(frozen=True, slots=True)
-class _Wanted:
-    """The part of the parameters that decides what is built."""
-
-    names: Collection[str]
-    exactly: bool = False
-    force: bool = False
-    built: Collection[str] = ()
-
-
 def bring_up_to_date(
-    colcon: Builder,
-    wanted: Collection[str],
-    environment: Mapping[str, str],
+    colcon: CachedColcon,
+    request: BuildRequest,
+    environment: BuildEnvironment,
     announce: Callable[[str], None],
-    force: bool = False,
-    exactly: bool = False,
-    notes: Sequence[str] = (),
-    built: Collection[str] = (),
     explain: Callable[[Sequence[Decision]], None] | None = None,
 ) -> Update:
     """
-    Build what is not up to date of some packages and of what they need.
+    Build what is not up to date.
 
     Another launch that builds in this workspace is waited for.
 
-    :param colcon: What builds
-    :param wanted: Names of packages; those that are not in the workspace are
-      left out
-    :param environment: The variables of the build
+    :param environment: What it is built in
     :param announce: Is called with a line that the user should see at once
-    :param force: Whether to build those that are up to date as well
-    :param exactly: Whether what they need is left as it is
-    :param notes: Lines that the user should see before a build
-    :param built: Packages that are not forced, as they have just been built
     :param explain: Is called with what was decided
     :raises WorkspaceError: when the build cannot start
     """
-    asked = _Wanted(wanted, exactly, force, built)
-    needed = _needed(colcon, asked)
+    needed = _needed(colcon, request)
     if not needed:
         return Update(0)
     with build_lock(colcon.build_base, announce) as lock:
-        _forget_moved(colcon, needed, announce)
-        work = _Work(colcon, environment)
-        decisions = work.decide(needed, asked)
+        work = _Work(colcon, environment.variables)
+        work.remove_relocated(needed, announce)
+        decisions = work.decide(needed, request)
         if explain is not None:
             explain(decisions)
         stale = [d for d in decisions if d.is_stale]
         if not stale:
             return Update(0, decisions, waited=lock.waited)
         fresh = len(decisions) - len(stale)
-        for line in (*notes, before_build(stale, fresh)):
+        for line in (*environment.notes, before_build(stale, fresh)):
             announce(line)
         lock.tell(f'builds {", ".join(d.name for d in stale)}')
         by_name = {package.name: package for package in needed}
-        result = work.build([(by_name[d.name], d.how) for d in stale])
+        result = work.build([(by_name[d.name], d.mode) for d in stale])
         for line in setup_missing(by_name[name] for name in result.failed):
             announce(line)
         return Update(
@@ -176,100 +135,97 @@ def bring_up_to_date(
 
 
 def decide(
-    colcon: Builder,
-    wanted: Collection[str],
-    environment: Mapping[str, str],
+    colcon: CachedColcon,
+    request: BuildRequest,
+    environment: BuildEnvironment,
     announce: Callable[[str], None],
-    force: bool = False,
-    exactly: bool = False,
 ) -> tuple[Decision, ...]:
     """
     Decide what would be built, and build nothing.
 
     The parameters are those of :func:`bring_up_to_date`.
     """
-    asked = _Wanted(wanted, exactly, force)
-    needed = _needed(colcon, asked)
+    needed = _needed(colcon, request)
     if not needed:
         return ()
     with build_lock(colcon.build_base, announce):
-        return _Work(colcon, environment).decide(needed, asked)
+        return _Work(colcon, environment.variables).decide(needed, request)
 
 
-def _needed(colcon: Builder, wanted: _Wanted) -> list[Package]:
+def _needed(colcon: CachedColcon, request: BuildRequest) -> list[Package]:
     packages = colcon.packages()
-    names = closure(packages, wanted.names)
-    if wanted.exactly:
-        names = [name for name in names if name in wanted.names]
+    names = closure(packages, request.names)
     by_name = {package.name: package for package in packages}
-    return [by_name[name] for name in names]
-
-
-def _forget_moved(
-    colcon: Builder,
-    needed: Sequence[Package],
-    announce: Callable[[str], None],
-) -> None:
-    moved = moved_packages(needed, colcon.build_base)
-    if not moved:
-        return
-    place = next(iter(moved.values()))
-    announce(
-        f'the workspace was moved or copied since it was built ({place}): '
-        f'building anew what belongs to the old place: {", ".join(moved)}'
-    )
-    remove_builds(
-        moved,
-        colcon.build_base,
-        colcon.install_base,
-        colcon.merge_install,
-    )
+    return [
+        by_name[name]
+        for name in names
+        if name in request.names or not request.exactly
+    ]
 
 
 class _Work:
-    """Deciding and building under the same conditions."""
+    """Deciding and building under the same context."""
 
     def __init__(
-        self, colcon: Builder, environment: Mapping[str, str]
+        self, colcon: CachedColcon, environment: Mapping[str, str]
     ) -> None:
         self._colcon = colcon
         self._known = index(colcon.packages())
         self._environment = environment
         self._relevant = relevant_environment(environment, colcon.install_base)
-        self._freshness = Freshness(
+        self._products = Products(
             colcon.build_base, colcon.install_base, colcon.merge_install
         )
+        self._freshness = Freshness(self._products)
         self._underlays = PackageLocator(
             (), colcon.install_base, colcon.merge_install, environment
         )
 
+    def remove_relocated(
+        self, needed: Sequence[Package], announce: Callable[[str], None]
+    ) -> None:
+        """Remove builds that belong to another place, and say so."""
+        relocated = relocated_packages(needed, self._products.build_base)
+        if not relocated:
+            return
+        place = next(iter(relocated.values()))
+        announce(
+            f'the workspace was moved or copied since it was built ({place}): '
+            'building anew what belongs to the old place: '
+            + ', '.join(relocated)
+        )
+        remove_builds(relocated, self._products)
+
     def decide(
-        self, needed: Sequence[Package], wanted: _Wanted
+        self, needed: Sequence[Package], request: BuildRequest
     ) -> tuple[Decision, ...]:
         """Decide about packages that are given in build order."""
         decisions: dict[str, Decision] = {}
         for package in needed:
-            force = wanted.force and package.name not in wanted.built
+            force = request.force and package.name not in request.built
             decision = self._decide(package, decisions, force)
             decisions[package.name] = decision
         return tuple(decisions.values())
 
-    def build(self, stale: Sequence[tuple[Package, How]]) -> Result:
-        """Build packages and remember how that went."""
+    def build(self, stale: Sequence[tuple[Package, BuildMode]]) -> BuildResult:
+        """Build packages, and record how that went."""
         freshness = self._freshness
         # before what was built is forgotten
         self._colcon.mark()
         begun: dict[str, Attempt] = {}
         built: frozenset[str] = frozenset()
         try:
-            for package, how in stale:
-                begun[package.name] = freshness.prepare(package, how)
-            result = self._colcon.build(list(begun), self._environment)
+            for package, mode in stale:
+                begun[package.name] = freshness.prepare(package, mode)
+            result = self._colcon.build(
+                list(begun),
+                {**self._environment, **mark(self._colcon.build_base)},
+            )
             built = result.built
         finally:
             for name, attempt in begun.items():
                 if name in built:
-                    freshness.finish(attempt, self._conditions(name))
+                    freshness.finish(attempt, self._context(name))
                 else:
                     freshness.give_up(attempt)
         return result
@@ -280,7 +236,7 @@ class _Work:
         needed, _ = build_closure(self._known, package.name)
         decision = self._freshness.decide(
             package,
-            self._conditions(package.name),
+            self._context(package.name),
             [
                 _after(other)
                 for other in before.values()
@@ -289,10 +245,10 @@ class _Work:
         )
         if not force:
             return decision
-        asked = Reason('asked for', How.CONFIGURE)
+        asked = Reason('asked for', BuildMode.CONFIGURE)
         return replace(decision, reasons=(asked, *decision.reasons))
 
-    def _conditions(self, name: str) -> Conditions:
+    def _context(self, name: str) -> BuildContext:
         own, others = build_closure(self._known, name)
         dependencies: dict[str, str | None] = {}
         for needed in sorted(own):
@@ -301,7 +257,7 @@ class _Work:
             build = self._build_in_underlay(needed)
             if build is not None:
                 dependencies[needed] = build
-        return Conditions(
+        return BuildContext(
             self._colcon.settings(name), self._relevant, dependencies
         )
 
@@ -319,7 +275,7 @@ class _Work:
 
 
 def _after(dependency: Decision) -> Reason:
-    """Get the reason to build a package again after one that it needs."""
-    is_new = dependency.built_at is None or dependency.how is How.AFRESH
-    how = how_after(How.AFRESH if is_new else dependency.how)
-    return Reason(f'{dependency.name} is built', how)
+    """Return the reason to build a package again after one it needs."""
+    is_new = dependency.built_at is None or dependency.mode is BuildMode.CLEAN
+    mode = mode_after(BuildMode.CLEAN if is_new else dependency.mode)
+    return Reason(f'{dependency.name} is built', mode)

@@ -11,9 +11,9 @@ from typing import Any
 from xml.sax.saxutils import escape
 from xml.sax.saxutils import quoteattr
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.workspace.building.colcon_adapter import expand_template
+from colcon_yamllaunch.workspace.colcon.colcon_adapter import expand_template
 from colcon_yamllaunch.workspace.create.package_name import class_name
 from colcon_yamllaunch.workspace.create.package_name import module_name
 from colcon_yamllaunch.workspace.packages.manifest import manifest_error
@@ -69,10 +69,9 @@ class NewPackage:
 
     def files(self) -> dict[str, str]:
         """
-        Return what it consists of.
+        Return for each file, by its path in the package, its template.
 
-        :returns: For each file, by its path in the package, the template that
-          it is made of; the template of an empty file is empty
+        The template of an empty file is empty.
         """
         config, template = 'ini', 'settings.ini'
         if self.is_ros:
@@ -109,25 +108,24 @@ def make_package(package: NewPackage, folder: Path) -> None:
     """
     Write all files of a package.
 
-    :param package: The package
     :param folder: Where to; it must not be there yet
-    :raises WorkspaceError: if it is there, cannot be written or would be
+    :raises UserError: when it is there, cannot be written or would be
       invalid; then nothing is left of it
     """
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.mkdir()
     except FileExistsError as e:
-        raise WorkspaceError(
+        raise UserError(
             f'{e.filename} is there already: nothing was written'
         ) from e
     except OSError as e:
-        raise WorkspaceError(f'cannot make {folder}: {e.strerror}') from e
+        raise UserError(f'cannot make {folder}: {e.strerror}') from e
     try:
         _write(package, folder)
     except OSError as e:
         shutil.rmtree(folder)
-        raise WorkspaceError(f'cannot write {folder}: {e.strerror}') from e
+        raise UserError(f'cannot write {folder}: {e.strerror}') from e
     except BaseException:
         shutil.rmtree(folder)
         raise
@@ -148,7 +146,7 @@ def _write(package: NewPackage, folder: Path) -> None:
     if reason is not None:
         # catkin_pkg names the file, which will not be there
         reason = reason.rpartition("package.xml': ")[2]
-        raise WorkspaceError(f'package.xml would be invalid: {reason}')
+        raise UserError(f'package.xml would be invalid: {reason}')
 
 
 def _values(package: NewPackage) -> Mapping[str, Any]:

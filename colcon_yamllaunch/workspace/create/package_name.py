@@ -13,7 +13,7 @@ import keyword
 import re
 import sys
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 
 _PACKAGE = re.compile(r'[a-zA-Z][a-zA-Z0-9_-]*')
 _NODE = re.compile(r'[a-zA-Z][a-zA-Z0-9_]*')
@@ -23,34 +23,29 @@ def check_package_name(name: str, build_type: str) -> None:
     """
     Check that a package may have a name.
 
-    :param name: The name
     :param build_type: Such as `ament_python`
-    :raises WorkspaceError: if it may not
+    :raises UserError: when it may not
     """
     if not _PACKAGE.fullmatch(name):
-        raise WorkspaceError(
+        raise UserError(
             f"'{name}' is no name for a package: REP 144 asks for lower case "
             f'letters, digits and underscores, and a letter first'
         )
     module = module_name(name)
     if keyword.iskeyword(module):
-        raise WorkspaceError(
+        raise UserError(
             f"'{name}' is no name for a package: it is a reserved word of "
             'Python, so its Python modules could not be imported'
         )
     if build_type == 'ament_python' and module in sys.stdlib_module_names:
-        raise WorkspaceError(
+        raise UserError(
             f"'{name}' is no name for a Python package: Python has a module "
             'of this name itself'
         )
 
 
 def dislikes(name: str) -> Iterator[str]:
-    """
-    Iterate over what REP 144 has against a name that works all the same.
-
-    :param name: The name of a package
-    """
+    """Iterate over what REP 144 has against a name that works all the same."""
     if name != name.lower():
         yield 'lower case letters only'
     if '-' in name:
@@ -71,23 +66,22 @@ def check_node_name(name: str, build_type: str) -> None:
     """
     Check that a node, and so its Python module, may have a name.
 
-    :param name: The name
     :param build_type: Such as `ament_python`
-    :raises WorkspaceError: if it may not
+    :raises UserError: when it may not
     """
     if not _NODE.fullmatch(name):
-        raise WorkspaceError(
+        raise UserError(
             f"'{name}' is no name for a node: it consists of letters, digits "
             'and underscores, with a letter first'
         )
     if keyword.iskeyword(name) or keyword.iskeyword(class_name(name)):
-        raise WorkspaceError(
+        raise UserError(
             f"'{name}' is no name for a node written in Python: it is a "
             'reserved word there'
         )
     hidden = sys.stdlib_module_names | {'rclpy'}
     if build_type != 'ament_python' and name in hidden:
-        raise WorkspaceError(
+        raise UserError(
             f"'{name}' is no name for a node here: scripts/{name}.py would "
             f"hide Python's own module '{name}' from itself"
         )

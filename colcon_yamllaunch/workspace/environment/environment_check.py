@@ -9,7 +9,7 @@ packages depend on each other in a circle (colcon-core issue 734). So what the
 packages' hooks put in is looked for.
 """
 
-from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 import os
@@ -21,16 +21,13 @@ from colcon_yamllaunch.workspace.environment.environment_hooks import (
     DamagedHooksError,
 )
 from colcon_yamllaunch.workspace.environment.environment_hooks import (
-    read_hooks,
+    extended_variables,
 )
-from colcon_yamllaunch.workspace.environment.setup_script_digests import (
-    chained_prefixes,
+from colcon_yamllaunch.workspace.environment.setup_script_templates import (
+    colcon_template,
 )
-from colcon_yamllaunch.workspace.environment.setup_script_digests import (
-    colcon_prefix_script,
-)
-from colcon_yamllaunch.workspace.environment.setup_script_digests import (
-    is_colcon_prefix_util,
+from colcon_yamllaunch.workspace.environment.setup_script_templates import (
+    is_from_template,
 )
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.environment.sourcing import shown_messages
@@ -76,25 +73,46 @@ def missing_packages(
     return missing
 
 
-def unknown_script(install_base: Path) -> Path | None:
+def arrived_packages(
+    environment: Environment, paths: Iterable[str], install_base: Path
+) -> frozenset[str]:
     """
-    Find a setup script that is not as colcon writes it.
+    Return the packages that a setup script brought in.
 
+    :param environment: What the setup script made
+    :param paths: What sourcing it depends on
     :param install_base: The install folder of the workspace
-    :returns: The first one that is not known, which may be broken
     """
-    tests: dict[str, Callable[[str], object]] = {
-        'setup.bash': chained_prefixes,
-        'local_setup.bash': colcon_prefix_script,
-        _UTIL: lambda text: is_colcon_prefix_util(text) or None,
-    }
-    for name, test in tests.items():
+    described = [path for path in paths if path.endswith('/package.dsv')]
+    arrived = set()
+    for path in map(Path, described):
+        name, prefix = path.parent.name, path.parents[2]
+        if install_base in (prefix, prefix.parent):
+            merged = prefix == install_base
+            if not missing_packages(environment, [name], install_base, merged):
+                arrived.add(name)
+    return frozenset(arrived)
+
+
+def cure_of_script(setup: Path) -> str:
+    """Return the cure, in a line, where a setup script is to blame."""
+    script = _unknown_script(setup.parent)
+    if script is None or not setup.is_file():
+        return ''
+    return (
+        f'\n{script} is not as colcon writes it: run `colcon build` in the '
+        'workspace to have it written anew'
+    )
+
+
+def _unknown_script(install_base: Path) -> Path | None:
+    for name in ('setup.bash', 'local_setup.bash', _UTIL):
         path = install_base / name
         try:
             text = path.read_text('utf-8', errors='surrogateescape')
+            if not is_from_template(text, colcon_template(name)):
+                return path
         except OSError:
-            return path
-        if test(text) is None:
             return path
     return None
 
@@ -103,7 +121,7 @@ def _damage(prefix: Path, name: str) -> str | None:
     if not (prefix / 'share' / name / 'package.sh').is_file():
         return f'it is not installed in {prefix}'
     try:
-        read_hooks(str(prefix), name)
+        extended_variables(str(prefix), name)
     except DamagedHooksError as e:
         return str(e)
     return None
@@ -113,7 +131,7 @@ def _lack(
     variables: Mapping[str, str], name: str, prefix: Path, install_base: Path
 ) -> str | None:
     promised = [('COLCON_PREFIX_PATH', str(install_base))]
-    promised += read_hooks(str(prefix), name).extended
+    promised += extended_variables(str(prefix), name)
     for variable, path in promised:
         if not _has(variables, variable, path):
             return f'{variable} lacks {os.path.normpath(path)}'
@@ -144,7 +162,7 @@ def _common_cure(environment: Environment, install_base: Path) -> str | None:
             f'installed in {install_base} of a package that the workspace '
             'has no more, then launch again'
         )
-    script = unknown_script(install_base)
+    script = _unknown_script(install_base)
     if script is not None:
         return (
             f'{script} is not as colcon writes it. Remove '
@@ -162,7 +180,7 @@ def _damaged_neighbour(install_base: Path) -> str | None:
     for path in sorted(found):
         prefix, name = path.parents[2], path.parent.name
         try:
-            read_hooks(str(prefix), name)
+            extended_variables(str(prefix), name)
         except DamagedHooksError as e:
             cure = _again(name, prefix, prefix == install_base)
             return f'{e}. {cure}'

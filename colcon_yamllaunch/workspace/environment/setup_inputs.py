@@ -4,76 +4,64 @@
 """
 What the environment that a setup script makes comes from.
 
-The script is followed as bash would: through the prefixes that it chains, the
-packages of each and their hooks. That is possible only as long as all that
-runs is known; a hook that is a script may do and read anything.
+In bash it does little: it sources the scripts of the prefixes that it chains
+and of its own, and each of these evaluates what a Python program prints. So
+the scripts have to be as colcon and ament write them, what the programs look
+at is traced, and what they print has to be plain assignments. A hook that is a
+script may do and read anything.
 """
 
-from collections.abc import Iterable
 from collections.abc import Mapping
-import glob
+import json
 import os
 from pathlib import Path
 import re
+import subprocess
 
-from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.workspace.environment.environment_hooks import (
-    DamagedHooksError,
+from colcon_yamllaunch.workspace.environment.setup_script_templates import (
+    ament_template,
 )
-from colcon_yamllaunch.workspace.environment.environment_hooks import Hooks
-from colcon_yamllaunch.workspace.environment.environment_hooks import (
-    read_hooks,
+from colcon_yamllaunch.workspace.environment.setup_script_templates import (
+    colcon_template,
 )
-from colcon_yamllaunch.workspace.environment.setup_script_digests import (
-    ament_prefix_script,
+from colcon_yamllaunch.workspace.environment.setup_script_templates import (
+    is_from_template,
 )
-from colcon_yamllaunch.workspace.environment.setup_script_digests import (
-    chained_prefixes,
-)
-from colcon_yamllaunch.workspace.environment.setup_script_digests import (
-    colcon_prefix_script,
-)
-from colcon_yamllaunch.workspace.environment.setup_script_digests import (
-    commands,
-)
-from colcon_yamllaunch.workspace.environment.setup_script_digests import (
-    is_ament_bash_script,
-)
-from colcon_yamllaunch.workspace.environment.setup_script_digests import (
-    is_ament_prefix_util,
-)
-from colcon_yamllaunch.workspace.environment.setup_script_digests import (
-    is_colcon_prefix_util,
+from colcon_yamllaunch.workspace.environment.setup_script_templates import (
+    LITERAL,
 )
 from colcon_yamllaunch.workspace.environment.sourcing import OWN_VARIABLES
 from colcon_yamllaunch.workspace.environment.sourcing import SCRIPT
+from colcon_yamllaunch.workspace.environment.sourcing import SOURCE_TIMEOUT
 
-#: Where colcon and ament list the packages of a prefix.
-_COLCON_INDEX = 'share/colcon-core/packages'
-_AMENT_INDEX = 'share/ament_index/resource_index'
-
-#: Text that means itself within double quotes, and in a list of paths.
-_PLAIN_TEXT = re.compile(r'[^$`"\\\n]*')
+_TRACED_PYTHON = Path(__file__).with_name('traced_python.py')
+_ELF = b'\x7fELF'
+_WORD = re.compile(r'[\w.:\[-]+')
+_COMMENT = re.compile(r'^ *#.*$', re.M)
+_FUNCTION = re.compile(r'BASH_FUNC_(.*)(?:%%|\(\))', re.S)
+_CHAINED = re.compile(rf'^COLCON_CURRENT_PREFIX="({LITERAL})"$', re.M)
+_PYTHON = re.compile(r'_(colcon|ament)_python_executable="([\w./+@:,%=-]+)"')
+#: Variables by which a user chooses another Python.
+_OVERRIDES = {
+    'colcon': 'COLCON_PYTHON_EXECUTABLE',
+    'ament': 'AMENT_PYTHON_EXECUTABLE',
+}
+#: A list of paths that a shell leaves as it is, even without quotes.
 _PLAIN_PATHS = re.compile(r'[^$`"\\\n*?\[\]]*')
-_NAME = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
 #: Variables that bash gives another value whenever they are used.
 _RESTLESS = frozenset(
     ('BASHPID', 'EPOCHREALTIME', 'EPOCHSECONDS', 'HISTCMD', 'LINENO')
 ) | frozenset(('PPID', 'RANDOM', 'SECONDS', 'SRANDOM', *OWN_VARIABLES))
-_FUNCTION = re.compile(r'BASH_FUNC_(.*)(?:%%|\(\))', re.S)
-_ELF = b'\x7fELF'
-#: Where a Python looks for what runs whenever it starts, below its prefix and
-#: below the home folder (Python's module `site`, with Debian's changes).
-_PYTHON_FOLDERS = (
-    'lib/python3*',
-    'lib/python3*/*-packages',
-    'local/lib/python3*/*-packages',
+#: A variable is set to a text, with its value before at one end.
+_SET = re.compile(
+    r'export ([A-Za-z_]\w*)="((?:\$\1:)?[^$`"\\\n]*(?::\$\1)?)"', re.A
 )
-_USER_FOLDERS = (
-    '.local/lib',
-    '.local/lib/python3*',
-    '.local/lib/python3*/site-packages',
+#: A colon at an end is cut off; older versions of ament run programs for it.
+_CUT = re.compile(
+    r'export (\w+)=\$\{\1[#%]:\}'
+    r'|if \[ "\$\(echo -n \$(\w+) \| (?:head|tail) -c 1\)" = ":" \]; '
+    r'then export \2=\$\{\2[#%]\?\} ; fi',
+    re.A,
 )
 
 
@@ -81,205 +69,115 @@ class UnknownContentError(Exception):
     """Something that sourcing runs is not known."""
 
 
-@dataclass(frozen=True, slots=True)
-class SetupInputs:
-    """
-    What an environment comes from, beside the caller's.
-
-    :param paths: Files, folders and what is looked for and may be missing
-    :param promised: For each package of the script's own prefix the variables
-      with the path that its hooks put into each
-    """
-
-    paths: tuple[str, ...]
-    promised: Mapping[str, tuple[tuple[str, str], ...]]
-
-
 def setup_inputs(
-    setup: Path, environment: Mapping[str, str], programs: Iterable[str]
-) -> SetupInputs:
+    setup: Path, environment: Mapping[str, str]
+) -> tuple[str, ...]:
     """
-    Find out what sourcing a setup script depends on.
+    Return the paths that sourcing a setup script depends on.
+
+    They are files, folders and what is looked for and may be missing.
 
     :param setup: The script
     :param environment: The variables that it is sourced with
-    :param programs: The programs that source it
     :raises UnknownContentError: when it runs something that is not known
     """
-    if str(setup) != os.path.normpath(setup) or not setup.is_absolute():
-        raise UnknownContentError(setup)
-    following = _Following(environment)
     try:
-        return following.follow(setup, programs)
-    except (OSError, DamagedHooksError) as e:
+        return _Inputs(environment).follow(setup)
+    except (OSError, ValueError, subprocess.SubprocessError) as e:
         raise UnknownContentError(e) from e
 
 
-class _Following:
+class _Inputs:
     def __init__(self, environment: Mapping[str, str]) -> None:
-        self._environment = environment
+        #: As it is when the next prefix is sourced.
+        self._environment = dict(environment)
         self._paths: dict[str, None] = {}
-        self._words: set[str] = set()
-        self._promised: dict[str, tuple[tuple[str, str], ...]] = {}
+        functions = map(_FUNCTION.fullmatch, environment)
+        self._functions = {found[1] for found in functions if found}
 
-    def follow(self, setup: Path, programs: Iterable[str]) -> SetupInputs:
-        self._add(*programs)
-        self._words |= commands(SCRIPT)
-        self._look_up('bash')
-        self._look_up('dirname')
-        chained = chained_prefixes(self._read(str(setup)))
-        if chained is None:
-            raise UnknownContentError(setup)
-        for prefix in chained:
+    def follow(self, setup: Path) -> tuple[str, ...]:
+        self._require(not self._functions & _commands(SCRIPT), 'a function')
+        text = self._read(str(setup), colcon_template('setup.bash'))
+        for prefix in [*_CHAINED.findall(text), str(setup.parent)]:
             self._follow_prefix(prefix)
-        # those of other prefixes are no packages of this workspace
-        self._promised.clear()
-        self._follow_prefix(str(setup.parent))
-        self._refuse_functions()
-        return SetupInputs(tuple(self._paths), self._promised)
+        return tuple(self._paths)
 
-    def _add(self, *paths: str) -> None:
-        self._paths.update(dict.fromkeys(paths))
+    def _require(self, condition: bool, unknown: str) -> None:
+        if not condition:
+            raise UnknownContentError(unknown)
 
-    def _read(self, path: str) -> str:
-        self._add(path)
+    def _read(self, path: str, *templates: Path | None) -> str:
+        self._paths[path] = None
         with open(path, encoding='utf-8', errors='surrogateescape') as file:
             text = file.read()
-        self._words |= commands(text)
+        self._require(any(is_from_template(text, t) for t in templates), path)
+        self._require(not self._functions & _commands(text), path)
         return text
 
-    def _look_up(self, program: str) -> None:
-        for folder in self._environment.get('PATH', os.defpath).split(':'):
-            path = os.path.abspath(os.path.join(folder, program))
-            self._add(path)
-            if os.access(path, os.X_OK):
-                return
-
     def _follow_prefix(self, prefix: str) -> None:
-        if not _PLAIN_PATHS.fullmatch(prefix):
-            raise UnknownContentError(prefix)
-        path = os.path.join(prefix, 'local_setup.bash')
-        text = self._read(path)
-        script = colcon_prefix_script(text)
-        if script is not None:
-            self._follow_python(script.python, 'COLCON_PYTHON_EXECUTABLE')
-            self._follow_colcon_prefix(prefix, script.merge_install)
-        elif is_ament_bash_script(text):
-            self._follow_ament_prefix(prefix)
-        else:
-            raise UnknownContentError(path)
-
-    def _follow_colcon_prefix(self, prefix: str, merge_install: bool) -> None:
-        # the script evaluates what is in this variable
-        value = self._environment.get('COLCON_PREFIX_PATH', '')
-        util = os.path.join(prefix, '_local_setup_util_sh.py')
-        if not (
-            _PLAIN_PATHS.fullmatch(value)
-            and is_colcon_prefix_util(self._read(util))
-        ):
-            raise UnknownContentError(util)
-        index = os.path.join(prefix, _COLCON_INDEX)
-        self._add(prefix, index)
-        listed = index if merge_install else prefix
-        for name in _folder(listed):
-            own = prefix if merge_install else os.path.join(prefix, name)
-            if os.path.isfile(own):
-                continue
-            entry = os.path.join(own, _COLCON_INDEX, name)
-            self._add(entry)
-            if os.path.isfile(entry):
-                self._follow_package(own, name)
-
-    def _follow_ament_prefix(self, prefix: str) -> None:
-        path = os.path.join(prefix, 'local_setup.sh')
-        script = ament_prefix_script(self._read(path))
-        util = os.path.join(prefix, '_local_setup_util.py')
-        if script is None or not is_ament_prefix_util(self._read(util)):
-            raise UnknownContentError(path)
-        self._follow_python(script.python, 'AMENT_PYTHON_EXECUTABLE')
-        index = os.path.join(prefix, _AMENT_INDEX)
-        listed = os.path.join(index, 'packages')
-        self._add(prefix, listed)
-        for name in _folder(listed):
-            self._add(
-                os.path.join(listed, name),
-                os.path.join(index, 'package_run_dependencies', name),
-            )
-            if self._follow_package(prefix, name).files:
-                continue
-            # what is sourced when there is no package.dsv
-            setup = os.path.join(prefix, 'share', name, 'local_setup')
-            self._add(f'{setup}.bash', f'{setup}.sh')
-            if os.path.exists(f'{setup}.bash') or os.path.exists(
-                f'{setup}.sh'
-            ):
-                raise UnknownContentError(setup)
-
-    def _follow_package(self, prefix: str, name: str) -> Hooks:
-        hooks = read_hooks(prefix, name)
-        if hooks.scripts:
-            raise UnknownContentError(hooks.scripts[0])
-        for variable, value in hooks.texts:
-            if (
-                not _NAME.fullmatch(variable)
-                or variable in _RESTLESS
-                or not _PLAIN_TEXT.fullmatch(value)
-                # which encoding it is read in depends on much
-                or not value.isascii()
-            ):
-                raise UnknownContentError(f'{name}: {variable}={value}')
-        self._add(*hooks.files, *hooks.tested)
-        self._promised[name] = tuple(hooks.extended)
-        return hooks
-
-    def _follow_python(self, filled_in: str, override: str) -> None:
-        python = self._environment.get(override) or filled_in
-        if not os.path.isabs(python) or not _is_program(python):
-            raise UnknownContentError(python)
-        real = os.path.realpath(python)
-        places = {
-            os.path.dirname(os.path.dirname(path)) for path in (python, real)
-        }
-        folders = [
-            folder
-            for place in sorted(places)
-            for folder in _matching(place, _PYTHON_FOLDERS)
-        ]
-        folders += _matching(self._environment.get('HOME'), _USER_FOLDERS)
-        for folder in folders:
-            self._add(folder, *glob.glob(f'{glob.escape(folder)}/*.pth'))
-        self._add(python, *(f'{place}/pyvenv.cfg' for place in places))
-        path = split_path(self._environment.get('PYTHONPATH'))
-        for folder in [*folders, *map(os.path.abspath, path)]:
-            self._add(f'{folder}/sitecustomize.py')
-            self._add(f'{folder}/usercustomize.py')
-
-    def _refuse_functions(self) -> None:
-        for name in self._environment:
-            function = _FUNCTION.fullmatch(name)
-            if function is not None and function[1] in self._words:
-                raise UnknownContentError(name)
-
-
-def _folder(path: str) -> list[str]:
-    if not os.path.isdir(path):
-        return []
-    names = os.listdir(path)
-    return sorted(name for name in names if not name.startswith('.'))
-
-
-def _matching(place: str | None, patterns: Iterable[str]) -> list[str]:
-    if not place:
-        return []
-    return [
-        path
-        for pattern in patterns
-        for path in sorted(
-            glob.glob(os.path.join(glob.escape(place), pattern))
+        # the list goes through a script without quotes
+        known = self._environment.get('COLCON_PREFIX_PATH', '')
+        self._require(
+            _PLAIN_PATHS.fullmatch(f'{prefix}:{known}') is not None, prefix
         )
-    ]
+        name = 'local_setup.bash'
+        text = self._read(
+            os.path.join(prefix, name),
+            colcon_template(name),
+            ament_template(prefix, name),
+        )
+        program = '_local_setup_util_sh.py'
+        if _PYTHON.search(text) is None:
+            # that of ament leaves the work to another one
+            name = 'local_setup.sh'
+            text = self._read(
+                os.path.join(prefix, name), ament_template(prefix, name)
+            )
+            program = '_local_setup_util.py'
+        arguments = [os.path.join(prefix, program), 'sh', 'bash']
+        if '--merged-install' in text:
+            arguments.append('--merged-install')
+        for line in self._trace(self._python(text), arguments).splitlines():
+            self._assign(line)
+
+    def _python(self, script: str) -> str:
+        found = _PYTHON.search(script)
+        if found is None:
+            raise UnknownContentError(script)
+        override = self._environment.get(_OVERRIDES[found[1]])
+        python = override or found[2]
+        with open(python, 'rb') as file:
+            is_program = file.read(len(_ELF)) == _ELF
+        self._require(os.path.isabs(python) and is_program, python)
+        self._paths[python] = None
+        return python
+
+    def _trace(self, python: str, arguments: list[str]) -> str:
+        traced = subprocess.run(
+            [python, _TRACED_PYTHON, *arguments],
+            env=self._environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=SOURCE_TIMEOUT,
+            check=True,
+        )
+        paths, printed = json.loads(traced.stdout)
+        self._paths |= dict.fromkeys(paths)
+        return str(printed)
+
+    def _assign(self, line: str) -> None:
+        # which encoding a value is read in depends on much
+        self._require(line.isascii(), line)
+        found = _SET.fullmatch(line)
+        if found is not None:
+            name, value = found.groups()
+            self._require(name not in _RESTLESS, line)
+            before = self._environment.get(name, '')
+            self._environment[name] = value.replace(f'${name}', before)
+        elif not line.startswith('#'):
+            self._require(_CUT.fullmatch(line) is not None, line)
 
 
-def _is_program(path: str) -> bool:
-    with open(path, 'rb') as file:
-        return file.read(len(_ELF)) == _ELF
+def _commands(script: str) -> set[str]:
+    """Return the words of a script, the names of its commands among them."""
+    return set(_WORD.findall(_COMMENT.sub('', script)))

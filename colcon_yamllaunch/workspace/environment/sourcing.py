@@ -65,9 +65,8 @@ def source(
     timeout: float = SOURCE_TIMEOUT,
 ) -> Environment:
     """
-    Get the environment that `source SETUP` makes in a fresh bash.
+    Return the environment that `source SETUP` makes in a fresh bash.
 
-    :param setup: The script
     :param environment: The variables before; left as they are
     :param timeout: Seconds that the script may take
     :raises WorkspaceError: when it is missing, fails or takes too long
@@ -102,7 +101,7 @@ def source(
 
 
 def shown_messages(messages: str) -> str:
-    """Get the end of a script's output, to be put behind an error."""
+    """Return the end of a script's output, to be put behind an error."""
     lines = messages.rstrip().splitlines()
     if not lines:
         return ''

@@ -16,6 +16,7 @@ import re
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.environment.sourcing import source
 
@@ -42,13 +43,12 @@ def build_environment(
     sourcing: Callable[[Path, Mapping[str, str]], Environment] = source,
 ) -> BuildEnvironment:
     """
-    Get the environment to build in, with the underlays that must survive.
+    Return the environment to build in, with the underlays that must survive.
 
     A shell with underlays is followed, as `colcon build` does; one without
     gets those that the workspace was built with before.
 
     :param environment: The caller's
-    :param install_base: The install folder of the workspace
     :param sourcing: What sources a script
     :raises WorkspaceError: when an underlay's script fails
     """
@@ -76,29 +76,20 @@ def build_environment(
 
 
 def chained_underlays(install_base: Path) -> list[Path]:
-    """
-    Get the underlays that the workspace's setup script sources first.
-
-    :param install_base: The install folder of the workspace
-    :returns: The prefixes in the order in which they are sourced
-    """
+    """Return the underlays that the setup script sources first, in order."""
     for name in ('setup.bash', 'setup.sh'):
-        try:
-            text = (install_base / name).read_text('utf-8', errors='replace')
-        except OSError:
-            continue
-        prefixes = [Path(prefix) for prefix in _CHAINED.findall(text)]
-        return [path for path in prefixes if path != install_base]
+        path = install_base / name
+        if path.is_file():
+            prefixes = map(Path, _CHAINED.findall(text_of(path)))
+            return [prefix for prefix in prefixes if prefix != install_base]
     return []
 
 
 def gone_underlays(install_base: Path) -> list[Path]:
     """
-    Get the underlays of the workspace that are not there any more.
+    Return the underlays of the workspace that are not there any more.
 
     bash returns 0 nevertheless when it sources the workspace.
-
-    :param install_base: The install folder of the workspace
     """
     return [
         prefix
@@ -119,14 +110,13 @@ def sourced_underlays(
     environment: Mapping[str, str], install_base: Path
 ) -> list[Path]:
     """
-    Get the underlays that colcon would chain in an environment.
+    Return the underlays that colcon would chain in an environment.
 
     The rules are those of the `colcon_core.prefix_path` extensions of
     colcon-core and colcon-ros: the entries of COLCON_PREFIX_PATH, then those
     of AMENT_PREFIX_PATH that have a setup script of their own or belong to an
     isolated install space.
 
-    :param environment: The environment
     :param install_base: The workspace's own, which is no underlay
     """
     prefixes = [

@@ -13,7 +13,7 @@ import shutil
 import sys
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.workspace.freshness.build_decision import How
+from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_decision import Reason
 
 _PREFIX_PATHS = (
@@ -31,7 +31,7 @@ _PROGRAMS = (('cc', 'CC'), ('c++', 'CXX'), ('cmake', ''), ('python3', ''))
 
 
 @dataclass(frozen=True, slots=True)
-class Conditions:
+class BuildContext:
     """
     What a package's build depends on beside its own source.
 
@@ -47,18 +47,20 @@ class Conditions:
     dependencies: Mapping[str, str | None]
 
 
-def build_of(origin: str, shape: str, build: str) -> str:
+def build_of(clean_id: str, interface_id: str, build: str) -> str:
     """
     Name a build of a package.
 
-    :param origin: The last build that was made from scratch
-    :param shape: The last build that may have changed more than compiled code
+    :param clean_id: The last build that was made from scratch
+    :param interface_id: The last build of more than compiled code
     :param build: The last build
     """
-    return f'{origin}\n{shape}\n{build}'
+    return f'{clean_id}\n{interface_id}\n{build}'
 
 
-def condition_changes(before: Conditions, now: Conditions) -> Iterator[Reason]:
+def context_changes(
+    before: BuildContext, now: BuildContext
+) -> Iterator[Reason]:
     """
     Iterate over what became different for a package.
 
@@ -67,44 +69,45 @@ def condition_changes(before: Conditions, now: Conditions) -> Iterator[Reason]:
     """
     for name in _changes(before.settings, now.settings):
         text = f'build arguments changed ({name})'
-        yield Reason(text, How.AFRESH)
+        yield Reason(text, BuildMode.CLEAN)
     for name in _changes(before.environment, now.environment):
-        yield Reason(f'{name} changed in the environment', How.AFRESH)
+        yield Reason(f'{name} changed in the environment', BuildMode.CLEAN)
     for name in _changes(before.dependencies, now.dependencies):
-        how = _how(before.dependencies.get(name), now.dependencies.get(name))
+        mode = _mode(before.dependencies.get(name), now.dependencies.get(name))
         if name not in now.dependencies:
             text = f'{name} is no longer among what it is built on'
         elif name not in before.dependencies:
             text = f'{name} is new among what it is built on'
         else:
             text = f'{name} was rebuilt'
-        yield Reason(text, how)
+        yield Reason(text, mode)
 
 
-def how_after(how: How) -> How:
+def mode_after(mode: BuildMode) -> BuildMode:
     """
     Tell how a package is built after one that it needs.
 
-    :param how: How that one was built
+    :param mode: How that one was built
     """
-    if how is How.AFRESH:
+    if mode is BuildMode.CLEAN:
         # its files may be older than what was compiled with those before
-        return How.AFRESH
+        return BuildMode.CLEAN
     # CMake does not know all files that it was made to read
-    return How.COMPILE if how is How.COMPILE else How.CONFIGURE
+    return (
+        BuildMode.COMPILE if mode is BuildMode.COMPILE else BuildMode.CONFIGURE
+    )
 
 
 def relevant_environment(
     environment: Mapping[str, str], install_base: Path
 ) -> dict[str, str]:
     """
-    Get the part of an environment that the outcome of a build depends on.
+    Return the part of an environment that the outcome of a build depends on.
 
     The workspace's own install space is left out: whether the user sourced it
     makes no difference. Programs are told apart by place, size and time.
 
     :param environment: The environment of the build
-    :param install_base: The install folder of the workspace
     """
     relevant = {'python': f'{sys.executable} {platform.python_version()}'}
     for name, value in environment.items():
@@ -153,11 +156,15 @@ def _changes(
             yield name
 
 
-def _how(before: str | None, now: str | None) -> How:
+def _mode(before: str | None, now: str | None) -> BuildMode:
     if before is None or now is None:
-        return How.CONFIGURE
-    origin, shape, _ = now.split('\n')
-    before_origin, before_shape, _ = before.split('\n')
-    if origin != before_origin:
-        return how_after(How.AFRESH)
-    return how_after(How.COMPILE if shape == before_shape else How.BUILD)
+        return BuildMode.CONFIGURE
+    clean_id, interface_id, _ = now.split('\n')
+    before_clean_id, before_interface_id, _ = before.split('\n')
+    if clean_id != before_clean_id:
+        return mode_after(BuildMode.CLEAN)
+    return mode_after(
+        BuildMode.COMPILE
+        if interface_id == before_interface_id
+        else BuildMode.BUILD
+    )

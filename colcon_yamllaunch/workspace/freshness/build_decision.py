@@ -8,7 +8,7 @@ from enum import IntEnum
 from colcon_yamllaunch.common.frozen import dataclass
 
 
-class How(IntEnum):
+class BuildMode(IntEnum):
     """
     How a package is built; each one includes those before it.
 
@@ -25,7 +25,7 @@ class How(IntEnum):
     #: What was installed is removed before.
     REINSTALL = 3
     #: What was built is removed, too.
-    AFRESH = 4
+    CLEAN = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +34,11 @@ class Reason:
     A reason to build.
 
     :param text: Such as `src/flow.cpp changed`
-    :param how: What it takes
+    :param mode: What it takes
     """
 
     text: str
-    how: How = How.BUILD
+    mode: BuildMode = BuildMode.BUILD
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +68,6 @@ class Decision:
         return self.reasons[0].text if self.reasons else ''
 
     @property
-    def how(self) -> How:
+    def mode(self) -> BuildMode:
         """How it is built."""
-        return max((r.how for r in self.reasons), default=How.COMPILE)
+        return max((r.mode for r in self.reasons), default=BuildMode.COMPILE)

@@ -37,7 +37,6 @@ class BuildInputs:
     """
     The files that a package's build reads.
 
-    :param source: The package's source
     :param build: The package's folder in the build space
     """
 
@@ -64,7 +63,7 @@ class BuildInputs:
 
     def outside(self, own: Iterable[Path]) -> list[Path]:
         """
-        Get the files that are read from elsewhere.
+        Return the files that are read from elsewhere.
 
         :param own: Folders whose files are looked after in another way
         """

@@ -9,11 +9,12 @@ from collections.abc import Mapping
 from contextlib import suppress
 import os
 from pathlib import Path
+import shutil
 
-from colcon_yamllaunch.common.removal import remove_folder
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.fingerprint import content_digest
 from colcon_yamllaunch.workspace.freshness.source_links import tree
 from colcon_yamllaunch.workspace.packages.package import prefix_of
-from colcon_yamllaunch.workspace.packages.source_files import digest
 
 #: Where each package of a merged install space has files of its own.
 _OWN_FOLDERS = ('share/{}', 'lib/{}', 'include/{}')
@@ -31,17 +32,11 @@ _TRACES = (
     'colcon_build.rc',
 )
 #: Why something is removed, where that fails.
-_AFRESH = ' to build it from scratch'
+_CLEAN = ' to build it from scratch'
 
 
 class Products:
-    """
-    The products of a workspace.
-
-    :param build_base: The build folder of the workspace
-    :param install_base: The install folder of the workspace
-    :param merge_install: Whether all packages are installed into one prefix
-    """
+    """The products of a workspace."""
 
     def __init__(
         self, build_base: Path, install_base: Path, merge_install: bool
@@ -51,11 +46,11 @@ class Products:
         self.merge_install = merge_install
 
     def build(self, name: str) -> Path:
-        """Get a package's folder in the build space."""
+        """Return a package's folder in the build space."""
         return self.build_base / name
 
     def folders(self, name: str) -> list[Path]:
-        """Get a package's own folders in the install space."""
+        """Return a package's own folders in the install space."""
         if not self.merge_install:
             return [self.install_base / name]
         own = [folder.format(name) for folder in _OWN_FOLDERS]
@@ -63,9 +58,8 @@ class Products:
 
     def installed(self, name: str, known: Iterable[str] = ()) -> list[Path]:
         """
-        Get the files and links that a package has installed.
+        Return the files and links that a package has installed.
 
-        :param name: The package
         :param known: Those that it is known to have installed before, relative
           to the install space
         """
@@ -89,7 +83,7 @@ class Products:
 
     def listed(self, name: str, *, python: bool = False) -> set[Path]:
         """
-        Get what the last installation of a package says it installed.
+        Return what the last installation of a package says it installed.
 
         CMake leaves out links that were there before.
         """
@@ -103,7 +97,7 @@ class Products:
         return {p for p in paths if p.is_relative_to(base) and _exists(p)}
 
     def traces(self, name: str) -> dict[str, int]:
-        """Get when colcon wrote what it leaves at each build."""
+        """Return when colcon wrote what it leaves at each build."""
         prefix = prefix_of(name, self.install_base, self.merge_install)
         paths = [self.build(name) / trace for trace in _TRACES]
         paths.append(prefix / 'share' / name / 'package.sh')
@@ -123,19 +117,18 @@ class Products:
 
         :raises WorkspaceError: when something cannot be removed
         """
-        remove_folder(self.build(name), _AFRESH)
+        remove_folder(self.build(name), _CLEAN)
 
     def remove_installed(self, name: str, known: Iterable[str]) -> None:
         """
         Remove what a package installed.
 
-        :param name: The package
         :param known: As for :meth:`installed`
         :raises WorkspaceError: when something cannot be removed
         """
         files = self.installed(name, known)
         for folder in self.folders(name):
-            remove_folder(folder, _AFRESH)
+            remove_folder(folder, _CLEAN)
         self.remove_files(files)
 
     def remove_files(self, files: Iterable[Path]) -> None:
@@ -187,11 +180,30 @@ class Products:
         self.remove_files(old)
 
 
+def remove_folder(path: Path, why: str) -> None:
+    """
+    Remove a folder, or the link to one; nothing if there is none.
+
+    :param why: Why, as a part of a sentence
+    :raises WorkspaceError: when it cannot be removed
+    """
+    try:
+        if path.is_symlink():
+            path.unlink()
+        elif path.is_dir():
+            shutil.rmtree(path)
+    except OSError as e:
+        raise WorkspaceError(
+            f'cannot remove {path}{why}: {e.strerror}. Remove it, then try '
+            'again'
+        ) from e
+
+
 def _state(path: Path) -> str:
     if path.is_symlink():
         return f'link to {path.readlink()}'
     status = path.stat()
-    content = digest(path, status.st_size)
+    content = content_digest(path, status.st_size)
     return content or f'{status.st_size} {status.st_mtime_ns}'
 
 

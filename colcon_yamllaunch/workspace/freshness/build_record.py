@@ -9,23 +9,27 @@ build that was cut off shows.
 """
 
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import astuple
 from dataclasses import field
 import json
-import os
 from pathlib import Path
 from typing import Any
 
+from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.workspace.freshness.build_context import Conditions
-from colcon_yamllaunch.workspace.freshness.build_decision import How
-from colcon_yamllaunch.workspace.packages.source_files import FileState
+from colcon_yamllaunch.common.json_files import write_json
+from colcon_yamllaunch.workspace.freshness.build_context import BuildContext
+from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 
 #: The name of a record, below `build/<package>/`.
 RECORD_NAME = 'colcon_launch.json'
 #: To be raised when what is in a record changes.
 RECORD_VERSION = 2
+
+
+#: How a file names what goes by another name here.
+_KEYS = {'mode': 'how', 'clean_id': 'origin', 'interface_id': 'shape'}
+#: The parts of the context, which a file has among the rest.
+_CONTEXT = ('settings', 'environment', 'dependencies')
 
 
 class DamagedRecordError(Exception):
@@ -40,10 +44,10 @@ class Record:
     :param source: The folder that is built
     :param files: The files of the source before the build; one that is read
       from elsewhere goes by its absolute path
-    :param how: How it was built, as a number
+    :param mode: How it was built, as a number
     :param id: Another one for each build
-    :param origin: The id of the last build from scratch
-    :param shape: The id of the last build of more than compiled code
+    :param clean_id: The id of the last build from scratch
+    :param interface_id: The id of the last build of more than compiled code
     :param succeeded: Whether it ended well; all below is as it was after the
       last build that did
     :param finished: When it ended (nanoseconds since the epoch), or 0
@@ -53,15 +57,15 @@ class Record:
       what it was like
     :param traces: When the files that colcon leaves were written
     :param arguments: Those that CMake was called with, as colcon keeps them
-    :param settings: As in :class:`Conditions`, and so are the next two
+    :param context: What the build depended on beside the source
     """
 
     source: str
-    files: dict[str, FileState]
-    how: int = How.COMPILE
+    files: dict[str, Fingerprint]
+    mode: int = BuildMode.COMPILE
     id: str = ''
-    origin: str = ''
-    shape: str = ''
+    clean_id: str = ''
+    interface_id: str = ''
     succeeded: bool = False
     finished: int = 0
     built_at: int = 0
@@ -69,22 +73,14 @@ class Record:
     installed: dict[str, str] = field(default_factory=dict)
     traces: dict[str, int] = field(default_factory=dict)
     arguments: str = ''
-    settings: dict[str, str] = field(default_factory=dict)
-    environment: dict[str, str] = field(default_factory=dict)
-    dependencies: dict[str, str | None] = field(default_factory=dict)
-
-    @property
-    def conditions(self) -> Conditions:
-        """What the build depended on beside the source."""
-        return Conditions(self.settings, self.environment, self.dependencies)
+    context: BuildContext = BuildContext({}, {}, {})
 
 
 def read_record(path: Path) -> Record | None:
     """
-    Read a record.
+    Read a record; None if there is none, or one of another version.
 
-    :returns: None if there is none, or if it is one of another version
-    :raises DamagedRecordError: if there is one that makes no sense
+    :raises DamagedRecordError: when there is one that makes no sense
     """
     try:
         data = path.read_bytes()
@@ -97,19 +93,21 @@ def read_record(path: Path) -> Record | None:
 
 
 def write_record(path: Path, record: Record) -> None:
-    """Write a record; it appears complete or not at all."""
-    temporary = path.with_name(f'{path.name}.{os.getpid()}')
-    # without a record it is built again, which is no harm
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(json.dumps(_encode(record)), encoding='utf-8')
-        temporary.replace(path)
+    """Write a record; without one it is built again, which is no harm."""
+    write_json(path, _encode(record))
 
 
 def _encode(record: Record) -> Mapping[str, Any]:
-    values = {key: getattr(record, key) for key in Record.__dataclass_fields__}
+    values = {
+        _KEYS.get(name, name): getattr(record, name)
+        for name in Record.__dataclass_fields__
+        if name != 'context'
+    }
+    values |= {name: getattr(record.context, name) for name in _CONTEXT}
     values['files'] = {
-        name: astuple(state) for name, state in sorted(record.files.items())
+        # which file it is does not matter
+        name: found[:-1]
+        for name, found in sorted(record.files.items())
     }
     values['live'] = sorted(record.live)
     return {'version': RECORD_VERSION, **values}
@@ -120,27 +118,27 @@ def _decode(values: Any) -> Record | None:
     if isinstance(version, int) and version != RECORD_VERSION:
         return None
     values['files'] = {
-        name: FileState(*state) for name, state in values['files'].items()
+        name: Fingerprint(*found) for name, found in values['files'].items()
     }
     values['live'] = frozenset(values['live'])
-    record = Record(**values)
+    context = BuildContext(*[values.pop(name) for name in _CONTEXT])
+    own = {name: values.pop(key) for name, key in _KEYS.items()}
+    record = Record(**values, **own, context=context)
     _check(record)
     return record
 
 
 def _check(record: Record) -> None:
     texts = (
-        *(record.id, record.origin, record.shape),
+        *(record.id, record.clean_id, record.interface_id),
         *(record.source, record.arguments),
     )
     mappings = (
         record.installed,
         record.traces,
-        record.settings,
-        record.environment,
-        record.dependencies,
+        *(getattr(record.context, name) for name in _CONTEXT),
     )
-    numbers = (record.how, record.finished, record.built_at)
+    numbers = (record.mode, record.finished, record.built_at)
     if not (
         all(isinstance(text, str) for text in texts)
         and all(isinstance(mapping, dict) for mapping in mappings)

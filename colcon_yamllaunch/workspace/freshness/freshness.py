@@ -18,14 +18,14 @@ from pathlib import Path
 import time
 import uuid
 
+from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_context import build_of
-from colcon_yamllaunch.workspace.freshness.build_context import (
-    condition_changes,
-)
-from colcon_yamllaunch.workspace.freshness.build_context import Conditions
+from colcon_yamllaunch.workspace.freshness.build_context import BuildContext
+from colcon_yamllaunch.workspace.freshness.build_context import context_changes
+from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_decision import Decision
-from colcon_yamllaunch.workspace.freshness.build_decision import How
 from colcon_yamllaunch.workspace.freshness.build_decision import Reason
 from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
 from colcon_yamllaunch.workspace.freshness.build_products import ARGUMENTS
@@ -37,6 +37,11 @@ from colcon_yamllaunch.workspace.freshness.build_record import read_record
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
+from colcon_yamllaunch.workspace.freshness.source_changes import Change
+from colcon_yamllaunch.workspace.freshness.source_changes import changes
+from colcon_yamllaunch.workspace.freshness.source_changes import Kind
+from colcon_yamllaunch.workspace.freshness.source_changes import snapshot
+from colcon_yamllaunch.workspace.freshness.source_changes import snapshot_of
 from colcon_yamllaunch.workspace.freshness.source_links import (
     INTERFACE_SUFFIXES,
 )
@@ -45,12 +50,6 @@ from colcon_yamllaunch.workspace.freshness.source_links import live_files
 from colcon_yamllaunch.workspace.freshness.source_links import remove_dangling
 from colcon_yamllaunch.workspace.freshness.source_links import SOURCE_SUFFIXES
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.source_files import Change
-from colcon_yamllaunch.workspace.packages.source_files import changes
-from colcon_yamllaunch.workspace.packages.source_files import FileState
-from colcon_yamllaunch.workspace.packages.source_files import Kind
-from colcon_yamllaunch.workspace.packages.source_files import snapshot
-from colcon_yamllaunch.workspace.packages.source_files import states_of
 
 #: What colcon writes for all packages together (colcon-core).
 _PREFIX_SCRIPTS = ('setup.sh', 'local_setup.sh', '_local_setup_util_sh.py')
@@ -80,28 +79,23 @@ class Freshness:
     """
     The records of a workspace.
 
-    :param build_base: The build folder of the workspace
-    :param install_base: The install folder of the workspace
-    :param merge_install: Whether all packages are installed into one prefix
+    :param products: What its builds leave
     """
 
-    def __init__(
-        self, build_base: Path, install_base: Path, merge_install: bool
-    ) -> None:
-        self._products = Products(build_base, install_base, merge_install)
+    def __init__(self, products: Products) -> None:
+        self._products = products
         self._records: dict[str, Record | None] = {}
 
     def decide(
         self,
         package: Package,
-        conditions: Conditions,
+        context: BuildContext,
         before: Iterable[Reason] = (),
     ) -> Decision:
         """
         Decide whether a package has to be built, and why.
 
-        :param package: The package
-        :param conditions: Those that hold now
+        :param context: What the build would depend on now
         :param before: Reasons that follow from packages that are built before;
           one that was never built needs none of them
         """
@@ -109,24 +103,22 @@ class Freshness:
         try:
             record = self._record(name)
         except DamagedRecordError:
-            return Decision(name, (Reason(_UNKNOWN, How.AFRESH),))
+            return Decision(name, (Reason(_UNKNOWN, BuildMode.CLEAN),))
         if record is None:
             return Decision(name, (self._unknown(name),))
-        reasons = [*self._reasons(package, record, conditions)]
+        reasons = [*self._reasons(package, record, context)]
         if record.built_at:
             reasons += _of_others(record, before)
         return Decision(name, tuple(reasons), record.built_at or None)
 
-    def prepare(self, package: Package, how: How) -> Attempt:
+    def prepare(self, package: Package, mode: BuildMode) -> Attempt:
         """
-        Get ready for a build: remove what must not stay, look at the source.
+        Get ready for a build: remove what must not stay, record the source.
 
         Links to source files that are gone are removed, as builds trip over
-        them.
+        them. The attempt is for :meth:`finish` or :meth:`give_up`.
 
-        :param package: The package
-        :param how: What is to stay
-        :returns: For :meth:`finish` or :meth:`give_up`
+        :param mode: What is to stay
         :raises WorkspaceError: when something cannot be removed
         """
         name = package.name
@@ -138,34 +130,36 @@ class Freshness:
             known,
             source=str(package.path),
             files=files | _outside(known),
-            how=int(how),
+            mode=mode,
             id=uuid.uuid4().hex,
             succeeded=False,
             finished=0,
         )
-        if how >= How.AFRESH or before is None:
-            record = replace(record, origin=record.id, shape=record.id)
-        elif how > How.COMPILE:
-            record = replace(record, shape=record.id)
+        if mode >= BuildMode.CLEAN or before is None:
+            record = replace(
+                record, clean_id=record.id, interface_id=record.id
+            )
+        elif mode > BuildMode.COMPILE:
+            record = replace(record, interface_id=record.id)
         write_record(self._path(name), record)
         listed = frozenset(self._products.listed(name))
-        links = self._make_room(package, how, known)
+        links = self._make_room(package, mode, known)
         write_record(self._path(name), record)
         if package.type.endswith('python'):
             link_project(package.path, self._products.build(name))
         return Attempt(package, record, listed, links)
 
-    def finish(self, attempt: Attempt, conditions: Conditions) -> None:
+    def finish(self, attempt: Attempt, context: BuildContext) -> None:
         """
         Write down that a package was built successfully.
 
         :param attempt: What :meth:`prepare` returned before the build
-        :param conditions: Those that the build took place under
+        :param context: What the build depended on
         """
         package, record = attempt.package, attempt.record
         name = package.name
         products = self._products
-        if record.how >= How.CONFIGURE:
+        if record.mode >= BuildMode.CONFIGURE:
             products.prune(name, attempt.listed)
         build = products.build(name)
         inputs = BuildInputs(package.path, build)
@@ -182,7 +176,7 @@ class Freshness:
             name,
             replace(
                 record,
-                files=files | states_of(inputs.outside(own), started),
+                files=files | snapshot_of(inputs.outside(own), started),
                 succeeded=True,
                 finished=now,
                 built_at=now,
@@ -190,9 +184,7 @@ class Freshness:
                 installed=products.states(name, record.installed),
                 traces=products.traces(name),
                 arguments=self._arguments(name),
-                settings=dict(conditions.settings),
-                environment=dict(conditions.environment),
-                dependencies=dict(conditions.dependencies),
+                context=context,
             ),
         )
 
@@ -207,7 +199,7 @@ class Freshness:
         record = self._known_record(name)
         if record is None or not record.succeeded:
             return None
-        return build_of(record.origin, record.shape, record.id)
+        return build_of(record.clean_id, record.interface_id, record.id)
 
     def _path(self, name: str) -> Path:
         return self._products.build(name) / RECORD_NAME
@@ -229,20 +221,20 @@ class Freshness:
 
     def _unknown(self, name: str) -> Reason:
         if self._products.build(name).is_dir():
-            return Reason(_UNKNOWN, How.CONFIGURE)
+            return Reason(_UNKNOWN, BuildMode.CONFIGURE)
         return Reason('never built')
 
     def _reasons(
-        self, package: Package, record: Record, conditions: Conditions
+        self, package: Package, record: Record, context: BuildContext
     ) -> Iterator[Reason]:
         if record.source != str(package.path):
             text = f'it was built from {record.source}'
-            yield Reason(text, How.AFRESH)
+            yield Reason(text, BuildMode.CLEAN)
             return
         if not record.succeeded:
             yield self._unsuccessful(package.name, record)
         if record.built_at:
-            found = condition_changes(record.conditions, conditions)
+            found = context_changes(record.context, context)
             yield from _of_others(record, found)
         edits = changes(package.path, record.files, record.live)
         yield from self._changed_source(package, record, edits)
@@ -253,12 +245,14 @@ class Freshness:
         if not record.finished:
             was_begun = record.traces != self._products.traces(name)
             # a compiler that was killed leaves files that look complete
-            how = How.AFRESH if was_begun else How.CONFIGURE
-            return Reason(_CUT_OFF, how)
+            mode = BuildMode.CLEAN if was_begun else BuildMode.CONFIGURE
+            return Reason(_CUT_OFF, mode)
         if _generates(record) and not record.built_at:
             # nothing tells what it was generated from
-            return Reason(_FAILED, How.AFRESH)
-        return Reason(_FAILED, min(How(record.how), How.CONFIGURE))
+            return Reason(_FAILED, BuildMode.CLEAN)
+        return Reason(
+            _FAILED, min(BuildMode(record.mode), BuildMode.CONFIGURE)
+        )
 
     def _changed_source(
         self, package: Package, record: Record, found: tuple[Change, ...]
@@ -269,18 +263,18 @@ class Freshness:
         inputs = BuildInputs(package.path, build)
         generates = _generates(record)
         for change in found:
-            how = _how_to_build(change, package, record, inputs)
-            if generates and how > How.BUILD:
-                how = How.AFRESH
-            yield Reason(str(change), how)
+            mode = _mode_for(change, package, record, inputs)
+            if generates and mode > BuildMode.BUILD:
+                mode = BuildMode.CLEAN
+            yield Reason(str(change), mode)
 
     def _changed_install(
         self, name: str, record: Record, found: tuple[Change, ...]
     ) -> Iterator[Reason]:
         if record.traces != self._products.traces(name):
-            how = self._built_by_others(name, record, bool(found))
-            if how is not None:
-                yield Reason('something else built it since', how)
+            mode = self._built_by_others(name, record, bool(found))
+            if mode is not None:
+                yield Reason('something else built it since', mode)
                 return
         if found:
             # a link in the install space may be gone because its target is
@@ -293,72 +287,68 @@ class Freshness:
 
     def _built_by_others(
         self, name: str, record: Record, is_changed: bool
-    ) -> How | None:
+    ) -> BuildMode | None:
         """Tell how to build what others built; None if it is the same."""
         if self._arguments(name) != record.arguments:
-            return How.REINSTALL
+            return BuildMode.REINSTALL
         if self._products.states(name, record.installed) != record.installed:
             # unless the source explains it, they had another source
-            return How.BUILD if is_changed else How.AFRESH
+            return BuildMode.BUILD if is_changed else BuildMode.CLEAN
         if is_changed:
-            return How.BUILD
+            return BuildMode.BUILD
         same = replace(record, traces=self._products.traces(name))
         self._write(name, same)
         return None
 
     def _arguments(self, name: str) -> str:
-        try:
-            path = self._products.build(name) / ARGUMENTS
-            return path.read_text(encoding='utf-8', errors='replace')
-        except OSError:
-            return ''
+        return text_of(self._products.build(name) / ARGUMENTS)
 
     def _make_room(
-        self, package: Package, how: How, known: Record
+        self, package: Package, mode: BuildMode, known: Record
     ) -> Mapping[Path, Path]:
         products = self._products
         name = package.name
         for folder in (*products.folders(name), products.build(name)):
             remove_dangling(folder, package.path)
-        if how >= How.REINSTALL:
+        if mode >= BuildMode.REINSTALL:
             products.remove_installed(name, known.installed)
-        if how >= How.AFRESH:
+        if mode >= BuildMode.CLEAN:
             products.remove_build(name)
-        elif how >= How.CONFIGURE:
+        elif mode >= BuildMode.CONFIGURE:
             products.forget_configuration(name)
             return products.take_links(name, known.installed)
         return {}
 
 
-def _how_to_build(
+def _mode_for(
     change: Change, package: Package, record: Record, inputs: BuildInputs
-) -> How:
+) -> BuildMode:
     if package.type.endswith('python'):
-        return _how_to_build_python(change, record)
+        return _mode_for_python(change, record)
     reads = inputs.reads(change.path)
     if change.kind is Kind.DELETED and reads:
         # what was made from it is still there
-        return How.AFRESH
+        return BuildMode.CLEAN
     if change.kind is not Kind.CHANGED:
-        return How.CONFIGURE
+        return BuildMode.CONFIGURE
     if change.mtime <= record.finished:
         # build tools take it for older than what they made of it
-        return How.AFRESH
+        return BuildMode.CLEAN
     name = Path(change.path).name
     if name == 'CMakeLists.txt' or name.endswith('.cmake'):
         # the cache keeps the defaults of options
-        return How.CONFIGURE
+        return BuildMode.CONFIGURE
     if not inputs.compiles(change.path):
-        return How.CONFIGURE
+        return BuildMode.CONFIGURE
     is_code = Path(name).suffix.lower() in SOURCE_SUFFIXES
-    return How.COMPILE if is_code else How.BUILD
+    return BuildMode.COMPILE if is_code else BuildMode.BUILD
 
 
-def _how_to_build_python(change: Change, record: Record) -> How:
+def _mode_for_python(change: Change, record: Record) -> BuildMode:
     is_newer = change.kind is Kind.CHANGED and change.mtime > record.finished
     is_code = change.path not in ('setup.py', 'setup.cfg', 'pyproject.toml')
     # setuptools keeps deleted modules, and compares times
-    return How.BUILD if is_newer and is_code else How.AFRESH
+    return BuildMode.BUILD if is_newer and is_code else BuildMode.CLEAN
 
 
 def _generates(record: Record) -> bool:
@@ -366,18 +356,18 @@ def _generates(record: Record) -> bool:
 
 
 def _of_others(record: Record, found: Iterable[Reason]) -> Iterator[Reason]:
-    """Get reasons from beyond a package as they concern its last build."""
+    """Return reasons from beyond a package as they concern its last build."""
     generates = _generates(record)
     for reason in found:
-        if generates and reason.how > How.COMPILE:
+        if generates and reason.mode > BuildMode.COMPILE:
             # rosidl does not compute the hashes of types again when a type
             # of another package that they contain changed
-            yield replace(reason, how=How.AFRESH)
+            yield replace(reason, mode=BuildMode.CLEAN)
         else:
             yield reason
 
 
-def _outside(record: Record) -> dict[str, FileState]:
+def _outside(record: Record) -> dict[str, Fingerprint]:
     return {
         name: state
         for name, state in record.files.items()

@@ -10,13 +10,15 @@ returns 0), and links would lead to the old files.
 
 from collections.abc import Iterable
 from collections.abc import Mapping
-import json
 import os
 from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.removal import remove_folder
+from colcon_yamllaunch.common.json_files import read_json
+from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.workspace.freshness.build_products import Products
+from colcon_yamllaunch.workspace.freshness.build_products import remove_folder
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.source_links import tree
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -26,50 +28,40 @@ _CACHE_ENTRY = re.compile(
 )
 
 
-def moved_packages(
+def relocated_packages(
     packages: Iterable[Package], build_base: Path
 ) -> dict[str, Path]:
     """
     Find packages whose builds belong to another place.
 
-    :param packages: The packages to look at
-    :param build_base: The build folder of the workspace
-    :returns: For each one found the folder that it was built from, or in if
-      only that one changed
+    Return for each the folder that it was built from, or in if only that one
+    changed.
     """
-    moved = {}
+    relocated = {}
     for package in packages:
         old = _old_place(package, build_base / package.name)
         if old is not None:
-            moved[package.name] = old
-    return moved
+            relocated[package.name] = old
+    return relocated
 
 
-def remove_builds(
-    moved: Mapping[str, Path],
-    build_base: Path,
-    install_base: Path,
-    merge_install: bool,
-) -> None:
+def remove_builds(relocated: Mapping[str, Path], products: Products) -> None:
     """
     Remove what was built of packages, so that they are built anew.
 
-    Only folders of these packages directly below the two given ones are
+    Only folders of these packages directly below `build/` and `install/` are
     removed. Links are removed, never followed. In a merged install space only
     links to the old place are removed, as builds would trip over them.
 
-    :param moved: As :func:`moved_packages` returns them
-    :param build_base: The build folder of the workspace
-    :param install_base: The install folder of the workspace
-    :param merge_install: Whether all packages are installed into one prefix
+    :param relocated: As :func:`relocated_packages` returns them
     :raises WorkspaceError: when something cannot be removed
     """
-    for name in moved:
-        _remove(build_base, name)
-        if not merge_install:
-            _remove(install_base, name)
-    if merge_install:
-        _remove_links(moved, build_base, install_base)
+    for name in relocated:
+        _remove(products.build_base, name)
+        if not products.merge_install:
+            _remove(products.install_base, name)
+    if products.merge_install:
+        _remove_links(relocated, products.build_base, products.install_base)
 
 
 def _remove(base: Path, name: str) -> None:
@@ -80,7 +72,7 @@ def _remove(base: Path, name: str) -> None:
 
 
 def _remove_links(
-    moved: Mapping[str, Path], build_base: Path, install_base: Path
+    relocated: Mapping[str, Path], build_base: Path, install_base: Path
 ) -> None:
     for path in list(tree(install_base)):
         if not path.is_symlink():
@@ -90,9 +82,11 @@ def _remove_links(
             continue
         # the old build folder is not known of all types of packages
         built = any(
-            f'/{build_base.name}/{name}/' in str(target) for name in moved
+            f'/{build_base.name}/{name}/' in str(target) for name in relocated
         )
-        if built or any(target.is_relative_to(old) for old in moved.values()):
+        if built or any(
+            target.is_relative_to(old) for old in relocated.values()
+        ):
             path.unlink()
 
 
@@ -101,7 +95,7 @@ def _old_place(package: Package, build: Path) -> Path | None:
         'CMAKE_HOME_DIRECTORY': package.path,
         'CMAKE_CACHEFILE_DIR': build,
     }
-    cache = _cache(build)
+    cache = dict(_CACHE_ENTRY.findall(text_of(build / 'CMakeCache.txt')))
     for name, place in expected.items():
         if name in cache and not _is_same(Path(cache[name]), place):
             return Path(cache[name])
@@ -109,15 +103,6 @@ def _old_place(package: Package, build: Path) -> Path | None:
         if source is not None and not _is_same(Path(source), package.path):
             return Path(source)
     return None
-
-
-def _cache(build: Path) -> dict[str, str]:
-    try:
-        path = build / 'CMakeCache.txt'
-        text = path.read_text(encoding='utf-8', errors='replace')
-    except OSError:
-        return {}
-    return dict(_CACHE_ENTRY.findall(text))
 
 
 def _linked_source(build: Path) -> str | None:
@@ -129,10 +114,8 @@ def _linked_source(build: Path) -> str | None:
 
 
 def _recorded_source(build: Path) -> str | None:
-    try:
-        source = json.loads((build / RECORD_NAME).read_bytes())['source']
-    except (OSError, ValueError, TypeError, KeyError):
-        return None
+    record = read_json(build / RECORD_NAME)
+    source = record.get('source') if isinstance(record, dict) else None
     return source if isinstance(source, str) else None
 
 

@@ -40,13 +40,12 @@ def live_files(
     inputs: BuildInputs,
 ) -> frozenset[str]:
     """
-    Get the source files whose edits show at once, without another build.
+    Return the source files whose edits show at once, without another build.
 
     A file is live when it is reached by a link from the install space, or by
     a linked folder in the build space (Python packages), and when no copy of
     it was installed and the build itself does not read it. In doubt it is not.
 
-    :param source: The package's source
     :param files: Its files, relative to it
     :param build: The package's folder in the build space
     :param installed: The files of the package in the install space
@@ -80,7 +79,6 @@ def link_project(source: Path, build: Path) -> None:
     setup.py and setup.cfg only. Where setup.py is but a call of `setup()` and
     the metadata is in pyproject.toml, setuptools would not find it.
 
-    :param source: The package's source
     :param build: The package's folder in the build space, which exists
     """
     project = source / 'pyproject.toml'
@@ -97,18 +95,15 @@ def link_project(source: Path, build: Path) -> None:
             link.symlink_to(project)
 
 
-def remove_dangling(folder: Path, source: Path) -> list[Path]:
+def remove_dangling(folder: Path, source: Path) -> None:
     """
     Remove links into a package's source whose files are gone.
 
     A build after a linked file was deleted may trip over them, or leaves them
     (colcon-core issue 692).
 
-    :param folder: Where to look, below the build or install space
-    :param source: The package's source
-    :returns: What was removed
+    :param folder: Where they may be, below the build or install space
     """
-    removed = []
     for path in list(tree(folder)):
         if not path.is_symlink() or path.exists():
             continue
@@ -116,8 +111,6 @@ def remove_dangling(folder: Path, source: Path) -> list[Path]:
             os.path.realpath(source)
         ):
             path.unlink()
-            removed.append(path)
-    return removed
 
 
 def tree(folder: Path) -> Iterator[Path]:

@@ -5,6 +5,7 @@
 
 from collections import deque
 from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
 
@@ -14,27 +15,26 @@ from colcon_yamllaunch.workspace.packages.package import Package
 
 def closure(packages: Iterable[Package], wanted: Iterable[str]) -> list[str]:
     """
-    Get the packages to be built, each after those that it needs.
+    Return the packages to be built, each after those that it needs.
 
     These are the wanted ones and what they need to be built and to run,
     transitively. Names that are not in the workspace are left out, as what
     they stand for comes from an underlay. What only tests need is not in it.
 
-    :param packages: All packages of the workspace
-    :param wanted: The names that the launch uses
     :raises WorkspaceError: when needed packages depend on each other in a
       circle or when two have the same name
     """
     known = index(packages)
-    order: list[str] = []
-    done: set[str] = set()
+    # a dict, as it finds a name fast
+    order: dict[str, None] = {}
     for name in sorted(set(wanted)):
-        _visit(name, known, order, done)
-    return order
+        if name in known and name not in order:
+            _visit(name, known, order)
+    return list(order)
 
 
 def index(packages: Iterable[Package]) -> dict[str, list[Package]]:
-    """Get the packages by name; a name may be used more than once."""
+    """Return the packages by name; a name may be used more than once."""
     known: dict[str, list[Package]] = {}
     for package in packages:
         known.setdefault(package.name, []).append(package)
@@ -45,14 +45,13 @@ def build_closure(
     known: Mapping[str, Sequence[Package]], name: str
 ) -> tuple[frozenset[str], frozenset[str]]:
     """
-    Get the packages whose builds a package's build depends on.
+    Return the packages whose builds a package's build depends on.
 
     These are its build dependencies with all that these need: a package
-    that builds on another one gets to see what that one exports.
+    that builds on another one gets to see what that one exports. First come
+    those in the workspace, then the names of others.
 
     :param known: All packages of the workspace, by name
-    :param name: The package
-    :returns: Those in the workspace, and the names of others
     """
     found: set[str] = set()
     others: set[str] = set()
@@ -80,10 +79,8 @@ def needed_by(
     """
     Tell why packages are in the closure of those that the launch uses.
 
-    :param packages: All packages of the workspace
-    :param wanted: The names that the launch uses
-    :returns: For each package the shortest way to it: the names of a wanted
-      package, of one that this needs and so on, up to itself
+    Return for each the shortest way to it: the names of a wanted package, of
+    one that this needs and so on, up to itself.
     """
     known = index(packages)
     ways: dict[str, tuple[str, ...]] = {
@@ -101,39 +98,27 @@ def needed_by(
 
 
 def _visit(
-    name: str,
-    known: dict[str, list[Package]],
-    order: list[str],
-    done: set[str],
+    name: str, known: Mapping[str, list[Package]], order: dict[str, None]
 ) -> None:
     # depth first without recursion: a chain may be longer than Python's stack
-    path: list[tuple[str, list[str]]] = []
-    _enter(name, known, done, path)
+    path = {name: _needs(name, known)}
     while path:
-        current, pending = path[-1]
-        if not pending:
-            path.pop()
-            done.add(current)
-            order.append(current)
-            continue
-        needed = pending.pop()
-        names = [entry for entry, _ in path]
-        if needed in names:
-            raise _circle([*names[names.index(needed) :], needed])
-        _enter(needed, known, done, path)
+        current, pending = next(reversed(path.items()))
+        for needed in pending:
+            if needed in path:
+                names = list(path)
+                raise _circle([*names[names.index(needed) :], needed])
+            if needed in known and needed not in order:
+                path[needed] = _needs(needed, known)
+                break
+        else:
+            del path[current]
+            order[current] = None
 
 
-def _enter(
-    name: str,
-    known: dict[str, list[Package]],
-    done: set[str],
-    path: list[tuple[str, list[str]]],
-) -> None:
-    if name in done or name not in known:
-        return
+def _needs(name: str, known: Mapping[str, list[Package]]) -> Iterator[str]:
     package = _only(known[name])
-    needed = (package.build_depends | package.run_depends) - {name}
-    path.append((name, sorted(needed, reverse=True)))
+    return iter(sorted((package.build_depends | package.run_depends) - {name}))
 
 
 def _only(packages: list[Package]) -> Package:

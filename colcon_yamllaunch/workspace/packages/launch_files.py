@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from pathlib import PurePosixPath
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.workspace.packages.missing_files import LISTED
 from colcon_yamllaunch.workspace.packages.missing_files import nearest
 from colcon_yamllaunch.workspace.packages.source_files import source_files
@@ -30,13 +30,12 @@ _MANIFEST = 'package.xml'
 
 def find_launch_files(folder: Path) -> tuple[str, ...]:
     """
-    Find what may be a launch file of a package.
+    Find what may be a launch file of a package, likely ones first.
 
     Outside of folders named `launch` a file that ends in `.py` must end in
-    `.launch.py` to count.
+    `.launch.py` to count. The paths are relative to the folder.
 
     :param folder: The package's source or its share folder
-    :returns: Paths relative to the folder, likely ones first
     """
     files = [
         path.as_posix()
@@ -48,19 +47,19 @@ def find_launch_files(folder: Path) -> tuple[str, ...]:
 
 def launch_file_names(package: str, files: Sequence[str]) -> list[str]:
     """
-    Get the shortest names that mean the likely launch files of a package.
+    Return the shortest names that mean the likely launch files of a package.
 
-    :param package: The name of the package
+    Each is the name with extension if that is clear, else the path; without
+    likely ones they are those of all files.
+
     :param files: As :func:`find_launch_files` returns them
-    :returns: For each likely one, or where there are none for each file, its
-      name with extension if that is clear, else its path
     """
     names = []
     for file in [f for f in files if _is_likely(f)] or files:
         name = PurePosixPath(file).name
         try:
             is_clear = choose_launch_file(package, files, name) == file
-        except WorkspaceError:
+        except UserError:
             is_clear = False
         names.append(name if is_clear else file)
     return names
@@ -76,15 +75,14 @@ def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
     :param package: The name of the package, for messages
     :param files: As :func:`find_launch_files` returns them
     :param wanted: What the user gave
-    :returns: One of the files
-    :raises WorkspaceError: when none or more than one fits
+    :raises UserError: when none or more than one fits
     """
     name = PurePosixPath(wanted).as_posix()
     for matches in (_is_path, _is_end, _is_end_without_suffix):
         fitting = [f for f in files if matches(f, name)]
         if fitting:
             return _only(package, fitting, wanted)
-    raise WorkspaceError(_nothing(package, files, wanted))
+    raise UserError(_nothing(package, files, wanted))
 
 
 def _only(package: str, fitting: list[str], wanted: str) -> str:
@@ -94,7 +92,7 @@ def _only(package: str, fitting: list[str], wanted: str) -> str:
     if len(fitting) == 1:
         return fitting[0]
     listed = ''.join(f'\n  {f}' for f in fitting)
-    raise WorkspaceError(
+    raise UserError(
         f"'{wanted}' may be one of these launch files of {package}:{listed}\n"
         'Name one by its path'
     )

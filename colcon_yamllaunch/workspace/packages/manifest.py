@@ -15,6 +15,7 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.workspace_root import is_ignored
 
@@ -38,11 +39,7 @@ class BrokenManifest:
 
 
 def invalid_manifest(package: Package) -> str | None:
-    """
-    Tell what is wrong with a package's manifest that colcon did not use.
-
-    :returns: The reason, or None when there is nothing to object to
-    """
+    """Tell what is wrong with a manifest that colcon did not use, if so."""
     if package.type.startswith('ros.'):
         return None
     return manifest_error(package.path)
@@ -52,7 +49,7 @@ def broken_manifests(
     base_paths: Iterable[Path], packages: Iterable[Package]
 ) -> tuple[BrokenManifest, ...]:
     """
-    Get the manifests in the workspace that make no package at all.
+    Return the manifests in the workspace that make no package at all.
 
     This crawls the workspace: it is for messages about unknown packages.
 
@@ -84,12 +81,8 @@ def manifest_error(folder: Path) -> str | None:
 
 
 def manifest_name(folder: Path) -> str | None:
-    """Get the name in a folder's manifest as far as it can be told."""
-    try:
-        text = (folder / _MANIFEST).read_text('utf-8', errors='replace')
-    except OSError:
-        return None
-    match = _NAME.search(text)
+    """Return the name in a folder's manifest as far as it can be told."""
+    match = _NAME.search(text_of(folder / _MANIFEST))
     return match and match[1]
 
 

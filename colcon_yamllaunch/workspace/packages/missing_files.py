@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 import re
 
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import is_executable
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
@@ -24,12 +25,10 @@ def missing_executable(
     locator: PackageLocator, package: str, name: str
 ) -> str | None:
     """
-    Explain why a package has no such program, with the cure.
+    Explain why a package has no such program, with the cure; None if it has.
 
     :param locator: The packages as they are after the build
-    :param package: The package
     :param name: The program as the launch file names it
-    :returns: The explanation, or None when the program is there
     """
     prefix = locator.prefix(package)
     if prefix is None:
@@ -58,11 +57,11 @@ def unknown_executable(
     """
     Explain why not even a build would bring a program.
 
+    Return None when the program is there, or the package's source has or
+    mentions it.
+
     :param locator: The packages, built or not
-    :param package: The package
     :param name: The program as the launch file names it
-    :returns: The explanation, or None when the program is there or the
-      package's source has or mentions it
     """
     own = locator.package(package)
     prefix = locator.prefix(package)
@@ -91,23 +90,22 @@ def unknown_executable(
 def _is_mentioned(package: Package, name: str) -> bool:
     """Tell whether what describes the build of a package has a name in it."""
     word = re.compile(rf'(?<![\w.-]){re.escape(name)}(?![\w.-])')
-    for file, _ in source_files(package.path):
-        if Path(file).name in _BUILD_FILES or Path(file).suffix == '.cmake':
-            path = package.path / file
-            text = path.read_text(encoding='utf-8', errors='replace')
-            if word.search(text):
-                return True
-    return False
+    return any(
+        word.search(text_of(package.path / file))
+        for file, _ in source_files(package.path)
+        if Path(file).name in _BUILD_FILES or Path(file).suffix == '.cmake'
+    )
 
 
 def not_installed(locator: PackageLocator, path: str) -> str | None:
     """
     Explain why a file is not there though the package's source has it.
 
+    Return the explanation with the cure, or None when the file is there or no
+    source of it is known.
+
     :param locator: The packages as they are after the build
     :param path: A path below the share folder of a package
-    :returns: The explanation with the cure, or None when the file is there or
-      no source of it is known
     """
     found = locator.shared(path)
     source = locator.source_of(path)
@@ -143,7 +141,7 @@ def _nearest(name: str, there: Iterable[str]) -> str:
 
 
 def _origin(path: Path, own: Package | None) -> Path:
-    """Get the source file that an installed one is a copy of, if known."""
+    """Return the source file that an installed one is a copy of, if known."""
     if own is None or path.is_symlink():
         return path
     source = _source_file(own, path.name)
@@ -210,11 +208,7 @@ def _chmod(package: Package, source: str) -> str:
 
 
 def _target(package: Package, name: str) -> str:
-    try:
-        path = package.path / 'CMakeLists.txt'
-        text = path.read_text(encoding='utf-8', errors='replace')
-    except OSError:
-        return name
+    text = text_of(package.path / 'CMakeLists.txt')
     targets = re.findall(r'add_executable\s*\(\s*([^\s)]+)', text)
     return name if name in targets or len(targets) != 1 else str(targets[0])
 

@@ -6,6 +6,7 @@
 from pathlib import Path
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.text_files import text_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,10 +30,8 @@ class Package:
 
 def prefix_of(name: str, install_base: Path, merge_install: bool) -> Path:
     """
-    Get the folder that a package is installed into.
+    Return the folder that a package is installed into.
 
-    :param name: The package
-    :param install_base: The install folder of the workspace
     :param merge_install: Whether all packages share one prefix
     """
     return install_base if merge_install else install_base / name
@@ -40,8 +39,5 @@ def prefix_of(name: str, install_base: Path, merge_install: bool) -> Path:
 
 def is_merged(install_base: Path) -> bool:
     """Tell whether an install folder has the merged layout already."""
-    try:
-        marker = install_base / '.colcon_install_layout'
-        return marker.read_text(encoding='utf-8').rstrip() == 'merged'
-    except (OSError, UnicodeDecodeError):
-        return False
+    marker = install_base / '.colcon_install_layout'
+    return text_of(marker).rstrip() == 'merged'

@@ -6,11 +6,12 @@
 from collections.abc import Collection
 from collections.abc import Set
 import os
+from pathlib import Path
 import re
 
-from colcon_yamllaunch.common.file_states import is_settled
-from colcon_yamllaunch.common.file_states import State
-from colcon_yamllaunch.common.file_states import state_of
+from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.common.fingerprint import fingerprint
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.workspace_root import IGNORE_MARKERS
 
 #: What a folder may be.
@@ -40,12 +41,7 @@ def has_ignore_marker(path: str) -> bool:
 
 
 def content(path: str) -> tuple[set[str], list[str]] | None:
-    """
-    Get what is in a folder.
-
-    :returns: The names of the files, and those of the folders that are
-      crawled, or None when the folder cannot be read
-    """
+    """Return the names of the files in a folder and of those crawled below."""
     files, folders = set(), []
     try:
         with os.scandir(path) as entries:
@@ -63,13 +59,12 @@ def relevant(
     path: str, package_type: str, names: Collection[str]
 ) -> tuple[Set[str], list[str]]:
     """
-    Get the files that colcon's answer about a folder depends on.
+    Return the files that colcon's answer about a folder depends on.
 
-    :param path: The folder
+    With them come the folders where others may appear; all are relative.
+
     :param package_type: The type of the package, empty if it is none
     :param names: The files directly in the folder
-    :returns: The files, and the folders where others may appear, relative to
-      the folder
     """
     if package_type.startswith(_ROS):
         return _ROS_FILES.intersection(names), ['.']
@@ -85,10 +80,9 @@ def relevant(
 
 def cmake_files(path: str) -> tuple[set[str], list[str]]:
     """
-    Get the files in which colcon-cmake looks for dependencies.
+    Return the files in which colcon-cmake finds dependencies.
 
-    :returns: The files, and all folders that they may be in, relative to the
-      folder
+    With them come all folders that they may be in; all are relative.
     """
     files, folders = set(), []
     for current, below, names in os.walk(path):
@@ -101,8 +95,10 @@ def cmake_files(path: str) -> tuple[set[str], list[str]]:
     return files, folders
 
 
-def candidates(path: str, names: Collection[str]) -> dict[str, State | None]:
-    """Get the states of all that :func:`relevant` may turn out to return."""
+def candidates(
+    path: str, names: Collection[str]
+) -> dict[str, Fingerprint | None]:
+    """Return what all is like that :func:`relevant` may turn out to return."""
     files, folders = set(names), ['.']
     if _CMAKE in files:
         below, folders = cmake_files(path)
@@ -110,13 +106,15 @@ def candidates(path: str, names: Collection[str]) -> dict[str, State | None]:
     return settled(path, (*files, *folders))
 
 
-def settled(path: str, names: Collection[str]) -> dict[str, State | None]:
-    """Get the states of paths, None where a change may not show."""
-    states = {name: state_of(f'{path}/{name}') for name in names}
-    return {
-        name: state if is_settled(state) else None
-        for name, state in states.items()
-    }
+def settled(
+    path: str, names: Collection[str]
+) -> dict[str, Fingerprint | None]:
+    """Return the fingerprints of paths, None where a change may not show."""
+    found = {}
+    for name in names:
+        now = fingerprint(f'{path}/{name}')
+        found[name] = now if now is not None and now.is_settled else None
+    return found
 
 
 def is_certain(kind: str, package_type: str, names: Collection[str]) -> bool:
@@ -138,17 +136,12 @@ def is_certain(kind: str, package_type: str, names: Collection[str]) -> bool:
 
 def conditions(path: str) -> tuple[set[str], bool]:
     """
-    Get what a manifest says that depends on more than the manifest.
+    Return what a manifest says that depends on more than the manifest.
 
-    :param path: The folder
-    :returns: The variables that conditions may name, and whether it depends
-      on the members of a group
+    That is the variables that conditions may name, and whether it depends on
+    the members of a group.
     """
-    try:
-        with open(os.path.join(path, MANIFEST), 'rb') as file:
-            text = file.read().decode('utf-8', errors='replace')
-    except OSError:
-        return set(), False
+    text = text_of(Path(path, MANIFEST))
     names = set(_VARIABLE.findall(text)) if 'condition' in text else set()
     return names, 'group_depend' in text
 

@@ -25,9 +25,6 @@ class PackageLocator:
     A package of the workspace is always where it will be installed, whether
     it has been built or not. It wins over one of the same name elsewhere.
 
-    :param packages: The packages of the workspace
-    :param install_base: The install folder of the workspace
-    :param merge_install: Whether all packages are installed into one prefix
     :param environment: The variables that tell the underlays
     """
 
@@ -47,11 +44,11 @@ class PackageLocator:
         self._colcon = _prefixes(environment, 'COLCON_PREFIX_PATH')
 
     def package(self, name: str) -> Package | None:
-        """Get a package of the workspace, or None."""
+        """Return a package of the workspace, or None."""
         return self._packages.get(name)
 
     def prefix(self, name: str) -> str | None:
-        """Get the prefix of a package, or None if there is no such one."""
+        """Return the prefix of a package, or None if there is no such one."""
         if name in self._packages:
             base = self._install_base
             return str(prefix_of(name, base, self._merge_install))
@@ -67,12 +64,12 @@ class PackageLocator:
         return None
 
     def share(self, name: str) -> str | None:
-        """Get the share folder of a package, or None."""
+        """Return the share folder of a package, or None."""
         prefix = self.prefix(name)
         return prefix and str(Path(prefix, 'share', name))
 
     def names(self) -> tuple[str, ...]:
-        """Get the names of all packages, for suggestions; this is slow."""
+        """Return the names of all packages, for suggestions; this is slow."""
         names = set(self._packages)
         for prefix in self._ament:
             names.update(_children(prefix / _AMENT_INDEX))
@@ -87,10 +84,9 @@ class PackageLocator:
 
     def executable(self, package: str, name: str) -> str | None:
         """
-        Get the path of a program of a package.
+        Return the path of a program of a package, or None.
 
-        :returns: For a package of the workspace where the program will be,
-          for others where it is, or None
+        That of a package of the workspace need not be there yet.
         """
         prefix = self.prefix(package)
         if prefix is None:
@@ -102,7 +98,7 @@ class PackageLocator:
 
     def executables(self, package: str) -> tuple[str, ...]:
         """
-        Get the names of the programs that a package has installed.
+        Return the names of the programs that a package has installed.
 
         One in a subfolder goes by its path from `lib/PACKAGE`.
         """
@@ -119,13 +115,12 @@ class PackageLocator:
 
     def source_of(self, path: str) -> str | None:
         """
-        Get the file in a package's source that is installed at a path.
+        Return the file in a package's source that is installed at a path.
 
         It is the one of the same relative path, else the only one of that
-        name in the package.
+        name in the package, else None.
 
         :param path: Below the share folder of a package of the workspace
-        :returns: The path, or None if it is no such path or nothing is found
         """
         found = self.shared(path)
         if found is None:
@@ -142,12 +137,7 @@ class PackageLocator:
         return str(same[0]) if len(same) == 1 else None
 
     def shared(self, path: str) -> tuple[Package, Path] | None:
-        """
-        Split a path into a package of the workspace and what is in its share.
-
-        :returns: The package and the path relative to its share folder, or
-          None if it is not below one
-        """
+        """Split a path into a package and what is below its share folder."""
         normal = Path(os.path.normpath(path))
         name = self._share_name(normal)
         package = self._packages.get(name or '')
@@ -159,7 +149,7 @@ class PackageLocator:
         return package, normal.relative_to(share)
 
     def package_of(self, path: str) -> Package | None:
-        """Get the package of the workspace whose source has a path."""
+        """Return the package of the workspace whose source has a path."""
         real = Path(os.path.realpath(path))
         owners = [
             package
@@ -170,12 +160,10 @@ class PackageLocator:
 
     def installed_path(self, package: str, source_file: str) -> str | None:
         """
-        Get where a file of a package's source is usually installed.
+        Return where a file of a package's source is usually installed.
 
-        :param package: A package of the workspace
-        :param source_file: A path below its source
-        :returns: The same relative path below the share folder, or None when
-          the file is not the package's
+        It is the same relative path below the share folder, or None when the
+        file is not the package's.
         """
         own = self._packages.get(package)
         if own is None:
@@ -188,7 +176,7 @@ class PackageLocator:
         return str(share / real.relative_to(folder))
 
     def owner(self, path: str) -> Package | None:
-        """Get the package of the workspace whose prefix has a path."""
+        """Return the package of the workspace whose prefix has a path."""
         normal = Path(os.path.normpath(path))
         if not normal.is_relative_to(self._install_base):
             return None

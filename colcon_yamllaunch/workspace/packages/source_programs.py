@@ -8,6 +8,7 @@ from pathlib import Path
 from pathlib import PurePosixPath
 import re
 
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package_folder import cmake_files
 
 _COMMENT = re.compile(r'#.*')
@@ -27,7 +28,7 @@ _SETUP_FILES = ('setup.py', 'setup.cfg')
 
 def source_programs(folder: Path) -> set[str]:
     """
-    Get the names of the programs that a package's build would install.
+    Return the names of the programs that a package's build would install.
 
     Names that are only computed by the build are not found.
 
@@ -35,9 +36,9 @@ def source_programs(folder: Path) -> set[str]:
     """
     found: set[str] = set()
     for name in cmake_files(str(folder))[0]:
-        found.update(_in_cmake(_text(folder / name)))
+        found.update(_in_cmake(text_of(folder / name)))
     for name in _SETUP_FILES:
-        found.update(_in_setup(_text(folder / name)))
+        found.update(_in_setup(text_of(folder / name)))
     return found
 
 
@@ -58,10 +59,3 @@ def _in_setup(text: str) -> Iterator[str]:
     end = re.search(r'\]|^\[', scripts, re.M)
     if found:
         yield from _ENTRY.findall(scripts[: end.start() if end else None])
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding='utf-8', errors='replace')
-    except OSError:
-        return ''

@@ -9,6 +9,8 @@ import os
 from pathlib import Path
 import stat
 
+from colcon_yamllaunch.common.text_files import text_of
+
 #: How many folders deep packages are looked for to tell a workspace.
 PACKAGE_SEARCH_DEPTH = 5
 #: How many folders are read at most to tell a workspace.
@@ -30,17 +32,16 @@ IGNORE_MARKERS = ('COLCON_IGNORE', 'AMENT_IGNORE', 'CATKIN_IGNORE')
 
 def find_root(start: Path, home: Path | None = None) -> Path | None:
     """
-    Find the workspace that a folder belongs to.
+    Find the workspace that a folder belongs to, if any.
 
-    The nearest folder from here upwards that colcon built in, or that has an
-    `install/`, a `build/` or a `src/` with packages. Only a folder that colcon
-    built in may be a package itself or the home folder. A folder below the
-    `src/` of a workspace that was built is never taken for one of its own just
-    because of the names in it.
+    It is the nearest folder from here upwards that colcon built in, or that
+    has an `install/`, a `build/` or a `src/` with packages. Only a folder that
+    colcon built in may be a package itself or the home folder. A folder below
+    the `src/` of a workspace that was built is never taken for one of its own
+    just because of the names in it.
 
     :param start: Where the user is
     :param home: The user's home folder; the current user's if not given
-    :returns: The absolute path, or None when there is no workspace
     """
     start = Path(os.path.realpath(start))
     home = Path(os.path.realpath(home or Path('~').expanduser()))
@@ -130,12 +131,8 @@ def _belongs_to_everyone(folder: Path) -> bool:
 
 
 def _names_a_project(path: Path) -> bool:
-    try:
-        text = path.read_text(encoding='utf-8', errors='replace')
-    except OSError:
-        return False
     section = ''
-    for line in text.splitlines():
+    for line in text_of(path).splitlines():
         if line.startswith('['):
             section = line.strip()
         elif section == '[metadata]' and line.partition('=')[0].strip() == (

@@ -4,6 +4,7 @@
 """The parts of the control socket that need no launch."""
 
 from contextlib import suppress
+from dataclasses import asdict
 import os
 from pathlib import Path
 import socket
@@ -13,7 +14,6 @@ from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.launch_states import from_json
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.control.launch_states import to_json
 from colcon_yamllaunch.runtime.control.process_names import is_meant
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.control.resource_usage import usage_of
@@ -190,13 +190,13 @@ def a_launch():
 
 
 def test_a_launch_becomes_json_and_back():
-    data = protocol.decode(protocol.encode(to_json(a_launch())))
+    data = protocol.decode(protocol.encode(asdict(a_launch())))
     assert from_json({**data, 'later': 'addition'}) == a_launch()
 
 
 @pytest.mark.parametrize('missing', ['pid', 'processes', 'phase'])
 def test_a_launch_that_lacks_something_is_refused(missing):
-    data = to_json(a_launch())
+    data = asdict(a_launch())
     data['processes'][0].pop(missing, None)
     data.pop(missing, None)
     with pytest.raises(ProtocolError):

@@ -10,7 +10,7 @@ from colcon_yamllaunch.runtime.core.events import Output
 from colcon_yamllaunch.runtime.core.events import ShuttingDown
 from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.course.exit_conditions import Goal
+from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
 import pytest
 
@@ -19,9 +19,11 @@ class Replay:
     def __init__(self, *until, **settings):
         self.now = 100.0
         patterns = [LinePattern(text) for text in until]
-        self.goal = Goal(patterns, clock=lambda: self.now, **settings)
+        self.conditions = ExitConditions(
+            patterns, clock=lambda: self.now, **settings
+        )
         self.now = 200.0
-        self.goal.begin()
+        self.conditions.begin()
 
     def after(self, seconds):
         self.now += seconds
@@ -29,16 +31,16 @@ class Replay:
 
     def hears(self, *events):
         for event in events:
-            self.goal.handle(event)
-        return self.goal.reason_to_stop()
+            self.conditions.handle(event)
+        return self.conditions.reason_to_stop()
 
     @property
     def reason(self):
-        return self.goal.reason_to_stop()
+        return self.conditions.reason_to_stop()
 
     def ends(self):
-        self.goal.end()
-        return self.goal.failures()
+        self.conditions.end()
+        return self.conditions.failures()
 
 
 @pytest.fixture
@@ -62,16 +64,16 @@ def fails(process):
 
 def test_nothing_to_achieve(says, fails):
     replay = Replay()
-    assert replay.goal.due() is None
+    assert replay.conditions.due() is None
     assert replay.hears(says('ready\n'), fails()) is None
     assert replay.ends() == ()
-    assert replay.goal.verdicts() == ()
+    assert replay.conditions.verdicts() == ()
 
 
 def test_a_line_ends_it_once(says):
     replay = Replay('read[y]')
     assert replay.hears(says('starting\n')) is None
-    assert replay.goal.due() is None
+    assert replay.conditions.due() is None
     assert replay.hears(says('now\nready\n')) == "'read[y]' was seen"
     assert replay.reason is None
     assert replay.ends() == ()
@@ -93,7 +95,7 @@ def test_all_must_match_in_any_order(says):
 
 def test_the_time_is_over_and_what_is_missing_is_named(says):
     replay = Replay('one', 'two', timeout=5)
-    assert replay.goal.due() == 205.0
+    assert replay.conditions.due() == 205.0
     replay.after(4.9).hears(says('one\n'))
     assert replay.reason is None
     assert replay.after(0.1).reason == '5 s are over'
@@ -129,14 +131,14 @@ def test_a_time_out_without_patterns_is_about_the_end():
 def test_a_time_out_leaves_a_launch_alone_that_stops_already():
     replay = Replay(timeout=5)
     replay.hears(ShuttingDown('a ended'))
-    assert replay.goal.due() is None
+    assert replay.conditions.due() is None
     assert replay.after(9.0).reason is None
     assert replay.ends() == ()
 
 
 def test_it_runs_for_a_time():
     replay = Replay(duration=10)
-    assert replay.goal.due() == 210.0
+    assert replay.conditions.due() == 210.0
     assert replay.reason is None
     assert replay.after(10.0).reason == 'it ran for 10 s'
     assert replay.ends() == ()
@@ -145,7 +147,7 @@ def test_it_runs_for_a_time():
 def test_the_time_starts_when_all_was_seen(says):
     replay = Replay('ready', timeout=5, duration=10)
     replay.after(4.0).hears(says('ready\n'))
-    assert replay.goal.due() == 214.0
+    assert replay.conditions.due() == 214.0
     assert replay.after(9.9).reason is None
     assert replay.after(0.2).reason == 'it ran for 10 s'
     assert replay.ends() == ()
@@ -159,8 +161,8 @@ def test_a_failure_ends_the_wait(fails):
 
 def test_what_cannot_be_started_ends_the_wait(process):
     replay = Replay('ready')
-    replay.goal.handle(StartFailed(process('a'), 'no such file'))
-    assert replay.goal.due() <= replay.now
+    replay.conditions.handle(StartFailed(process('a'), 'no such file'))
+    assert replay.conditions.due() <= replay.now
     assert replay.reason == 'a failed'
 
 
@@ -191,7 +193,7 @@ def test_verdicts_say_when(says):
     replay.after(1.5).hears(says('one\n'))
     assert replay.after(3.5).reason is not None
     replay.after(1.0).ends()
-    one, two = replay.goal.verdicts()
+    one, two = replay.conditions.verdicts()
     assert (one.name, one.seconds, one.failure) == ('--until one', 1.5, None)
     assert (two.name, two.seconds) == ('--until two', 6.0)
     assert two.failure is not None

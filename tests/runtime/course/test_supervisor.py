@@ -5,7 +5,7 @@
 
 import signal
 
-from colcon_yamllaunch.common.process_scan import Member
+from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
@@ -182,21 +182,23 @@ def test_a_process_that_survives_sigkill_is_given_up(history, process):
     h.after(60.0)
     assert h.supervisor.done
     pid = h.host.by_label['a']
-    assert h.happened(LeftBehind) == [LeftBehind('a', pid)]
+    assert [(e.process.label, e.pid) for e in h.happened(LeftBehind)] == [
+        ('a', pid)
+    ]
 
 
 def test_a_launch_that_ends_by_itself_stops_what_processes_left(
     history, process
 ):
     h = history(process('a'))
-    stray = Member(pid=7, birth=1, group=7, number=0)
-    h.host.strays = [stray]
+    orphan = Orphan(pid=7, birth=1, group=7, number=0)
+    h.host.left = [orphan]
     h.exit('a')
     assert not h.supervisor.done
     assert h.host.sent == [(7, INT)]
     h.after(5.0)
     assert h.host.sent == [(7, INT), (7, TERM)]
-    h.host.strays = []
+    h.host.left = []
     h.after(1.0)
     assert h.supervisor.done
 
@@ -206,9 +208,9 @@ def test_what_a_running_process_left_its_group_is_stopped_with_it(
 ):
     h = history(process('a'))
     pid = h.host.by_label['a']
-    inside = Member(pid=pid + 1, birth=1, group=pid, number=0)
-    outside = Member(pid=7, birth=1, group=7, number=0)
-    h.host.strays = [inside, outside]
+    inside = Orphan(pid=pid + 1, birth=1, group=pid, number=0)
+    outside = Orphan(pid=7, birth=1, group=7, number=0)
+    h.host.left = [inside, outside]
     h.supervisor.stop('enough')
     assert h.host.sent == [(pid, INT), (7, INT)]
 
@@ -289,13 +291,22 @@ def test_an_exit_tells_how_long_the_process_ran(history, process):
     assert h.happened(Exited)[0].seconds == 2.5
 
 
+def test_a_launch_that_ends_by_itself_is_searched_once(history, process):
+    h = history(process('a'))
+    looks = []
+    h.host.orphans = lambda groups, led: looks.append(1) or []
+    h.exit('a')
+    assert h.supervisor.done
+    assert len(looks) == 1
+
+
 def test_a_stop_costs_in_proportion_to_the_processes(history, process):
     h = history(*(process(f'p{n}') for n in range(500)))
     while len(h.started()) < 500:
         h.turn()
     looks = []
-    members = h.host.members
-    h.host.members = lambda groups: looks.append(1) or members(groups)
+    orphans = h.host.orphans
+    h.host.orphans = lambda *args: looks.append(1) or orphans(*args)
     h.supervisor.stop('enough')
     for pid in list(h.host.by_label.values()):
         h.supervisor.exited(pid, Outcome(signal=INT))

@@ -6,7 +6,7 @@ import signal
 import subprocess
 
 from colcon_yamllaunch.runtime.process.children import ended_children
-from colcon_yamllaunch.runtime.process.children import held_children
+from colcon_yamllaunch.runtime.process.children import suspended_children
 import pytest
 
 
@@ -50,16 +50,16 @@ def test_each_child_is_told_once(start, wait_until):
     assert list(ended_children(pids)) == []
 
 
-def test_a_child_is_held_and_goes_on(start, wait_until):
+def test_a_child_is_suspended_and_goes_on(start, wait_until):
     foreign, ours = start(), start()
     foreign.send_signal(signal.SIGSTOP)
     flags = os.WSTOPPED | os.WNOHANG | os.WNOWAIT
     wait_until(lambda: os.waitid(os.P_PID, foreign.pid, flags))
     ours.send_signal(signal.SIGSTOP)
-    held = wait_until(lambda: list(held_children({ours.pid})))
+    held = wait_until(lambda: list(suspended_children({ours.pid})))
     assert held == [(ours.pid, signal.SIGSTOP)]
-    assert list(held_children({ours.pid})) == []
+    assert list(suspended_children({ours.pid})) == []
     ours.send_signal(signal.SIGCONT)
-    held = wait_until(lambda: list(held_children({ours.pid})))
+    held = wait_until(lambda: list(suspended_children({ours.pid})))
     assert held == [(ours.pid, None)]
     assert os.waitid(os.P_PID, foreign.pid, flags) is not None

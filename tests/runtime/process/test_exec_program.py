@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 
-from colcon_yamllaunch.runtime.process.exec_program import become
+from colcon_yamllaunch.runtime.process.exec_program import exec_program
 from colcon_yamllaunch.runtime.process.spawn import StartError
 import pytest
 
@@ -18,9 +18,9 @@ import pytest
 LIBRARY_SIGNALS = 3 << 31
 CODE = """\
 import os, sys
-from colcon_yamllaunch.runtime.process.exec_program import become
+from colcon_yamllaunch.runtime.process.exec_program import exec_program
 log = open(os.devnull)
-become(sys.argv[1:], os.environ)
+exec_program(sys.argv[1:], os.environ)
 """
 
 Script = Callable[..., Path]
@@ -45,7 +45,7 @@ def run(*argv: str, **settings: object) -> subprocess.CompletedProcess[str]:
 
 def refusal(argv: list[str], path: str = '/usr/bin:/bin') -> str:
     with pytest.raises(StartError) as caught:
-        become(argv, {'PATH': path})
+        exec_program(argv, {'PATH': path})
     return str(caught.value)
 
 

@@ -114,5 +114,5 @@ def test_a_process_that_did_not_start_failed(process):
     )
 
 
-def test_to_leave_a_process_behind_is_a_failure():
-    assert heard(LeftBehind('a', 9)).exit_code == 1
+def test_to_leave_a_process_behind_is_a_failure(process):
+    assert heard(LeftBehind(process('a'), 9)).exit_code == 1

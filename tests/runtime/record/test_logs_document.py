@@ -6,7 +6,6 @@
 import json
 from pathlib import Path
 import re
-import typing
 
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
@@ -22,8 +21,15 @@ import pytest
 TEXT = (Path(__file__).parents[3] / 'docs/logs.md').read_text()
 LINES = TEXT.partition('```json\n')[2].partition('```')[0].splitlines()
 EXAMPLES = {record['event']: record for record in map(json.loads, LINES)}
-#: Are told, but not recorded.
-NOT_RECORDED = {events.Output, events.StillRunning}
+
+
+def kinds():
+    """Return all classes of events."""
+    return {
+        kind
+        for kind in vars(events).values()
+        if isinstance(kind, type) and issubclass(kind, events.Event)
+    } - {events.Event}
 
 
 @pytest.fixture
@@ -37,27 +43,31 @@ def records(process, tmp_path):
         events.Output(talker, 'stdout', b'text'),
         events.Exited(talker, 4711, crash, 3.25, False, True, 1.0),
         events.Respawned(talker, 1),
-        events.Held(talker, 4711, 20),
-        events.Held(talker, 4711, None),
+        events.Suspended(talker, 4711, 20),
+        events.Suspended(talker, 4711, None),
         events.Requested(talker, 'restart'),
         events.Attached(talker),
         events.Detached(talker),
         events.Signalled(talker, 4711, 2, True),
         events.ShuttingDown('interrupted'),
         events.StillRunning(('talker-1',), 0, 2),
-        events.LeftBehind('talker-1', 4711),
+        events.LeftBehind(talker, 4711),
         events.Said('INFO', 'hello'),
         events.Warned('trouble'),
         events.Ended(1),
     ]
-    told = {type(e) for e in happened}
-    assert told == set(typing.get_args(events.Event))
+    assert {type(event) for event in happened} == kinds()
     logs = Logs(tmp_path / 'log', [talker], pytest.fail)
     for event in happened:
         logs.handle(event)
     logs.close()
     lines = (tmp_path / 'log/events.jsonl').read_text().splitlines()
-    assert len(lines) == sum(type(e) not in NOT_RECORDED for e in happened)
+    recorded = [event for event in happened if event.record()]
+    assert {type(e) for e in happened} - {type(e) for e in recorded} == {
+        events.Output,
+        events.StillRunning,
+    }
+    assert len(lines) == len(recorded)
     return {r['event']: r for r in map(json.loads, lines)}
 
 
@@ -83,6 +93,11 @@ def test_each_field_is_explained(records):
             assert f'`{key}`' in row
     assert '| `time` |' in TEXT
     assert '| `label`, `pid` |' in TEXT
+
+
+def test_each_event_says_what_is_shown_and_recorded():
+    for kind in kinds():
+        assert {'lines', 'record'} <= vars(kind).keys(), kind
 
 
 @pytest.mark.parametrize('mode', sorted(SHOWN))

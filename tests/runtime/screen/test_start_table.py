@@ -13,9 +13,9 @@ from colcon_yamllaunch.runtime.core.events import ShuttingDown
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.screen.screen import Screen
-from colcon_yamllaunch.runtime.screen.start_table import Row
+from colcon_yamllaunch.runtime.screen.start_table import row_of
+from colcon_yamllaunch.runtime.screen.start_table import start_table_lines
 from colcon_yamllaunch.runtime.screen.start_table import StartTable
-from colcon_yamllaunch.runtime.screen.start_table import table_lines
 from colcon_yamllaunch.runtime.streams.writer import TextWriter
 import pytest
 
@@ -44,19 +44,19 @@ def table():
 
 def test_a_row_says_where_a_process_comes_from(process):
     node = process('a-1', package='my_pkg', node_name='/demo/counter')
-    assert Row.of(node, 7) == Row('a-1', 'my_pkg', '/demo', 7)
+    assert row_of(node, 7) == ('a-1', 'my_pkg', '/demo', '7')
     node = process('a-1', package='my_pkg', node_name='/counter')
-    assert Row.of(node, 7).namespace == '/'
+    assert row_of(node, 7)[2] == '/'
     plain = process('echo-1', '/bin/echo', 'hello')
-    assert Row.of(plain, 7) == Row('echo-1', 'echo', '', 7)
+    assert row_of(plain, 7) == ('echo-1', 'echo', '', '7')
 
 
 def test_columns_are_aligned():
     rows = [
-        Row('counter.py-1', 'my_pkg', '/demo', 4329),
-        Row('pump-2', '/opt/pump', '', 12),
+        ('counter.py-1', 'my_pkg', '/demo', '4329'),
+        ('pump-2', '/opt/pump', '', '12'),
     ]
-    assert table_lines(rows, size()) == [
+    assert start_table_lines(rows, size()) == [
         'NAME          PACKAGE    NAMESPACE  PID',
         'counter.py-1  my_pkg     /demo      4329',
         'pump-2        /opt/pump             12',
@@ -64,7 +64,7 @@ def test_columns_are_aligned():
 
 
 def test_a_column_without_anything_is_left_out():
-    assert table_lines([Row('a', 'sh', '', 1)], size()) == [
+    assert start_table_lines([('a', 'sh', '', '1')], size()) == [
         'NAME  PACKAGE  PID',
         'a     sh       1',
     ]
@@ -73,10 +73,10 @@ def test_a_column_without_anything_is_left_out():
 @pytest.mark.parametrize('columns', [40, 41, 60, 79])
 def test_it_fits_the_width(columns):
     rows = [
-        Row('a' * 50, '/ws/install/' + 'b' * 60 + '/end', '/n' * 20, 123456),
-        Row('short', 'pkg', '/', 1),
+        ('a' * 50, '/ws/install/' + 'b' * 60 + '/end', '/n' * 20, '123456'),
+        ('short', 'pkg', '/', '1'),
     ]
-    lines = table_lines(rows, size(columns))
+    lines = start_table_lines(rows, size(columns))
     assert len(lines) == 3
     assert max(map(len, lines)) <= columns
     assert '…' in lines[1]
@@ -85,15 +85,16 @@ def test_it_fits_the_width(columns):
 
 
 def test_a_terminal_may_be_too_narrow():
-    assert table_lines([Row('a', 'b', '/', 1)], size(20)) == []
-    assert table_lines([], size()) == []
+    assert start_table_lines([('a', 'b', '/', '1')], size(20)) == []
+    assert start_table_lines([], size()) == []
 
 
 def test_a_hundred_nodes_are_told_by_package():
     rows = [
-        Row(f'node-{n}', f'pkg{n % 3}', f'/r{n}', 1000 + n) for n in range(100)
+        (f'node-{n}', f'pkg{n % 3}', f'/r{n}', str(1000 + n))
+        for n in range(100)
     ]
-    lines = table_lines(rows, size())
+    lines = start_table_lines(rows, size())
     assert len(lines) == 4
     assert lines[1].split('  ') == [
         'node-0 … node-99',
@@ -102,7 +103,7 @@ def test_a_hundred_nodes_are_told_by_package():
         '1000 … 1099',
     ]
     # a higher terminal has room for all of them
-    assert len(table_lines(rows, size(lines=200))) == 101
+    assert len(start_table_lines(rows, size(lines=200))) == 101
 
 
 def test_it_shows_when_all_were_started(table, process):

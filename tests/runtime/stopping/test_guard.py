@@ -1,14 +1,12 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-from colcon_yamllaunch.common.process_scan import Member
-from colcon_yamllaunch.runtime.stopping.escalation import Timeouts
+from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.runtime.stopping.guard import Charge
-from colcon_yamllaunch.runtime.stopping.guard import divide
 
 
 def test_the_guard_knows_what_it_was_told():
-    charge = Charge()
+    charge = Charge('identity', 1)
     for line in (
         'start 0 100 5.0 2.5',
         'start 1 200 1.0 1.0',
@@ -18,14 +16,6 @@ def test_the_guard_knows_what_it_was_told():
         'something newer',
     ):
         charge.note(line)
-    assert charge.groups == {200: 1}
+    assert charge.made == {200: 1}
     assert charge.timeouts == {0: Timeouts(5.0, 2.5), 1: Timeouts(1.0, 1.0)}
     assert charge.folder == '/tmp/a folder'
-
-
-def test_a_member_is_stopped_with_its_group_if_we_made_that():
-    inside = Member(101, 1, 100, 0)
-    outside = Member(300, 1, 300, 0)
-    groups, strays = divide([inside, outside], {100: 0, 200: 1})
-    assert groups == {100: 0}
-    assert strays == [outside]

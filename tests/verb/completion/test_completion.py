@@ -161,7 +161,7 @@ def test_nothing_heavy_is_imported(user: User) -> None:
             (
                 'catkin_pkg',
                 'colcon_yamllaunch.runtime.course.engine',
-                'colcon_yamllaunch.workspace.building.colcon_adapter',
+                'colcon_yamllaunch.workspace.colcon.colcon_adapter',
                 'setuptools',
             )
         )

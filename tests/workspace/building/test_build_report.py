@@ -10,14 +10,14 @@ from colcon_yamllaunch.workspace.building.build_report import after_build
 from colcon_yamllaunch.workspace.building.build_report import after_failure
 from colcon_yamllaunch.workspace.building.build_report import before_build
 from colcon_yamllaunch.workspace.building.build_report import explanation
+from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_decision import Decision
-from colcon_yamllaunch.workspace.freshness.build_decision import How
 from colcon_yamllaunch.workspace.freshness.build_decision import Reason
 import pytest
 
 
-def stale(name, *texts, how=How.BUILD):
-    return Decision(name, tuple(Reason(text, how) for text in texts))
+def stale(name, *texts, mode=BuildMode.BUILD):
+    return Decision(name, tuple(Reason(text, mode) for text in texts))
 
 
 FLOW = stale('flow', 'src/flow.cpp changed')
@@ -87,7 +87,7 @@ def test_line_after_a_failure(arguments, line):
 
 
 def test_explanation_of_what_is_stale():
-    decision = stale('lib', 'a.h changed', 'b.h changed', how=How.AFRESH)
+    decision = stale('lib', 'a.h changed', 'b.h changed', mode=BuildMode.CLEAN)
     assert explanation(decision, ('top', 'mid', 'lib'), 'demo.yaml') == (
         'lib: to be built, as a.h changed, b.h changed [from scratch]; '
         'needed by demo.yaml → top → mid'

@@ -3,7 +3,7 @@
 
 """Names that packages and nodes may have."""
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.workspace.create.package_name import advised_name
 from colcon_yamllaunch.workspace.create.package_name import check_node_name
 from colcon_yamllaunch.workspace.create.package_name import check_package_name
@@ -38,12 +38,12 @@ def test_names_that_are_disliked(name: str, wish: str, advised: str) -> None:
     'name', ['', '2d', 'a.b', 'a/b', '..', 'a b', '_a', 'ä', 'class', 'a\n']
 )
 def test_names_that_no_package_can_have(name: str) -> None:
-    with pytest.raises(WorkspaceError, match='is no name for a package'):
+    with pytest.raises(UserError, match='is no name for a package'):
         check_package_name(name, 'cmake')
 
 
 def test_python_package_that_would_hide_a_module_of_python() -> None:
-    with pytest.raises(WorkspaceError, match='has a module of this name'):
+    with pytest.raises(UserError, match='has a module of this name'):
         check_package_name('json', 'ament_python')
 
 
@@ -51,7 +51,7 @@ def test_python_package_that_would_hide_a_module_of_python() -> None:
     'name', ['', '2d', 'a-b', 'a.py', 'class', 'none', 'signal', 'rclpy']
 )
 def test_names_that_no_script_can_have(name: str) -> None:
-    with pytest.raises(WorkspaceError, match=f"'{name}' is no name for"):
+    with pytest.raises(UserError, match=f"'{name}' is no name for"):
         check_node_name(name, 'ament_cmake')
 
 

@@ -4,19 +4,17 @@
 """What is said of packages that another one is built on."""
 
 from colcon_yamllaunch.workspace.freshness.build_context import build_of
-from colcon_yamllaunch.workspace.freshness.build_context import (
-    condition_changes,
-)
-from colcon_yamllaunch.workspace.freshness.build_context import Conditions
+from colcon_yamllaunch.workspace.freshness.build_context import BuildContext
+from colcon_yamllaunch.workspace.freshness.build_context import context_changes
 
 FIRST = build_of('1', '1', '1')
 SECOND = build_of('1', '1', '2')
 
 
 def test_dependencies_that_come_stay_and_go() -> None:
-    before = Conditions({}, {}, {'base': FIRST, 'mid': FIRST, 'old': FIRST})
-    now = Conditions({}, {}, {'base': FIRST, 'mid': SECOND, 'new': FIRST})
-    assert sorted(r.text for r in condition_changes(before, now)) == [
+    before = BuildContext({}, {}, {'base': FIRST, 'mid': FIRST, 'old': FIRST})
+    now = BuildContext({}, {}, {'base': FIRST, 'mid': SECOND, 'new': FIRST})
+    assert sorted(r.text for r in context_changes(before, now)) == [
         'mid was rebuilt',
         'new is new among what it is built on',
         'old is no longer among what it is built on',

@@ -7,7 +7,8 @@ import json
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.workspace.freshness.relocated import moved_packages
+from colcon_yamllaunch.workspace.freshness.build_products import Products
+from colcon_yamllaunch.workspace.freshness.relocated import relocated_packages
 from colcon_yamllaunch.workspace.freshness.relocated import remove_builds
 from colcon_yamllaunch.workspace.packages.package import Package
 import pytest
@@ -33,44 +34,44 @@ def write_cache(tmp_path, source, build):
 
 def test_cmake_cache(tmp_path, package):
     build = tmp_path / 'build'
-    assert moved_packages([package], build) == {}
+    assert relocated_packages([package], build) == {}
     write_cache(tmp_path, package.path, build / 'flow')
-    assert moved_packages([package], build) == {}
+    assert relocated_packages([package], build) == {}
     write_cache(tmp_path, '/old/src/flow', build / 'flow')
-    moved = moved_packages([package], build)
+    moved = relocated_packages([package], build)
     assert str(moved['flow']) == '/old/src/flow'
     write_cache(tmp_path, package.path, '/old/build/flow')
-    moved = moved_packages([package], build)
+    moved = relocated_packages([package], build)
     assert str(moved['flow']) == '/old/build/flow'
 
 
 def test_link_of_a_python_package(tmp_path, package):
     link = tmp_path / 'build/flow/setup.py'
     link.symlink_to(package.path / 'setup.py')
-    assert moved_packages([package], tmp_path / 'build') == {}
+    assert relocated_packages([package], tmp_path / 'build') == {}
     link.unlink()
     link.symlink_to('/old/src/flow/setup.py')
-    assert 'flow' in moved_packages([package], tmp_path / 'build')
+    assert 'flow' in relocated_packages([package], tmp_path / 'build')
 
 
 @pytest.mark.parametrize('text', ['', '[]', '{"source": 1}', '{"sour'])
 def test_damaged_record_says_nothing(tmp_path, package, text):
     (tmp_path / 'build/flow/colcon_launch.json').write_text(text)
-    assert moved_packages([package], tmp_path / 'build') == {}
+    assert relocated_packages([package], tmp_path / 'build') == {}
 
 
 def test_record(tmp_path, package):
     record = {'source': '/old/src/flow'}
     path = tmp_path / 'build/flow/colcon_launch.json'
     path.write_text(json.dumps(record))
-    assert 'flow' in moved_packages([package], tmp_path / 'build')
+    assert 'flow' in relocated_packages([package], tmp_path / 'build')
 
 
 def test_package_path_through_a_link_is_the_same(tmp_path, package):
     (tmp_path / 'link').symlink_to(tmp_path / 'src')
     linked = Package('flow', tmp_path / 'link/flow', 'cmake')
     write_cache(tmp_path, package.path, tmp_path / 'build/flow')
-    assert moved_packages([linked], tmp_path / 'build') == {}
+    assert relocated_packages([linked], tmp_path / 'build') == {}
 
 
 def test_removal_follows_no_link(tmp_path, package):
@@ -82,7 +83,8 @@ def test_removal_follows_no_link(tmp_path, package):
     (build / 'other').mkdir()
     install.mkdir()
     (install / 'flow').symlink_to(precious)
-    remove_builds({'flow': OLD, 'unknown': OLD}, build, install, False)
+    products = Products(build, install, merge_install=False)
+    remove_builds({'flow': OLD, 'unknown': OLD}, products)
     assert sorted(p.name for p in build.iterdir()) == ['other']
     assert list(install.iterdir()) == []
     assert (precious / 'file').exists()
@@ -95,17 +97,15 @@ def test_merged_install_space_loses_old_links_only(tmp_path, package):
     kept.symlink_to(package.path / 'kept.yaml')
     for name in ('src/flow/x.yaml', 'build/flow/y.sh'):
         (share / Path(name).name).symlink_to(Path('/old') / name)
-    remove_builds(
-        {'flow': OLD}, tmp_path / 'build', tmp_path / 'install', True
-    )
+    products = Products(tmp_path / 'build', tmp_path / 'install', True)
+    remove_builds({'flow': OLD}, products)
     assert list(share.iterdir()) == [kept]
     assert not (tmp_path / 'build/flow').exists()
 
 
 @pytest.mark.parametrize('name', ['..', '.', '', '../src', '/etc'])
 def test_nothing_outside_is_removed(tmp_path, package, name):
+    products = Products(tmp_path / 'build', tmp_path / 'install', False)
     with pytest.raises(WorkspaceError):
-        remove_builds(
-            {name: OLD}, tmp_path / 'build', tmp_path / 'install', False
-        )
+        remove_builds({name: OLD}, products)
     assert package.path.exists()

@@ -3,7 +3,7 @@
 
 """Choosing a launch file."""
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.workspace.packages.launch_files import (
     choose_launch_file,
 )
@@ -43,14 +43,14 @@ def test_choice(wanted, expected):
 
 
 def test_more_than_one():
-    with pytest.raises(WorkspaceError) as error:
+    with pytest.raises(UserError) as error:
         choose_launch_file('p', FILES, 'two')
     assert 'launch/two.launch.py' in str(error.value)
     assert 'launch/two.launch.xml' in str(error.value)
 
 
 def test_none_lists_the_nearest_first():
-    with pytest.raises(WorkspaceError) as error:
+    with pytest.raises(UserError) as error:
         choose_launch_file('p', FILES, 'wrold.yaml')
     lines = str(error.value).splitlines()
     assert lines[1] == '  launch/sim/world.yaml'
@@ -58,7 +58,7 @@ def test_none_lists_the_nearest_first():
 
 
 def test_no_launch_files():
-    with pytest.raises(WorkspaceError, match='has no launch files'):
+    with pytest.raises(UserError, match='has no launch files'):
         choose_launch_file('p', (), 'demo.yaml')
 
 

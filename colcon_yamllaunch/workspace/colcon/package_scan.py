@@ -2,11 +2,11 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The packages of a workspace at a glance, as completion needs them.
+The packages of a workspace without colcon, as completion needs them.
 
-colcon is not asked, and nothing is written. What colcon said last holds as far
-as the folders are as they were; what a new or changed folder is shows the file
-that colcon would look at.
+Nothing is written. What colcon said last holds as far as the folders are as
+they were; what a new or changed folder is shows the file that colcon would
+read.
 """
 
 from collections.abc import Mapping
@@ -16,11 +16,11 @@ import re
 from typing import Any
 
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.workspace.building.build_arguments import BuildArguments
-from colcon_yamllaunch.workspace.building.build_arguments import decode
+from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
+from colcon_yamllaunch.workspace.colcon.build_arguments import decode
+from colcon_yamllaunch.workspace.colcon.colcon_cache import read_cache
+from colcon_yamllaunch.workspace.colcon.package_index import PackageIndex
 from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
-from colcon_yamllaunch.workspace.index.colcon_cache import recall
-from colcon_yamllaunch.workspace.index.package_index import PackageIndex
 from colcon_yamllaunch.workspace.packages.manifest import manifest_name
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -39,7 +39,7 @@ _SETUP_NAME = re.compile(r'(?:\b|_)name\s*=\s*[\'"]([\w.-]+)[\'"]')
 _SETUP_CFG_NAME = re.compile(r'^name\s*=\s*([\w.-]+)', re.M)
 
 
-def glance(
+def scan_packages(
     root: Path | None, environment: Mapping[str, str]
 ) -> PackageLocator:
     """
@@ -51,30 +51,30 @@ def glance(
     if root is None:
         return PackageLocator((), Path(), False, environment)
     root = Path(os.path.realpath(root))
-    memory = recall(root)
-    arguments = _arguments(memory)
+    cache = read_cache(root)
+    arguments = _arguments(cache)
     install_base = root / arguments.install_base
     return PackageLocator(
-        _packages(root, arguments, memory),
+        _packages(root, arguments, cache),
         install_base,
         arguments.merge_install or is_merged(install_base),
         _with_underlays(environment, install_base),
     )
 
 
-def _arguments(memory: Mapping[str, Any]) -> BuildArguments:
+def _arguments(cache: Mapping[str, Any]) -> BuildArguments:
     try:
-        return decode(memory['arguments'])
+        return decode(cache['arguments'])
     except (KeyError, TypeError, ValueError):
         return _USUAL
 
 
 def _packages(
-    root: Path, arguments: BuildArguments, memory: Mapping[str, Any]
+    root: Path, arguments: BuildArguments, cache: Mapping[str, Any]
 ) -> list[Package]:
     index = PackageIndex(root, arguments.base_paths, os.environ)
     reader = _FolderReader(root)
-    index.find(memory.get('folders', {}), lambda: reader)
+    index.find(cache.get('folders', {}), lambda: reader)
     return list(index.packages().values())
 
 
@@ -94,30 +94,22 @@ def _with_underlays(
 
 
 class _FolderReader:
-    """
-    Says what folders are, without colcon; see `index.Identifier`.
-
-    :param root: The workspace
-    """
+    """Says what folders are, without colcon; see `index.Identifier`."""
 
     def __init__(self, root: Path) -> None:
         self._root = root
         self._packages: dict[str, Package] = {}
 
-    def identify(self, folder: str) -> str:
+    def identify(self, folder: str) -> tuple[str, str]:
         path = Path(os.path.normpath(self._root / folder))
         if is_ignored(path):
-            return IGNORED
+            return IGNORED, ''
         for package_type, name_of in _NAMES:
             name = name_of(path)
             if name is not None:
                 self._packages[folder] = Package(name, path, package_type)
-                return PACKAGE
-        return PLAIN
-
-    def type_of(self, folder: str) -> str:
-        package = self._packages.get(folder)
-        return '' if package is None else package.type
+                return PACKAGE, package_type
+        return PLAIN, ''
 
     def describe(self) -> Mapping[str, tuple[Package, str]]:
         return {f: (package, '') for f, package in self._packages.items()}

@@ -20,7 +20,7 @@ class BuildArguments:
     :param merge_install: Whether all packages are installed into one prefix
     :param base_paths: The folders that are crawled for packages
     :param settings: What every package is built with, as text
-    :param values: All that colcon's parser returned; empty when remembered
+    :param values: All that colcon's parser returned; not in the cache
     """
 
     build_base: str
@@ -46,13 +46,11 @@ class BuildArguments:
         )
 
     def encode(self) -> dict[str, Any]:
-        """Get what is to be remembered, ready for JSON."""
+        """Return what is to be kept, ready for JSON."""
         return {
-            'build_base': self.build_base,
-            'install_base': self.install_base,
-            'merge_install': self.merge_install,
-            'base_paths': list(self.base_paths),
-            'settings': self.settings,
+            name: getattr(self, name)
+            for name in self.__slots__
+            if name != 'values'
         }
 
 
@@ -60,15 +58,13 @@ def decode(values: Mapping[str, Any]) -> BuildArguments:
     """
     Read what :meth:`BuildArguments.encode` returned.
 
-    :raises TypeError: if it is damaged; KeyError likewise
+    :raises TypeError: when it is damaged; KeyError likewise
     """
-    arguments = BuildArguments(
-        build_base=values['build_base'],
-        install_base=values['install_base'],
-        merge_install=values['merge_install'],
-        base_paths=tuple(values['base_paths']),
-        settings=dict(values['settings']),
-    )
+    lists = {
+        'base_paths': tuple(values['base_paths']),
+        'settings': dict(values['settings']),
+    }
+    arguments = BuildArguments(**{**values, **lists})
     texts = [
         arguments.build_base,
         arguments.install_base,

@@ -5,7 +5,7 @@
 
 import signal
 
-from colcon_yamllaunch.common.process_scan import Member
+from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.events import LeftBehind
@@ -144,15 +144,15 @@ def test_a_stop_wins_over_a_restart_that_is_under_way(course, process):
 
 def test_a_restart_waits_until_nothing_of_the_process_is_left(course, process):
     c = course(process('a'), process('b'))
-    stray = Member(pid=7, birth=1, group=7, number=0)
-    other = Member(pid=8, birth=1, group=8, number=1)
-    c.host.strays = [stray, other]
+    orphan = Orphan(pid=7, birth=1, group=7, number=0)
+    other = Orphan(pid=8, birth=1, group=8, number=1)
+    c.host.left = [orphan, other]
     c.restart('a')
     c.exit('a', INTERRUPTED)
     c.after(0.2)
     assert c.state('a').phase == 'stopping'
     assert (7, INT) in c.host.sent
-    c.host.strays = [other]
+    c.host.left = [other]
     c.after(0.2)
     assert c.state('a').phase == 'running'
     assert 8 not in [pid for pid, _ in c.host.sent]
@@ -161,11 +161,13 @@ def test_a_restart_waits_until_nothing_of_the_process_is_left(course, process):
 def test_what_survives_sigkill_is_named_and_left(course, process):
     quick = {'sigterm_timeout': 0.1, 'sigkill_timeout': 0.1}
     c = course(process('a', **quick), process('b'))
-    c.host.strays = [Member(pid=7, birth=1, group=7, number=0)]
+    c.host.left = [Orphan(pid=7, birth=1, group=7, number=0)]
     c.stop('a')
     c.exit('a', INTERRUPTED)
     c.after(30.0)
-    assert c.happened(LeftBehind) == [LeftBehind('a', 7)]
+    assert [(e.process.label, e.pid) for e in c.happened(LeftBehind)] == [
+        ('a', 7)
+    ]
     assert c.phases() == ['ended', 'running']
 
 
@@ -178,6 +180,19 @@ def test_a_shutdown_takes_over_a_single_stop(course, process):
     c.exit('b', INTERRUPTED)
     assert c.supervisor.done
     assert len(c.happened(Started)) == 2
+
+
+def test_a_restart_that_fails_may_end_the_launch(course, process):
+    c = course(process('a', on_exit_shutdown=True), process('b'), process('c'))
+    for label in ('a', 'b'):
+        c.supervisor.restart_process(label)
+    c.host.refused.add('a')
+    for label in ('a', 'b'):
+        c.supervisor.exited(c.host.by_label[label], INTERRUPTED)
+    c.turn()
+    assert c.started() == ['a', 'b', 'c']
+    assert c.sent('c') == [INT]
+    assert c.phases() == ['ended', 'ended', 'stopping']
 
 
 def test_the_launch_ends_when_its_last_process_is_stopped(course, process):

@@ -6,9 +6,9 @@
 import json
 from pathlib import Path
 
-from colcon_yamllaunch.workspace.index.colcon_cache import MEMORY_NAME
-from colcon_yamllaunch.workspace.index.colcon_cache import MEMORY_VERSION
-from colcon_yamllaunch.workspace.index.package_scan import glance
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CACHE_NAME
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CACHE_VERSION
+from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 import pytest
 
 
@@ -31,7 +31,7 @@ def test_name(tmp_path: Path, file: str, text: str, name: str | None) -> None:
     folder = tmp_path / 'src' / 'folder'
     folder.mkdir(parents=True)
     (folder / file).write_text(text)
-    packages = glance(tmp_path, {})
+    packages = scan_packages(tmp_path, {})
     assert packages.names() == (() if name is None else (name,))
     if name is not None:
         package = packages.package(name)
@@ -44,28 +44,28 @@ def test_manifest_goes_first(tmp_path: Path) -> None:
     (tmp_path / 'a').mkdir()
     (tmp_path / 'a' / 'package.xml').write_text('<name>one</name>')
     (tmp_path / 'a' / 'CMakeLists.txt').write_text('project(two)')
-    assert glance(tmp_path, {}).names() == ('one',)
+    assert scan_packages(tmp_path, {}).names() == ('one',)
 
 
 @pytest.mark.parametrize(
-    'memory',
+    'cache',
     [
         '[]',
         '{"version": 0}',
-        json.dumps({'version': MEMORY_VERSION, 'folders': []}),
-        json.dumps({'version': MEMORY_VERSION, 'folders': {'./a': {}}}),
-        json.dumps({'version': MEMORY_VERSION, 'folders': {'./a': 1}}),
+        json.dumps({'version': CACHE_VERSION, 'folders': []}),
+        json.dumps({'version': CACHE_VERSION, 'folders': {'./a': {}}}),
+        json.dumps({'version': CACHE_VERSION, 'folders': {'./a': 1}}),
     ],
 )
-def test_damaged_memory_is_passed_over(tmp_path: Path, memory: str) -> None:
+def test_damaged_cache_is_passed_over(tmp_path: Path, cache: str) -> None:
     (tmp_path / 'a').mkdir()
     (tmp_path / 'a' / 'CMakeLists.txt').write_text('project(one)')
     (tmp_path / 'build').mkdir()
-    (tmp_path / 'build' / MEMORY_NAME).write_text(memory)
-    assert glance(tmp_path, {}).names() == ('one',)
+    (tmp_path / 'build' / CACHE_NAME).write_text(cache)
+    assert scan_packages(tmp_path, {}).names() == ('one',)
 
 
-def test_remembered_arguments_count(tmp_path: Path) -> None:
+def test_cached_arguments_count(tmp_path: Path) -> None:
     for folder in ('here', 'there'):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / 'CMakeLists.txt').write_text(f'project({folder})')
@@ -76,10 +76,10 @@ def test_remembered_arguments_count(tmp_path: Path) -> None:
         'base_paths': ['there'],
         'settings': {},
     }
-    memory = {'version': MEMORY_VERSION, 'folders': {}, 'arguments': arguments}
+    cache = {'version': CACHE_VERSION, 'folders': {}, 'arguments': arguments}
     (tmp_path / 'build').mkdir()
-    (tmp_path / 'build' / MEMORY_NAME).write_text(json.dumps(memory))
-    packages = glance(tmp_path, {})
+    (tmp_path / 'build' / CACHE_NAME).write_text(json.dumps(cache))
+    packages = scan_packages(tmp_path, {})
     assert packages.names() == ('there',)
     assert packages.prefix('there') == str(tmp_path / 'other')
 
@@ -93,5 +93,5 @@ def test_chained_underlays_count(tmp_path: Path) -> None:
     (install / 'setup.bash').write_text(
         f'COLCON_CURRENT_PREFIX="{tmp_path / "under"}"\n'
     )
-    assert glance(tmp_path / 'ws', {}).names() == ('deep',)
-    assert glance(None, {}).names() == ()
+    assert scan_packages(tmp_path / 'ws', {}).names() == ('deep',)
+    assert scan_packages(None, {}).names() == ()

@@ -7,8 +7,8 @@ Finding the packages of a workspace fast.
 Folders are visited in the order and by the rules of colcon-recursive-crawl:
 what colcon says is ignored or a package is not looked into, nor are folders
 whose names start with a dot, and no folder is visited twice. What a folder is
-says colcon itself; its answer is remembered with what it came from, so that
-colcon is asked about new and changed folders only.
+says colcon itself; its answer is kept with what it came from, so that colcon
+is asked about new and changed folders only.
 """
 
 from collections.abc import Callable
@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 from typing import Protocol
 
-from colcon_yamllaunch.common.file_states import state_from
-from colcon_yamllaunch.common.file_states import state_of
+from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.common.fingerprint import fingerprint
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_folder import candidates
 from colcon_yamllaunch.workspace.packages.package_folder import conditions
@@ -44,23 +44,19 @@ _KINDS = (PACKAGE, IGNORED, PLAIN)
 
 
 class Identifier(Protocol):
-    """What knows packages, as `colcon.Colcon`."""
+    """What knows packages, as `colcon_adapter.Colcon`."""
 
-    def identify(self, folder: str) -> str:
-        """Say what a folder is: one of the kinds of `folder`."""
-
-    def type_of(self, folder: str) -> str:
-        """Get the type of the package in a folder, empty if there is none."""
+    def identify(self, folder: str) -> tuple[str, str]:
+        """Return what kind a folder is, and the type of a package."""
 
     def describe(self) -> Mapping[str, tuple[Package, str]]:
-        """Get the packages that were identified, with their own settings."""
+        """Return the identified packages with their own settings."""
 
 
 class PackageIndex:
     """
     What the folders of a workspace are.
 
-    :param root: The workspace
     :param base_paths: Where to look, relative to the workspace
     :param environment: The variables of conditions in manifests
     :param everywhere: Whether any folder may be a package, because files
@@ -100,7 +96,7 @@ class PackageIndex:
             self._complete(ask())
 
     def packages(self) -> dict[str, Package]:
-        """Get the packages by the folder that colcon knows them by."""
+        """Return the packages by the folder that colcon knows them by."""
         return {
             folder: _package(entry)
             for folder, entry in self._entries.items()
@@ -108,15 +104,15 @@ class PackageIndex:
         }
 
     def metadata(self) -> dict[str, str]:
-        """Get the packages' own settings, by name, where there are any."""
+        """Return the packages' own settings, by name, where there are any."""
         return {
             entry['name']: entry['metadata']
             for entry in self._entries.values()
             if entry['kind'] == PACKAGE and entry['metadata']
         }
 
-    def memory(self) -> dict[str, Entry]:
-        """Get the entries that may be relied on later."""
+    def lasting_entries(self) -> dict[str, Entry]:
+        """Return the entries that may be relied on later."""
         return {
             folder: entry
             for folder, entry in self._entries.items()
@@ -151,7 +147,7 @@ class PackageIndex:
         ask: Callable[[], Identifier],
     ) -> list[str]:
         """Say what a folder is; return what to visit below, last first."""
-        entry = self._recall(known.get(folder), path, status)
+        entry = self._known(known.get(folder), path, status)
         if entry is None or entry['kind'] == PLAIN:
             if has_ignore_marker(path):
                 return []
@@ -170,7 +166,7 @@ class PackageIndex:
     def _may_be_package(self, names: set[str]) -> bool:
         return self._everywhere or not MARKERS.isdisjoint(names)
 
-    def _recall(
+    def _known(
         self, entry: Entry | None, path: str, status: os.stat_result
     ) -> Entry | None:
         try:
@@ -186,19 +182,18 @@ class PackageIndex:
         for name, value in entry['variables'].items():
             if self._environment.get(name) != value:
                 return False
-        for name, state in entry['files'].items():
-            if state is None or state_of(f'{path}/{name}') != state:
-                return False
-        return _is_whole(entry)
+        return _is_whole(entry) and _are_same(path, entry['files'])
 
     def _if_complete(
         self, entry: Entry, path: str, status: os.stat_result
     ) -> Entry | None:
         """Return the entry if nothing new would change the answer."""
         folders = dict(entry['folders'])
-        if folders.pop('.', None) == state_from(status) and all(
-            state is not None and state_of(f'{path}/{name}') == state
-            for name, state in folders.items()
+        known = folders.pop('.', None)
+        if (
+            known is not None
+            and Fingerprint.of(status) == tuple(known)
+            and _are_same(path, folders)
         ):
             return entry
         # something was added or removed, which need not matter
@@ -215,8 +210,7 @@ class PackageIndex:
         self.changed = self._has_learned = True
         # before colcon reads them, so that a change in between will show
         before = candidates(path, names)
-        kind = identifier.identify(folder)
-        package_type = identifier.type_of(folder)
+        kind, package_type = identifier.identify(folder)
         files, folders = relevant(path, package_type, names)
         certain = is_certain(kind, package_type, names)
         variables, groups = conditions(path)
@@ -250,6 +244,14 @@ class PackageIndex:
             entry['build'] = sorted(package.build_depends)
             entry['run'] = sorted(package.run_depends)
             entry['metadata'] = metadata
+
+
+def _are_same(path: str, known: Mapping[str, Any]) -> bool:
+    """Tell whether what is in a folder has its known fingerprints."""
+    return all(
+        then is not None and fingerprint(f'{path}/{name}') == tuple(then)
+        for name, then in known.items()
+    )
 
 
 def _is_whole(entry: Entry) -> bool:

@@ -5,47 +5,45 @@
 colcon for one workspace, asked only about what is not known already.
 
 Importing and starting colcon's build machinery takes longer than all else that
-a launch does. What it said is remembered below `build/`, with everything that
-it depends on. When anything of this differs, colcon is asked again.
+a launch does. What it said is kept below `build/`, with everything that it
+depends on. When anything of this differs, colcon is asked again.
 """
 
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
-from contextlib import suppress
+import json
 import os
 from pathlib import Path
 from typing import Any
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.common.file_states import is_settled
-from colcon_yamllaunch.common.file_states import states_of
+from colcon_yamllaunch.common.fingerprint import are_settled
+from colcon_yamllaunch.common.fingerprint import fingerprints
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.common.json_files import write_json
-from colcon_yamllaunch.workspace.building.build_arguments import BuildArguments
-from colcon_yamllaunch.workspace.building.build_arguments import decode
-from colcon_yamllaunch.workspace.index.cache_key import are_settled
-from colcon_yamllaunch.workspace.index.cache_key import BUILD_TASKS
-from colcon_yamllaunch.workspace.index.cache_key import circumstances
-from colcon_yamllaunch.workspace.index.cache_key import metadata_files
-from colcon_yamllaunch.workspace.index.cache_key import named_files
-from colcon_yamllaunch.workspace.index.package_index import PackageIndex
+from colcon_yamllaunch.workspace.colcon.build_arguments import decode
+from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
+from colcon_yamllaunch.workspace.colcon.cache_key import BUILD_TASKS
+from colcon_yamllaunch.workspace.colcon.cache_key import cache_key
+from colcon_yamllaunch.workspace.colcon.cache_key import is_settled
+from colcon_yamllaunch.workspace.colcon.cache_key import metadata_files
+from colcon_yamllaunch.workspace.colcon.cache_key import named_files
+from colcon_yamllaunch.workspace.colcon.package_index import PackageIndex
 from colcon_yamllaunch.workspace.packages.closure import closure
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import Package
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.workspace.building.colcon_adapter import BuildResult
-    from colcon_yamllaunch.workspace.building.colcon_adapter import Colcon
+    from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
 
-#: The name of what is remembered, below the workspace's `build/`. With another
-#: build folder nothing is: only colcon knows which one it is.
-MEMORY_NAME = '.colcon_launch.index.json'
+#: The name of the cache, below the workspace's `build/`. With another build
+#: folder there is none: only colcon knows which one it is.
+CACHE_NAME = '.colcon_launch.index.json'
 #: To be raised when what is in it changes.
-MEMORY_VERSION = 1
+CACHE_VERSION = 2
 
-_BUILD = 'build'
 #: The own settings of a package that has none.
 _NO_METADATA = '[{}, []]'
 #: What is built by its name, type, dependencies and own settings alone, and
@@ -55,14 +53,13 @@ _SIMPLE_TYPES = frozenset(('cmake', 'ros.cmake', 'ros.ament_cmake'))
 _SIMPLE_TASKS = ('colcon_cmake.', 'colcon_ros.')
 
 
-class RememberedColcon:
+class CachedColcon:
     """
-    colcon for one workspace, with the interface of `colcon.Colcon`.
+    colcon for one workspace, with the interface of `colcon_adapter.Colcon`.
 
-    :param root: The workspace
     :param build_arguments: Arguments as the user would give `colcon build`
       in the root of the workspace
-    :raises WorkspaceError: when `colcon build` does not take them
+    :raises UserError: when `colcon build` does not take them
     """
 
     def __init__(
@@ -76,28 +73,23 @@ class RememberedColcon:
         self._sorted: tuple[Package, ...] = ()
         self._metadata: dict[str, str] = {}
         # before anything is asked, so that a change in between will show
-        self._circumstances = circumstances(
-            self.root, self._build_arguments, os.environ
-        )
-        self._memory = self._read()
-        self._arguments = self._remembered_arguments()
-        if self._arguments is None:
-            self._memory = {}
+        self._key = cache_key(self.root, self._build_arguments, os.environ)
+        self._is_settled = self._key is not None and is_settled(self._key)
+        self._cache = self._read()
+        if self._cache:
+            self._arguments = decode(self._cache['arguments'])
+        else:
             self._arguments = self._ask().arguments
         self.build_base = self.root / self._arguments.build_base
         self.install_base = self.root / self._arguments.install_base
-        self._is_merged = self._arguments.merge_install or is_merged(
+        #: Whether all packages are installed into one prefix.
+        self.merge_install = self._arguments.merge_install or is_merged(
             self.install_base
         )
 
-    @property
-    def merge_install(self) -> bool:
-        """Whether all packages are installed into one prefix."""
-        return self._is_merged
-
     def packages(self) -> tuple[Package, ...]:
         """
-        Get the packages of the workspace, ordered by name and path.
+        Return the packages of the workspace, ordered by name and path.
 
         :raises WorkspaceError: when colcon refuses the arguments
         """
@@ -111,20 +103,20 @@ class RememberedColcon:
         self, paths: Iterable[str], cwd: Path | None = None
     ) -> tuple[str, ...]:
         """
-        Get the packages at paths, as `colcon build --paths` takes them.
+        Return the packages at paths, as `colcon build --paths` takes them.
 
-        :raises WorkspaceError: when there is no package at a path
+        :raises UserError: when there is no package at a path
         """
-        self._leave_to_colcon()
+        # what is at a path need not be among what is crawled
+        self._key = None
         return self._ask().select(paths, cwd)
 
     def settings(self, name: str) -> dict[str, str]:
-        """Get the arguments that a package is built with, as text."""
+        """Return the arguments that a package is built with, as text."""
         if self._is_left_to_colcon:
             return self._ask().settings(name)
-        assert self._arguments is not None
         return self._arguments.settings | {
-            'merge_install': 'true' if self._is_merged else 'false',
+            'merge_install': 'true' if self.merge_install else 'false',
             'metadata': self._metadata.get(name, _NO_METADATA),
         }
 
@@ -138,11 +130,10 @@ class RememberedColcon:
 
     def build(
         self, names: Collection[str], environment: Mapping[str, str]
-    ) -> 'BuildResult':
+    ) -> BuildResult:
         """
         Build packages, exactly these, in the order of their dependencies.
 
-        :param names: The packages
         :param environment: The variables that the build sees
         :raises WorkspaceError: when a name is unknown or the workspace was
           built in another way
@@ -156,30 +147,28 @@ class RememberedColcon:
                 if package.name in needed
             }
             if all(map(self._is_simple, names)):
-                colcon.take(known)
+                colcon.adopt(known)
             else:
-                colcon.look_only_at(known)
+                colcon.restrict_to(known)
         result = colcon.build(names, environment)
         # there may have been no folder to write to before
         self._write()
         return result
 
     def base_paths(self) -> tuple[Path, ...]:
-        """Get the folders that are crawled for packages."""
-        assert self._arguments is not None
+        """Return the folders that are crawled for packages."""
         paths = self._arguments.base_paths or ('.',)
         return tuple(self.root / path for path in paths)
 
     @property
     def _is_left_to_colcon(self) -> bool:
         """Whether only colcon can tell which packages there are."""
-        assert self._arguments is not None
-        return self._circumstances is None or not self._arguments.are_plain
+        return self._key is None or not self._arguments.are_plain
 
     def _is_simple(self, name: str) -> bool:
-        """Tell whether colcon builds a package by what is remembered of it."""
-        assert self._circumstances is not None
-        tasks = self._circumstances['extensions'][BUILD_TASKS]
+        """Tell whether colcon builds a package by what is known of it."""
+        assert self._key is not None
+        tasks = self._key['extensions'][BUILD_TASKS]
         types = {p.type for p in self._sorted if p.name == name}
         return (
             self._metadata.get(name, _NO_METADATA) == _NO_METADATA
@@ -190,25 +179,21 @@ class RememberedColcon:
     def _ask(self) -> 'Colcon':
         if self._colcon is None:
             # takes longer than all of a launch that needs no build
-            from colcon_yamllaunch.workspace.building.colcon_adapter import (
+            from colcon_yamllaunch.workspace.colcon.colcon_adapter import (
                 Colcon,
             )
 
             self._colcon = Colcon(self.root, self._build_arguments)
         return self._colcon
 
-    def _leave_to_colcon(self) -> None:
-        self._circumstances = None
-
     def _find(self) -> None:
-        assert self._arguments is not None
         index = PackageIndex(
             self.root,
             self._arguments.base_paths,
             os.environ,
             everywhere=self._named()['everywhere'],
         )
-        index.find(self._memory.get('folders', {}), self._ask)
+        index.find(self._cache.get('folders', {}), self._ask)
         self._index = index
         self._packages = index.packages()
         packages = self._packages.values()
@@ -217,91 +202,80 @@ class RememberedColcon:
         self._write()
 
     def _named(self) -> dict[str, Any]:
-        """Get what follows from files that the arguments name."""
-        if self._memory:
-            return {key: self._memory[key] for key in ('named', 'everywhere')}
+        """Return what follows from files that the arguments name."""
+        if self._cache:
+            return {key: self._cache[key] for key in ('named', 'everywhere')}
         values = self._ask().arguments.values
         named = named_files(self.root, values)
         everywhere = bool(metadata_files(os.environ)) or any(
-            state is not None and path.endswith('.meta')
-            for path, state in named.items()
+            found is not None and path.endswith('.meta')
+            for path, found in named.items()
         )
         return {'named': named, 'everywhere': everywhere}
 
     def _read(self) -> dict[str, Any]:
-        values = recall(self.root)
+        """Return the cache if all still holds, else nothing."""
+        cache = read_cache(self.root)
         try:
+            decode(cache['arguments'])
             holds = (
-                values['circumstances'] == self._circumstances
-                and values['named'] == states_of(values['named'])
-                and isinstance(values['everywhere'], bool)
+                _is_same(cache['key'], self._key)
+                and _is_same(cache['named'], fingerprints(cache['named']))
+                and isinstance(cache['everywhere'], bool)
             )
         except (KeyError, TypeError, AttributeError, ValueError):
             return {}
-        return values if holds else {}
-
-    def _remembered_arguments(self) -> BuildArguments | None:
-        try:
-            return decode(self._memory['arguments'])
-        except (KeyError, TypeError, ValueError):
-            return None
+        return cache if holds else {}
 
     def _write(self) -> None:
         index = self._index
-        if index is None or (self._memory and not index.changed):
-            return
-        named = self._named()
-        if self._circumstances is None or not self._may_be_written(named):
-            return
-        assert self._arguments is not None
-        memory = {
-            'version': MEMORY_VERSION,
-            'circumstances': self._circumstances,
-            **named,
-            'arguments': self._arguments.encode(),
-            'folders': index.memory(),
-        }
-        # without it colcon is asked again, which is no harm
-        with suppress(OSError):
-            write_json(self._path, memory)
-
-    def _may_be_written(self, named: Mapping[str, Any]) -> bool:
+        path = _path(self.root)
         if (
-            self.build_base != self._path.parent
+            index is None
+            or self._key is None
+            or (self._cache and not index.changed)
+            or self.build_base != path.parent
             or not self.build_base.is_dir()
         ):
-            return False
-        states = named['named'].values()
-        assert self._circumstances is not None
-        return are_settled(self._circumstances) and all(
-            map(is_settled, states)
+            return
+        named = self._named()
+        if not self._cache and not (
+            self._is_settled and are_settled(named['named'].values())
+        ):
+            return
+        # without it colcon is asked again, which is no harm
+        write_json(
+            path,
+            {
+                'version': CACHE_VERSION,
+                'key': self._key,
+                **named,
+                'arguments': self._arguments.encode(),
+                'folders': index.lasting_entries(),
+            },
         )
 
-    @property
-    def _path(self) -> Path:
-        return _path(self.root)
 
-
-def recall(root: Path) -> dict[str, Any]:
+def read_cache(root: Path) -> dict[str, Any]:
     """
-    Get what is remembered of a workspace, whether it still holds or not.
+    Return the cache of a workspace, whether it still holds or not.
 
-    :param root: The workspace
-    :returns: What was written, with the folders among it, or nothing
+    It has the folders among it, or is empty.
     """
-    values = read_json(_path(root))
+    cache = read_json(_path(root))
     try:
-        is_whole = values['version'] == MEMORY_VERSION and all(
-            map(_is_entry, values['folders'].values())
+        is_whole = cache['version'] == CACHE_VERSION and all(
+            isinstance(entry, dict) for entry in cache['folders'].values()
         )
     except (KeyError, TypeError, AttributeError):
         return {}
-    return values if is_whole else {}
+    return cache if is_whole else {}
 
 
 def _path(root: Path) -> Path:
-    return root / _BUILD / MEMORY_NAME
+    return root / 'build' / CACHE_NAME
 
 
-def _is_entry(entry: object) -> bool:
-    return isinstance(entry, dict)
+def _is_same(stored: object, now: object) -> bool:
+    # fingerprints come back as lists
+    return json.dumps(stored) == json.dumps(now)

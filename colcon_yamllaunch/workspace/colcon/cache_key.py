@@ -4,7 +4,7 @@
 """
 What the answers of colcon depend on beside the packages themselves.
 
-Whatever was remembered holds only while all of this is the same.
+The cache holds only while all of this is the same.
 """
 
 from collections.abc import Iterator
@@ -17,14 +17,14 @@ from typing import Any
 
 from colcon_core.extension_point import get_extension_points
 import colcon_yamllaunch
-from colcon_yamllaunch.common.file_states import is_settled
-from colcon_yamllaunch.common.file_states import state_of
-from colcon_yamllaunch.common.file_states import states_of
+from colcon_yamllaunch.common.fingerprint import are_settled
+from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.common.fingerprint import fingerprints
 
-#: How many configuration files are looked at; with more nothing is remembered.
+#: How many configuration files are read; with more nothing is cached.
 MAXIMUM_FILES = 1000
 
-#: Extensions whose answers depend on what is looked at here and in the index.
+#: Extensions whose answers depend on what is compared here and in the index.
 _KNOWN = frozenset(
     (
         'colcon_argcomplete',
@@ -67,20 +67,16 @@ _OTHER_VARIABLES = frozenset(
 _WORKSPACE_DEFAULTS = 'colcon_defaults.yaml'
 
 
-def circumstances(
+def cache_key(
     root: Path, build_arguments: Sequence[str], environment: Mapping[str, str]
 ) -> dict[str, Any] | None:
     """
-    Get what colcon's answers for a workspace depend on, ready for JSON.
+    Return what colcon's answers for a workspace depend on, ready for JSON.
 
     That is the installed extensions, Python, the variables and configuration
-    files of colcon, and the arguments given.
-
-    :param root: The workspace
-    :param build_arguments: Arguments for `colcon build`
-    :param environment: The variables
-    :returns: None when there are extensions that nothing is known about, when
-      some are blocked, or when there are too many files
+    files of colcon, and the arguments given. It is None when there are
+    extensions that nothing is known about, when some are blocked, or when
+    there are too many files.
     """
     extensions = {
         group: dict(sorted(get_extension_points(group).items()))
@@ -102,25 +98,26 @@ def circumstances(
         'variables': _variables(environment),
         'extensions': extensions,
         # an installed or removed distribution shows in its folder
-        'installed': states_of(path for path in sys.path if path),
-        'files': states_of(files),
+        'installed': fingerprints(path for path in sys.path if path),
+        'files': fingerprints(files),
     }
 
 
-def are_settled(values: Mapping[str, Any]) -> bool:
-    """Tell whether any later change would show in :func:`circumstances`."""
-    states = [*values['installed'].values(), *values['files'].values()]
-    return all(map(is_settled, states))
+def is_settled(values: Mapping[str, Any]) -> bool:
+    """Tell whether any later change will show in :func:`cache_key`."""
+    return are_settled(
+        [*values['installed'].values(), *values['files'].values()]
+    )
 
 
 def configuration_folder(environment: Mapping[str, str]) -> Path:
-    """Get colcon's configuration folder (`COLCON_HOME`)."""
+    """Return colcon's configuration folder (`COLCON_HOME`)."""
     given = environment.get('COLCON_HOME')
     return Path(given or '~/.colcon').expanduser()
 
 
 def metadata_files(environment: Mapping[str, str]) -> list[str]:
-    """Get the user's files with metadata of packages (colcon-metadata)."""
+    """Return the user's files with metadata of packages (colcon-metadata)."""
     folder = configuration_folder(environment) / 'metadata'
     return [p for p in _files(str(folder)) if p.endswith('.meta')]
 
@@ -159,9 +156,11 @@ def _files(folder: str) -> Iterator[str]:
             yield os.path.join(current, name)
 
 
-def named_files(root: Path, values: Mapping[str, Any]) -> dict[str, Any]:
+def named_files(
+    root: Path, values: Mapping[str, Any]
+) -> dict[str, Fingerprint | None]:
     """
-    Get the states of files that arguments name.
+    Return the fingerprints of files that arguments name.
 
     :param root: What relative paths start from
     :param values: The parsed arguments
@@ -171,8 +170,8 @@ def named_files(root: Path, values: Mapping[str, Any]) -> dict[str, Any]:
     files = sorted(path for path in paths if os.path.isfile(path))
     for text in _texts(values.get('metas')):
         files += [str(root / text), str(root / text / 'colcon.meta')]
-    # folders are looked into, or made by builds
-    return {path: state_of(path) for path in files if not os.path.isdir(path)}
+    # folders are crawled, or made by builds
+    return fingerprints(path for path in files if not os.path.isdir(path))
 
 
 def _texts(value: Any) -> list[str]:

@@ -53,17 +53,15 @@ from colcon_core.topological_order import topological_order_packages
 from colcon_core.verb import check_and_mark_build_tool
 from colcon_core.verb import check_and_mark_install_layout
 from colcon_core.verb.build import BuildVerb
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.workspace.building.build_arguments import BuildArguments
-from colcon_yamllaunch.workspace.building.identification import Identification
-from colcon_yamllaunch.workspace.building.orphan_builds import mark
+from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
+from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
+from colcon_yamllaunch.workspace.colcon.build_result import INTERRUPTED
+from colcon_yamllaunch.workspace.colcon.identification import Identification
 from colcon_yamllaunch.workspace.packages.closure import closure
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import Package
-
-#: The exit code of a build that the user stopped (128 + SIGINT).
-INTERRUPTED = 130
 
 #: Plain CMake honours no --symlink-install, but this variable since 3.22.
 _INSTALL_MODE = ('CMAKE_INSTALL_MODE', 'ABS_SYMLINK_OR_COPY')
@@ -85,29 +83,13 @@ _COMMON_SETTINGS = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class BuildResult:
-    """
-    How a build ended.
-
-    :param returncode: 0, what colcon returned, or :data:`INTERRUPTED`
-    :param built: The names of the packages that were built successfully
-    :param failed: The names of those that were begun in vain, if known
-    """
-
-    returncode: int
-    built: frozenset[str]
-    failed: frozenset[str] = frozenset()
-
-
 class Colcon:
     """
     colcon for one workspace.
 
-    :param root: The workspace
     :param build_arguments: Arguments as the user would give `colcon build`
       in the root of the workspace
-    :raises WorkspaceError: when `colcon build` does not take them
+    :raises UserError: when `colcon build` does not take them
     """
 
     def __init__(
@@ -137,7 +119,7 @@ class Colcon:
 
     def packages(self) -> tuple[Package, ...]:
         """
-        Get the packages of the workspace, ordered by name and path.
+        Return the packages of the workspace, ordered by name and path.
 
         They are those that `colcon build` would find there, and those that
         were selected by their path.
@@ -151,7 +133,7 @@ class Colcon:
         self, paths: Iterable[str], cwd: Path | None = None
     ) -> tuple[str, ...]:
         """
-        Get the packages at paths, as `colcon build --paths` takes them.
+        Return the packages at paths, as `colcon build --paths` takes them.
 
         Beside a package, a path may also name something else of the same
         folder: this is what a shell makes of `folder/*`.
@@ -159,8 +141,7 @@ class Colcon:
         :param paths: Folders and patterns
         :param cwd: What relative ones are relative to; the current folder if
           not given
-        :returns: The names of the packages, in order
-        :raises WorkspaceError: when there is no package at a path
+        :raises UserError: when there is no package at a path
         """
         base = (cwd or Path.cwd()).absolute()
         found: dict[Path, set[str]] = {}
@@ -172,16 +153,14 @@ class Colcon:
             names.update(n for f in folders if (n := self._select_one(f)))
         for group, names in found.items():
             if not names:
-                raise WorkspaceError(_no_package(given[group]))
+                raise UserError(_no_package(given[group]))
         return tuple(sorted(set().union(*found.values())))
 
     def settings(self, name: str) -> dict[str, str]:
         """
-        Get the arguments that a package is built with, as text.
+        Return the arguments that a package is built with, as text.
 
         The user's defaults, mixins and metadata files are in it.
-
-        :param name: A package of the workspace
         """
         settings = self.arguments.settings
         desc = self._by_name().get(name)
@@ -191,7 +170,7 @@ class Colcon:
 
     @property
     def arguments(self) -> BuildArguments:
-        """The arguments of a build as far as they are remembered."""
+        """The arguments of a build as far as they are cached."""
         args = self._args
         values = {
             key: getattr(args, key, None)
@@ -206,23 +185,17 @@ class Colcon:
             values=dict(vars(args)),
         )
 
-    def identify(self, folder: str) -> str:
+    def identify(self, folder: str) -> tuple[str, str]:
         """
-        Say what a folder is.
+        Return what kind a folder is, and the type of a package.
 
         :param folder: Relative to the workspace
-        :returns: One of the kinds of :mod:`.folder`
         """
         with self._in_root():
-            return self._folders.kind(folder)
-
-    def type_of(self, folder: str) -> str:
-        """Get the type of the package in a folder, empty if there is none."""
-        with self._in_root():
-            return self._folders.type(folder)
+            return self._folders.identify(folder)
 
     def describe(self) -> dict[str, tuple[Package, str]]:
-        """Get the packages that were identified, with their own settings."""
+        """Return the identified packages with their own settings."""
         with self._in_root():
             found = self._folders.describe_all()
         return {
@@ -230,7 +203,7 @@ class Colcon:
             for folder, desc in found.items()
         }
 
-    def look_only_at(self, folders: Iterable[str]) -> None:
+    def restrict_to(self, folders: Iterable[str]) -> None:
         """
         Take the packages in some folders for all that there are.
 
@@ -241,7 +214,7 @@ class Colcon:
         self._discovered = set(found.values())
         self._index = {}
 
-    def take(self, packages: Mapping[str, Package]) -> None:
+    def adopt(self, packages: Mapping[str, Package]) -> None:
         """
         Take packages for all that there are, as they were identified before.
 
@@ -279,7 +252,6 @@ class Colcon:
         What they need beside must have been installed before. The output is
         colcon's own.
 
-        :param names: The packages
         :param environment: The variables that the build sees
         :raises WorkspaceError: when a name is unknown or the workspace was
           built in another way; nothing was made then
@@ -299,11 +271,6 @@ class Colcon:
             except OSError as e:
                 raise WorkspaceError(f'cannot build: {e}') from e
 
-    def base_paths(self) -> tuple[Path, ...]:
-        """Get the folders that are crawled for packages."""
-        paths = getattr(self._args, 'base_paths', None) or ['.']
-        return tuple(self.root / path for path in paths)
-
     def _parse(self) -> Any:
         parser = create_parser(_NO_VARIABLES)
         verbs = {'build': self._verb}
@@ -320,7 +287,7 @@ class Colcon:
             with redirect_stderr(output), redirect_stdout(output):
                 return parser.parse_args(args=arguments)
         except SystemExit:
-            raise WorkspaceError(self._refused(output.getvalue())) from None
+            raise UserError(self._refused(output.getvalue())) from None
 
     def _refused(self, output: str) -> str:
         given = ' '.join(self.build_arguments)
@@ -458,8 +425,7 @@ class Colcon:
         return BuildResult(returncode, built)
 
     def _variables(self, environment: Mapping[str, str]) -> dict[str, str]:
-        marked = dict(environment) | mark(self.build_base)
-        return dict([_INSTALL_MODE]) | marked
+        return dict([_INSTALL_MODE]) | dict(environment)
 
     @contextmanager
     def _in_root(self) -> Iterator[None]:
@@ -485,7 +451,7 @@ def expand_template(
     :param template: A template of EmPy
     :param destination: The file; its folder is made if necessary
     :param values: What the template refers to
-    :raises OSError: if the file cannot be written
+    :raises OSError: when the file cannot be written
     """
     # EmPy is needed to make things only
     from colcon_core.shell import template as templates
@@ -521,7 +487,7 @@ def _expand(text: str, base: Path) -> tuple[Path, list[Path]]:
     if has_magic(text) and not path.exists():
         return path, [Path(p) for p in sorted(glob(str(path)))]
     if not path.exists():
-        raise WorkspaceError(f"--paths: there is no folder '{text}'")
+        raise UserError(f"--paths: there is no folder '{text}'")
     return path.parent, [path]
 
 

@@ -1,27 +1,28 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What is remembered of colcon is used while it holds, and never else."""
+"""The cache of colcon is used while it holds, and never else."""
 
 import json
 import os
 from pathlib import Path
-import time
 
-from colcon_yamllaunch.workspace.index import colcon_cache
-from colcon_yamllaunch.workspace.index.cache_key import circumstances
-from colcon_yamllaunch.workspace.index.colcon_cache import RememberedColcon
-from colcon_yamllaunch.workspace.index.package_index import PackageIndex
+from colcon_yamllaunch.common import fingerprint
+from colcon_yamllaunch.workspace.colcon import colcon_cache
+from colcon_yamllaunch.workspace.colcon.cache_key import cache_key
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
+from colcon_yamllaunch.workspace.colcon.package_index import PackageIndex
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
 from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
 from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
 import pytest
+from support.file_clock import let_files_settle
 from support.manifest import manifest
 
 
 class Identifier:
-    """Knows a package by its manifest, and remembers what it was asked."""
+    """Knows a package by its manifest, and records what it was asked."""
 
     def __init__(self, root):
         self.root = root
@@ -31,12 +32,10 @@ class Identifier:
         self.asked.append(folder)
         files = os.listdir(self.root / folder)
         if 'AMENT_IGNORE' in files:
-            return IGNORED
-        return PACKAGE if 'package.xml' in files else PLAIN
-
-    def type_of(self, folder):
-        there = (self.root / folder / 'package.xml').exists()
-        return 'ros.ament_cmake' if there else ''
+            return IGNORED, ''
+        if 'package.xml' in files:
+            return PACKAGE, 'ros.ament_cmake'
+        return PLAIN, ''
 
     def describe(self):
         return {
@@ -52,8 +51,8 @@ class Identifier:
 
 
 @pytest.fixture
-def look(workspace):
-    """Look for packages; get them, what was asked and what to remember."""
+def find(workspace):
+    """Find packages; get them, what was asked and what to keep."""
 
     def run(known=None, environment=None, everywhere=False):
         identifier = Identifier(workspace.root)
@@ -61,8 +60,8 @@ def look(workspace):
             workspace.root, ['.'], environment or {}, everywhere
         )
         index.find(known or {}, lambda: identifier)
-        memory = json.loads(json.dumps(index.memory()))
-        return sorted(index.packages()), identifier.asked, memory
+        entries = json.loads(json.dumps(index.lasting_entries()))
+        return sorted(index.packages()), identifier.asked, entries
 
     return run
 
@@ -76,32 +75,33 @@ def two(workspace):
         )
     workspace.write('src/notes/deep/readme.txt')
     workspace.write('build/COLCON_IGNORE')
-    time.sleep(2.1)
+    let_files_settle(workspace.root.parent)
     return workspace
 
 
-def test_nothing_is_asked_again(two, look):
-    packages, asked, memory = look()
+def test_nothing_is_asked_again(two, find):
+    packages, asked, entries = find()
     assert packages == ['./src/one', './src/two']
     assert asked == ['./src/one', './src/two']
-    assert look(memory) == (packages, [], memory)
+    assert find(entries) == (packages, [], entries)
 
 
-def test_only_what_changed_is_asked(two, look):
-    _, _, memory = look()
+def test_only_what_changed_is_asked(two, find, monkeypatch):
+    _, _, entries = find()
+    monkeypatch.setattr(fingerprint, 'TICK', 10**12)
     two.write('src/one/package.xml', manifest('one', 'cmake'))
     two.write('src/three/package.xml', manifest('three', 'cmake'))
-    _, asked, memory = look(memory)
+    _, asked, entries = find(entries)
     assert asked == ['./src/one', './src/three']
     # they changed a moment ago, so that another change might not show
-    _, asked, memory = look(memory)
+    _, asked, entries = find(entries)
     assert asked == ['./src/one', './src/three']
 
 
-def test_new_file_beside_a_manifest_is_seen_once(two, look):
-    _, _, memory = look()
+def test_new_file_beside_a_manifest_is_seen_once(two, find):
+    _, _, entries = find()
     two.write('src/one/README.md')
-    _, asked, _ = look(memory)
+    _, asked, _ = find(entries)
     assert asked == []
 
 
@@ -119,31 +119,31 @@ def test_new_file_beside_a_manifest_is_seen_once(two, look):
         lambda entry: entry.update(build=None),
     ],
 )
-def test_damaged_entry_is_asked_again(two, look, damage):
-    packages, _, memory = look()
-    damage(memory['./src/one'])
-    found, asked, _ = look(memory)
+def test_damaged_entry_is_asked_again(two, find, damage):
+    packages, _, entries = find()
+    damage(entries['./src/one'])
+    found, asked, _ = find(entries)
     assert found == packages
     assert './src/one' in asked
 
 
-def test_variables_of_conditions(two, look):
+def test_variables_of_conditions(two, find):
     text = manifest(
         'one', 'ament_cmake', '<depend condition="$A == 1">two</depend>'
     )
     two.write('src/one/package.xml', text)
-    time.sleep(2.1)
-    _, _, memory = look(environment={'A': '1', 'B': '1'})
-    assert look(memory, environment={'A': '1', 'B': '2'})[1] == []
-    assert look(memory, environment={'A': '2'})[1] == ['./src/one']
-    assert look(memory, environment={})[1] == ['./src/one']
+    let_files_settle(two.root.parent)
+    _, _, entries = find(environment={'A': '1', 'B': '1'})
+    assert find(entries, environment={'A': '1', 'B': '2'})[1] == []
+    assert find(entries, environment={'A': '2'})[1] == ['./src/one']
+    assert find(entries, environment={})[1] == ['./src/one']
 
 
-def test_any_folder_is_asked_when_files_elsewhere_may_say_so(two, look):
-    _, asked, memory = look(everywhere=True)
+def test_any_folder_is_asked_when_files_elsewhere_may_say_so(two, find):
+    _, asked, entries = find(everywhere=True)
     assert './src/notes/deep' in asked
     assert './build' not in asked
-    assert look(memory, everywhere=True)[1] == []
+    assert find(entries, everywhere=True)[1] == []
 
 
 class Colcon:
@@ -162,29 +162,27 @@ def known(two, monkeypatch):
         if name.startswith('COLCON_') and name != 'COLCON_HOME':
             monkeypatch.delenv(name)
     text = (
-        'from colcon_yamllaunch.workspace.index.colcon_cache '
-        'import RememberedColcon\n'
-        f'colcon = RememberedColcon(Path({str(two.root)!r}), ())\n'
+        'from colcon_yamllaunch.workspace.colcon.colcon_cache '
+        'import CachedColcon\n'
+        f'colcon = CachedColcon(Path({str(two.root)!r}), ())\n'
         'show([p.name for p in colcon.packages()])\n'
     )
     (names,), output = two.run(text, environment=two.environment())
     assert names == ['one', 'two'], output
-    path = two.root / 'build' / colcon_cache.MEMORY_NAME
+    path = two.root / 'build' / colcon_cache.CACHE_NAME
     # as if this process had written it
     values = json.loads(path.read_bytes())
-    values['circumstances'] = circumstances(
-        Path(os.path.realpath(two.root)), (), os.environ
-    )
+    values['key'] = cache_key(Path(os.path.realpath(two.root)), (), os.environ)
     path.write_text(json.dumps(values))
     monkeypatch.setattr(
-        'colcon_yamllaunch.workspace.building.colcon_adapter.Colcon',
+        'colcon_yamllaunch.workspace.colcon.colcon_adapter.Colcon',
         Colcon,
     )
     return path
 
 
 def test_known_workspace_needs_no_colcon(two, known):
-    colcon = RememberedColcon(two.root)
+    colcon = CachedColcon(two.root)
     assert [p.name for p in colcon.packages()] == ['one', 'two']
     assert colcon.install_base == two.root / 'install'
     assert not colcon.merge_install
@@ -193,7 +191,7 @@ def test_known_workspace_needs_no_colcon(two, known):
 
 def test_layout_is_looked_up(two, known):
     two.write('install/.colcon_install_layout', 'merged\n')
-    colcon = RememberedColcon(two.root)
+    colcon = CachedColcon(two.root)
     assert colcon.merge_install
     assert colcon.settings('one')['merge_install'] == 'true'
 
@@ -201,29 +199,29 @@ def test_layout_is_looked_up(two, known):
 @pytest.mark.parametrize(
     ('key', 'value'),
     [
-        ('version', colcon_cache.MEMORY_VERSION + 1),
+        ('version', colcon_cache.CACHE_VERSION + 1),
         ('named', {'/nowhere': [1, 2, 3, 4]}),
         ('named', None),
         ('everywhere', None),
         ('arguments', {}),
         ('arguments', {'build_base': 3}),
-        ('circumstances', None),
+        ('key', None),
         ('folders', {'src': 1}),
         ('folders', None),
     ],
 )
-def test_damaged_memory_is_not_used(two, known, key, value):
+def test_damaged_cache_is_not_used(two, known, key, value):
     values = json.loads(known.read_bytes())
     known.write_text(json.dumps(values | {key: value}))
     with pytest.raises(AssertionError, match='was asked'):
-        RememberedColcon(two.root)
+        CachedColcon(two.root)
 
 
 @pytest.mark.parametrize('content', [b'', b'{', b'[]', b'\xff', b'null'])
-def test_no_memory_is_not_used(two, known, content):
+def test_unreadable_cache_is_not_used(two, known, content):
     known.write_bytes(content)
     with pytest.raises(AssertionError, match='was asked'):
-        RememberedColcon(two.root)
+        CachedColcon(two.root)
 
 
 @pytest.mark.parametrize(
@@ -239,20 +237,20 @@ def test_no_memory_is_not_used(two, known, content):
         ('files', {}),
     ],
 )
-def test_memory_of_other_circumstances_is_not_used(two, known, key, value):
+def test_cache_with_another_key_is_not_used(two, known, key, value):
     values = json.loads(known.read_bytes())
-    values['circumstances'][key] = value
+    values['key'][key] = value
     known.write_text(json.dumps(values))
     with pytest.raises(AssertionError, match='was asked'):
-        RememberedColcon(two.root)
+        CachedColcon(two.root)
 
 
-def test_unknown_extension_is_no_matter_of_memory(two, monkeypatch):
-    module = 'colcon_yamllaunch.workspace.index.cache_key'
+def test_nothing_is_cached_with_an_unknown_extension(two, monkeypatch):
+    module = 'colcon_yamllaunch.workspace.colcon.cache_key'
     monkeypatch.delenv('COLCON_EXTENSION_BLOCKLIST', raising=False)
-    assert circumstances(two.root, (), {}) is not None
+    assert cache_key(two.root, (), {}) is not None
     monkeypatch.setattr(
         f'{module}.get_extension_points',
         lambda group: {'cargo': 'colcon_cargo.identification:Cargo'},
     )
-    assert circumstances(two.root, (), {}) is None
+    assert cache_key(two.root, (), {}) is None

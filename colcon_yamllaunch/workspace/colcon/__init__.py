@@ -1,4 +1,4 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The packages that colcon finds, remembered between commands."""
+"""What is asked of colcon, and what it said before."""

@@ -29,7 +29,7 @@ logger = logging.getLogger('colcon.colcon_yamllaunch')
 
 class Identification:
     """
-    The folders that were looked at one by one.
+    The folders that were identified one by one.
 
     :param args: The parsed arguments of `colcon build`
     :param destinations: The options of build tasks with their names in args
@@ -53,19 +53,15 @@ class Identification:
             }
         return self._discovery
 
-    def kind(self, folder: str) -> str:
-        """Say what a folder is: one of the kinds of :mod:`.folder`."""
-        return self._look(folder)[0]
-
-    def type(self, folder: str) -> str:
-        """Get the type of the package in a folder, empty if there is none."""
-        desc = self._look(folder)[1]
-        return '' if desc is None else str(desc.type)
+    def identify(self, folder: str) -> tuple[str, str]:
+        """Return what kind a folder is, and the type of a package."""
+        kind, desc = self._identified(folder)
+        return kind, '' if desc is None else str(desc.type)
 
     def describe(self, folders: Iterable[str]) -> dict[str, Any]:
-        """Get the complete descriptors of the packages in folders."""
+        """Return the complete descriptors of the packages in folders."""
         for folder in (folders := list(folders)):
-            self._look(folder)
+            self._identified(folder)
         new = self._found.keys() - self._augmented
         self.augment({self._found[folder][1] for folder in new} - {None})
         self._augmented |= new
@@ -76,7 +72,7 @@ class Identification:
         }
 
     def describe_all(self) -> dict[str, Any]:
-        """Get the complete descriptors of all folders looked at."""
+        """Return the complete descriptors of all of them."""
         return self.describe(self._found)
 
     def augment(self, descriptors: set[Any]) -> None:
@@ -87,7 +83,7 @@ class Identification:
                 descriptors, additional_argument_names=self._destinations
             )
 
-    def _look(self, folder: str) -> tuple[str, Any]:
+    def _identified(self, folder: str) -> tuple[str, Any]:
         if folder not in self._found:
             self._read_parameters()
             self._found[folder] = _identify(folder)

@@ -114,7 +114,7 @@ def test_refused_arguments_are_one_error(workspace, arguments, message):
     text = (
         'try:\n'
         f'    Colcon(Path("."), {arguments!r})\n'
-        'except WorkspaceError as e:\n'
+        'except UserError as e:\n'
         '    show(str(e))\n'
     )
     (error,), output = workspace.run(text)
@@ -150,7 +150,7 @@ def test_unknown_package_makes_nothing(workspace):
     text = (
         'try:\n'
         '    colcon.build(["flaw"], os.environ)\n'
-        'except WorkspaceError as e:\n'
+        'except UserError as e:\n'
         '    show(str(e))\n'
     )
     (error,), _ = workspace.run(code(workspace, text))
@@ -211,7 +211,7 @@ def test_select_without_package(workspace, path):
     text = (
         'try:\n'
         f'    show(colcon.select([{path!r}]))\n'
-        'except WorkspaceError as e:\n'
+        'except UserError as e:\n'
         '    show(str(e))\n'
     )
     (error,), _ = workspace.run(code(workspace, text))
@@ -270,7 +270,7 @@ def test_install_folder_that_cannot_be_made(workspace):
     text = (
         'try:\n'
         '    colcon.build(["flow"], os.environ)\n'
-        'except WorkspaceError as e:\n'
+        'except UserError as e:\n'
         '    show(str(e))\n'
     )
     arguments = ('--install-base', 'taken/install')
@@ -279,7 +279,7 @@ def test_install_folder_that_cannot_be_made(workspace):
 
 
 REMEMBERED = """\
-from colcon_yamllaunch.workspace.index.colcon_cache import RememberedColcon
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 
 colcon = {kind}(Path({root!r}))
 names = [p.name for p in colcon.packages()]
@@ -287,7 +287,7 @@ show(colcon.build(names, dict(os.environ)).returncode)
 """
 
 
-def test_package_is_built_alike_from_memory(workspace):
+def test_package_is_built_alike_from_the_cache(workspace):
     workspace.cmake('plain')
     workspace.cmake('top', needs=('plain', 'elsewhere'))
     folder = workspace.cmake('ros', needs=('plain',))
@@ -298,7 +298,7 @@ def test_package_is_built_alike_from_memory(workspace):
     workspace.manifest('ros', 'cmake', depends)
     assert (folder / 'package.xml').is_file()
     made = []
-    for kind in ('Colcon', 'RememberedColcon'):
+    for kind in ('Colcon', 'CachedColcon'):
         text = REMEMBERED.format(kind=kind, root=str(workspace.root))
         assert workspace.run(text)[0] == [0]
         install = workspace.root / 'install'

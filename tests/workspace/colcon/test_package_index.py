@@ -7,19 +7,16 @@ import importlib.util
 import os
 import shutil
 import textwrap
-import time
 
 import pytest
+from support.file_clock import let_files_settle
 from support.manifest import manifest
 
 SHOW = """\
 import logging
 logging.getLogger('colcon').setLevel(logging.CRITICAL)
-from colcon_yamllaunch.common import file_states
-from colcon_yamllaunch.workspace.index.colcon_cache import RememberedColcon
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 
-# shorter than anyone would dare to set it, so that tests need not wait
-file_states.RACY_AGE = {age}
 colcon = {kind}(Path({root!r}), {arguments!r})
 listed = [
     [p.name, str(p.path), p.type, sorted(p.build_depends),
@@ -28,8 +25,6 @@ listed = [
 ]
 show([listed, getattr(colcon, '_colcon', None) is not None])
 """
-#: Nanoseconds; more than a tick of Linux's clock for files.
-AGE = 100_000_000
 CMAKE = 'cmake_minimum_required(VERSION 3.16)\nproject({} NONE)\n{}'
 SETUP = 'from setuptools import setup\nsetup(name={!r}, version="1")\n'
 BARE = 'from setuptools import setup\nsetup()'
@@ -168,22 +163,17 @@ def odd(workspace):
     write_ignored_folders(workspace)
     write_links(workspace)
     workspace.write('build/COLCON_IGNORE')
-    age(workspace)
+    let_files_settle(workspace.root.parent)
     return workspace
 
 
-def age(workspace):
-    """Wait until a change of any file would show in its times."""
-    time.sleep(2 * AGE / 1_000_000_000)
-
-
 @pytest.fixture
-def look(workspace):
-    """Look for packages; get what was found, and the output."""
+def show(workspace):
+    """Find packages; get what was found, and the output."""
 
     def run(kind, arguments=(), variables=None):
         text = SHOW.format(
-            kind=kind, root=str(workspace.root), arguments=arguments, age=AGE
+            kind=kind, root=str(workspace.root), arguments=arguments
         )
         environment = workspace.environment(**(variables or {}))
         (result,), output = workspace.run(text, environment=environment)
@@ -193,24 +183,24 @@ def look(workspace):
 
 
 @pytest.fixture
-def remembered(look):
+def cached(show):
     """Get the packages without comparing, and whether colcon was asked."""
 
     def run():
-        (found, asked), _ = look('RememberedColcon')
+        (found, asked), _ = show('CachedColcon')
         return {package[0]: package for package in found}, asked
 
     return run
 
 
 @pytest.fixture
-def compare(look):
+def compare(show):
     """Compare both; get the packages, and whether colcon was asked."""
 
     def run(arguments=(), **variables):
-        (found, asked), output = look('RememberedColcon', arguments, variables)
+        (found, asked), output = show('CachedColcon', arguments, variables)
         # colcon's extensions keep what they read for the whole process
-        (expected, _), _ = look('Colcon', arguments, variables)
+        (expected, _), _ = show('Colcon', arguments, variables)
         assert found == expected, output
         return {package[0]: package for package in found}, asked
 
@@ -231,7 +221,7 @@ def test_odd_packages(odd, compare):
 
 
 @pytest.fixture
-def plain(workspace, compare, remembered):
+def plain(workspace, compare, cached):
     """A workspace that nothing is wrong with, which is known."""
     workspace.manifest('ros_a')
     workspace.manifest('conditional', depends=CONDITIONS)
@@ -243,10 +233,10 @@ def plain(workspace, compare, remembered):
     workspace.write('src/group/ignored/AMENT_IGNORE')
     workspace.write('src/group/notes/readme.txt')
     workspace.write('build/COLCON_IGNORE')
-    age(workspace)
+    let_files_settle(workspace.root.parent)
     first, asked = compare()
     assert asked
-    workspace.known, asked = remembered()
+    workspace.known, asked = cached()
     assert not asked
     assert workspace.known == first
     return workspace
@@ -377,12 +367,12 @@ def test_paths_in_the_defaults(plain, compare):
 
 
 @pytest.mark.parametrize('change', CHANGES, ids=lambda c: c.__name__)
-def test_change_is_noticed(plain, compare, remembered, change):
+def test_change_is_noticed(plain, compare, cached, change):
     change(plain)
     after, _ = compare()
     assert after != plain.known
     # and is not forgotten
-    assert remembered()[0] == after
+    assert cached()[0] == after
 
 
 def test_whole_source_is_ignored(plain, compare):

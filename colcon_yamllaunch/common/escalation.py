@@ -1,0 +1,227 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The steps by which processes are stopped: SIGINT, SIGTERM, SIGKILL.
+
+Whoever stops processes takes these steps: a launch that ends, one process of
+it that is stopped or restarted, the guard of a launch that was killed, and
+whoever ends a build. They differ in whom they look for, see :class:`Targets`.
+
+This module is part of the guard and imports little.
+"""
+
+from abc import abstractmethod
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Mapping
+import math
+import os
+import signal
+import time
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.process_scan import is_alive
+
+#: The signals in the order in which they are sent.
+STEPS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
+#: Seconds that a killed process gets to vanish, as it may hang in the kernel.
+KILL_PATIENCE = 5.0
+#: Seconds between two looks at processes whose end nobody reports.
+CHECK_INTERVAL = 0.05
+
+# the number that stands for all that no time-outs are known of
+_OTHERS = -1
+_GIVEN_UP = len(STEPS)
+
+
+@dataclass(frozen=True, slots=True)
+class Timeouts:
+    """
+    How long a process may take to stop.
+
+    :param sigterm: Seconds from SIGINT to SIGTERM
+    :param sigkill: Seconds from SIGTERM to SIGKILL
+    """
+
+    sigterm: float
+    sigkill: float
+
+
+@dataclass(frozen=True, slots=True)
+class Orphan:
+    """
+    A process that no signal to a group reaches for sure.
+
+    :param pid: Its process id
+    :param birth: When it started; with the process id it names one process
+      for good
+    :param group: Its process group
+    :param number: The number of what it comes from
+    """
+
+    pid: int
+    birth: int
+    group: int
+    number: int
+
+
+#: Whom a signal is sent to: a process group, or one process.
+Target = int | Orphan
+
+
+class Targets:
+    """The processes that are to be stopped, as whoever stops them sees it."""
+
+    def groups(self) -> Mapping[int, int]:
+        """Return the process groups that run now, with their numbers."""
+        return {}
+
+    @abstractmethod
+    def search(self, groups: Collection[int]) -> list[Orphan]:
+        """Find all that run besides the groups; this may take a while."""
+
+    def recheck(self, orphans: list[Orphan]) -> list[Orphan]:
+        """Return those of some that were found which still run."""
+        return [o for o in orphans if is_alive(o.pid, o.birth)]
+
+    def send(self, target: Target, step: signal.Signals) -> None:
+        """Send a signal."""
+        send(target, step)
+
+
+class Escalation:
+    """
+    Who is to be sent which signal, and when.
+
+    :param targets: The processes; each belongs to what has a number, such as
+      a process of the plan, and takes the steps with that
+    :param timeouts: For each number its time-outs; others have the longest
+    :param now: When stopping begins, in seconds of any clock
+    :param first: The first step
+    """
+
+    def __init__(
+        self,
+        targets: Targets,
+        timeouts: Mapping[int, Timeouts],
+        now: float,
+        first: signal.Signals = signal.SIGINT,
+    ) -> None:
+        self._targets = targets
+        self._timeouts = dict(timeouts)
+        self._timeouts.setdefault(
+            _OTHERS,
+            Timeouts(
+                max((t.sigterm for t in timeouts.values()), default=0.0),
+                max((t.sigkill for t in timeouts.values()), default=0.0),
+            ),
+        )
+        self._steps: dict[int, int] = {}
+        self._deadlines: dict[int, float] = {}
+        for number in self._timeouts:
+            self._enter(number, STEPS.index(first), now)
+        self._sent: dict[Target, int] = {}
+        self._checked = -math.inf
+        self._groups: Mapping[int, int] = {}
+        #: What was found besides the groups and still ran at the last look.
+        self.orphans: list[Orphan] = []
+        #: Whether nothing runs any more, or what does cannot be ended.
+        self.is_over = False
+
+    def advance(self, now: float) -> None:
+        """Look what still runs, and send it what is due."""
+        is_first = self._checked == -math.inf
+        # the first signal is sent even if there is no time until the second
+        due = [n for n, t in self._deadlines.items() if t <= now]
+        for number in () if is_first else due:
+            self._enter(number, self._steps[number] + 1, now)
+        # groups at once, as looking for others takes some milliseconds
+        self._groups = self._targets.groups()
+        for group, number in self._groups.items():
+            self._send(group, number, self._sent.get(group, -1))
+        self.orphans = self._targets.recheck(self.orphans)
+        if due or is_first or not (self._groups or self.orphans):
+            self.orphans = self._targets.search(self._groups)
+        for orphan in self.orphans:
+            # what its group was sent reached it, too
+            sent = max(
+                self._sent.get(orphan, -1), self._sent.get(orphan.group, -1)
+            )
+            self._send(orphan, orphan.number, sent)
+        self._checked = now
+        self.is_over = all(
+            self._steps[self._known(n)] == _GIVEN_UP for n in self.alive()
+        )
+
+    def hurry(self, now: float) -> None:
+        """Take the next step at once for all that still runs."""
+        for number in map(self._known, self.alive()):
+            if self._steps[number] < len(STEPS) - 1:
+                self._deadlines[number] = now
+        self.advance(now)
+
+    def due(self) -> float:
+        """Return when to call :meth:`advance` next, or infinity."""
+        deadlines = [self._deadlines[self._known(n)] for n in self.alive()]
+        check = self._checked + CHECK_INTERVAL if self.orphans else math.inf
+        return min((*deadlines, check))
+
+    def alive(self) -> set[int]:
+        """Return the numbers of all that still ran at the last look."""
+        return {
+            *self._groups.values(),
+            *(orphan.number for orphan in self.orphans),
+        }
+
+    def latest_signal(self) -> signal.Signals:
+        """Return the furthest step that anything which still runs came to."""
+        return STEPS[max((self._step(n) for n in self.alive()), default=0)]
+
+    def run(
+        self,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        """Take all steps, and wait until nothing is left to be done."""
+        while True:
+            self.advance(clock())
+            if self.is_over:
+                return
+            sleep(max(0.0, min(self.due() - clock(), CHECK_INTERVAL)))
+
+    def _known(self, number: int) -> int:
+        return number if number in self._steps else _OTHERS
+
+    def _step(self, number: int) -> int:
+        return min(self._steps[self._known(number)], len(STEPS) - 1)
+
+    def _enter(self, number: int, step: int, now: float) -> None:
+        timeouts = self._timeouts[number]
+        waits = (timeouts.sigterm, timeouts.sigkill, KILL_PATIENCE, math.inf)
+        self._steps[number] = step
+        self._deadlines[number] = now + waits[step]
+
+    def _send(self, target: Target, number: int, sent: int) -> None:
+        step = self._step(number)
+        if sent < step:
+            self._sent[target] = step
+            self._targets.send(target, STEPS[step])
+
+
+def send(target: Target, step: signal.Signals) -> bool:
+    """
+    Send a signal, and return whether there was somebody to get it.
+
+    :param target: A process group, or one process
+    """
+    kill = os.kill if isinstance(target, Orphan) else os.killpg
+    number = target.pid if isinstance(target, Orphan) else target
+    try:
+        kill(number, step)
+        # a stopped process takes a signal only when it is continued
+        if step != signal.SIGKILL:
+            kill(number, signal.SIGCONT)
+    except (ProcessLookupError, PermissionError):
+        return False
+    return True

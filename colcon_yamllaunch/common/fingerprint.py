@@ -1,0 +1,161 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Telling whether files and folders are as they were.
+
+Their sizes and times tell it without reading them, once the clock of the file
+system has moved on since they were written; else their contents do.
+"""
+
+from collections.abc import Iterable
+import os
+from pathlib import Path
+import stat
+import time
+from typing import NamedTuple
+
+from colcon_yamllaunch.common.digest import digest
+
+#: How long after a change another one may get the same time (nanoseconds).
+#: Linux counts file times in ticks of up to 10 ms, some file systems in
+#: seconds.
+TICK = 20_000_000
+COARSE_TICK = 2_000_000_000
+#: Larger files are told apart by size and time only (bytes).
+READ_SIZE = 8 * 1024 * 1024
+
+_SECOND = 1_000_000_000
+
+
+class Fingerprint(NamedTuple):
+    """
+    What a file or folder is like; JSON makes a list of it.
+
+    :param size: Bytes; -1 for a folder, whose times tell as much
+    :param mtime: When it was last written (nanoseconds), or 0 where that
+      proves nothing
+    :param executable: Whether its owner may run it
+    :param digest: That of its content; empty if it was not or cannot be read
+    :param ctime: When it was last written or given another time, mode or name
+      (nanoseconds); unlike the other time no program can set it
+    :param inode: The number of the file, or 0 where it is not compared
+    """
+
+    size: int
+    mtime: int
+    executable: bool
+    digest: str = ''
+    ctime: int = 0
+    inode: int = 0
+
+    @classmethod
+    def of(cls, status: os.stat_result) -> 'Fingerprint':
+        """Return the fingerprint of what has a status."""
+        is_folder = stat.S_ISDIR(status.st_mode)
+        return cls(
+            -1 if is_folder else status.st_size,
+            status.st_mtime_ns,
+            bool(status.st_mode & stat.S_IXUSR),
+            '',
+            status.st_ctime_ns,
+            status.st_ino,
+        )
+
+    @property
+    def is_settled(self) -> bool:
+        """
+        Whether any later change will show; to be asked at once.
+
+        One within the same tick of the file system's clock would not.
+        """
+        now = time.time_ns()
+        # a time in the far future is as good as one long ago
+        return all(
+            abs(now - moment) >= (TICK if moment % _SECOND else COARSE_TICK)
+            for moment in (self.mtime, self.ctime)
+        )
+
+
+def fingerprint(path: str) -> Fingerprint | None:
+    """
+    Return the fingerprint of a file or folder, None when there is nothing.
+
+    Links are followed; a dangling one is a file on its own.
+    """
+    try:
+        return Fingerprint.of(os.stat(path))
+    except OSError:
+        try:
+            return Fingerprint.of(os.lstat(path))
+        except OSError:
+            return None
+
+
+def fingerprints(paths: Iterable[str]) -> dict[str, Fingerprint | None]:
+    """Return the fingerprints of some paths."""
+    return {path: fingerprint(path) for path in paths}
+
+
+def are_settled(found: Iterable[Fingerprint | None]) -> bool:
+    """Tell whether any later change will show in all of them."""
+    return all(one is None or one.is_settled for one in found)
+
+
+def with_content(
+    path: Path, now: Fingerprint, before: Fingerprint | None
+) -> Fingerprint:
+    """
+    Return a fingerprint with the digest of the content.
+
+    :param path: The file
+    :param now: Its fingerprint, which was taken a moment ago
+    :param before: An earlier one, whose digest is used again if it was not
+      written since
+    """
+    is_settled = now.is_settled
+    if before is not None and _has_same_times(before, now):
+        content = before.digest
+    else:
+        content = content_digest(path, now.size)
+    return now._replace(
+        mtime=now.mtime if is_settled else 0, digest=content, inode=0
+    )
+
+
+def has_same_content(
+    path: Path, before: Fingerprint, now: Fingerprint
+) -> bool:
+    """
+    Tell whether a file has the content that it had.
+
+    :param path: The file
+    :param before: As :func:`with_content` returned it
+    :param now: Its fingerprint now
+    """
+    if before.size != now.size:
+        return False
+    if _has_same_times(before, now):
+        return True
+    if not before.digest:
+        return before.mtime == now.mtime
+    # a checkout there and back, or a copied workspace
+    return before.digest == content_digest(path, now.size)
+
+
+def content_digest(path: Path, size: int) -> str:
+    """Return the digest of a file; empty for a large or unreadable one."""
+    if size > READ_SIZE or not path.is_file():
+        return ''
+    try:
+        return digest(path.read_bytes())
+    except OSError:
+        return ''
+
+
+def _has_same_times(before: Fingerprint, now: Fingerprint) -> bool:
+    return (before.size, before.mtime, before.ctime) == (
+        now.size,
+        now.mtime,
+        now.ctime,
+    )
