@@ -5,6 +5,7 @@
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from collections.abc import Sequence
 import math
 from typing import NamedTuple
 from typing import Protocol
@@ -183,13 +184,13 @@ class Attributes:
             return self._table.seconds.get(name)
         return None if value.text is None else parse_seconds(value.text)
 
-    def items(self, name: str) -> tuple['Attributes', ...]:
+    def items(self, name: str) -> Sequence['Attributes']:
         """Return the items of a list."""
         items = self.item.items.get(name)
         if items is None:
             return ()
         table = _table(items_of(self._table.attributes[name]))
-        return tuple(Attributes(self._reader, name, i, table) for i in items)
+        return [Attributes(self._reader, name, i, table) for i in items]
 
     def command(self, name: str) -> list[Word]:
         """Return a command line as arguments."""

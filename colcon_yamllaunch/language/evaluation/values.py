@@ -111,13 +111,26 @@ def derived(text: str | None, key: str, values: Iterable[Value]) -> Value:
 
 def joined(pieces: Sequence[Value | str]) -> Value:
     """Return values and texts one behind the other."""
-    values = [piece for piece in pieces if not isinstance(piece, str)]
-    texts = [p if isinstance(p, str) else p.text for p in pieces]
-    text = ''.join([text for text in texts if text is not None])
-    if not any(value.sources for value in values) and None not in texts:
-        return derived(text, text, values)
-    key = ''.join([p if isinstance(p, str) else p.key for p in pieces])
-    is_known = None not in texts and len(text) <= MAXIMUM_TEXT_LENGTH
+    texts: list[str] = []
+    origins: tuple[Position, ...] = ()
+    for piece in pieces:
+        if isinstance(piece, str):
+            texts.append(piece)
+        elif piece.text is None or piece.sources:
+            return _possible(pieces)
+        else:
+            texts.append(piece.text)
+            origins = origins or piece.origins
+    text = ''.join(texts)
+    return Value(text, text, _NO_SOURCES, origins)
+
+
+def _possible(pieces: Sequence[Value | str]) -> Value:
+    values = [known(p) if isinstance(p, str) else p for p in pieces]
+    texts = [value.text for value in values if value.text is not None]
+    text = ''.join(texts)
+    is_known = len(texts) == len(values) and len(text) <= MAXIMUM_TEXT_LENGTH
+    key = ''.join([value.key for value in values])
     return derived(text if is_known else None, key, values)
 
 

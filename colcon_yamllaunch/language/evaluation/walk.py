@@ -643,8 +643,11 @@ class Walk(ABC):
     ) -> Value:
         """Put the substitutions into a template."""
         makers, parts = self._makers, template.parts
-        if len(parts) == 1 and not isinstance(parts[0], str):
-            return makers[parts[0].name](Call(self, parts[0], position_at))
+        if len(parts) == 1:
+            part = parts[0]
+            if isinstance(part, str):
+                return Value(part, part)
+            return makers[part.name](Call(self, part, position_at))
         return joined(
             [
                 part
