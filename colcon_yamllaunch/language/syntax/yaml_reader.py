@@ -108,7 +108,7 @@ def construct(kind: Kind, text: str) -> str | int | float | bool | None:
     """
     Return the Python object for a scalar.
 
-    :raises ValueError: if the text is no value of that kind
+    :raises ValueError: when the text is no value of that kind
     """
     if kind in ('str', 'timestamp', 'merge'):
         return text
@@ -123,7 +123,7 @@ def read_yaml(source: Source) -> Value | None:
     Read the one document of a file.
 
     :returns: The document, or None when the file has none
-    :raises LaunchError: if it is not YAML, has duplicate keys or exceeds a
+    :raises LaunchError: when it is not YAML, has duplicate keys or exceeds a
       limit
     """
     return _Reader(source).read()

@@ -39,7 +39,7 @@ class Text:
 
     :param scalar: The YAML scalar
     :param plain: Whether it has no substitutions by definition
-    :raises LaunchError: if a substitution in it is malformed or unknown
+    :raises LaunchError: when a substitution in it is malformed or unknown
     """
 
     __slots__ = ('_scalar', 'literal', 'template')
