@@ -19,12 +19,12 @@ from colcon_yamllaunch.language.actions.scope_actions import inner_namespace
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.attributes import parse_seconds
 from colcon_yamllaunch.language.evaluation.attributes import Word
+from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
+from colcon_yamllaunch.language.evaluation.findings import NamedNode
 from colcon_yamllaunch.language.evaluation.scope import environment_changes
 from colcon_yamllaunch.language.evaluation.scope import Names
 from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.evaluation.walk import ExecutableUse
 from colcon_yamllaunch.language.evaluation.walk import Handler
-from colcon_yamllaunch.language.evaluation.walk import NamedNode
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import OUTPUT_MODES
 from colcon_yamllaunch.language.plan.plan import ParameterFile

@@ -24,11 +24,11 @@ from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
 from colcon_yamllaunch.language.evaluation.values import derived
 from colcon_yamllaunch.language.evaluation.values import known
+from colcon_yamllaunch.language.evaluation.values import SubstitutionError
 from colcon_yamllaunch.language.evaluation.values import unknown
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Call
 from colcon_yamllaunch.language.evaluation.walk import Maker
-from colcon_yamllaunch.language.evaluation.walk import SubstitutionError
 from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
 
 #: How many characters of a command's error output a message shows.

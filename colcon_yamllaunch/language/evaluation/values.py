@@ -26,6 +26,33 @@ class AlreadyReportedError(Exception):
     """A value cannot be had for a reason that was shown before."""
 
 
+class SubstitutionError(Exception):
+    """
+    A substitution cannot be made.
+
+    :param message: Why
+    :param hint: The way out
+    :param may_pass_after_build: See :class:`Diagnostic`
+    """
+
+    def __init__(
+        self,
+        message: str,
+        hint: str | None = None,
+        *,
+        may_pass_after_build: bool = False,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+        self.may_pass_after_build = may_pass_after_build
+
+
+def expression_error(expression: str, reason: str) -> SubstitutionError:
+    """Return the error of an expression in Python that fails."""
+    return SubstitutionError(f"the expression '{expression}' fails: {reason}")
+
+
 @dataclass(frozen=True, slots=True)
 class Place:
     """
