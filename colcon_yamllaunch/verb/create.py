@@ -3,7 +3,6 @@
 
 """The verb `create`."""
 
-import os
 from typing import Any
 
 from colcon_core.plugin_system import satisfies_version
@@ -29,32 +28,17 @@ class CreateVerb(VerbExtensionPoint):  # type: ignore[misc]
         self._environment: dict[str, str] = {}
 
     def add_arguments(self, *, parser: Any) -> None:  # noqa: D102
-        from colcon_yamllaunch.verb.cli.create_options import (
-            add_create_options,
-        )
-        from colcon_yamllaunch.verb.cli.log_base import LOG_PATH
-        from colcon_yamllaunch.verb.cli.standard_streams import (
-            open_standard_streams,
-        )
+        from colcon_yamllaunch.verb.verb_arguments import add_verb_arguments
 
-        open_standard_streams()
-        self._environment = dict(os.environ)
         parser.usage = _USAGE
         parser.epilog = _EPILOG
         parser.add_argument(
-            'words',
+            'positionals',
             nargs='*',
             metavar='PKG',
             help='The name of the package, which is that of its folder, too',
         )
-        add_create_options(parser)
-        # there is nothing to log, and maybe no workspace yet
-        if not os.environ.get(LOG_PATH):
-            os.environ[LOG_PATH] = os.devnull
-        if '_ARGCOMPLETE' in os.environ:
-            from colcon_yamllaunch.verb.completion.completing import complete
-
-            complete('create', parser, self._environment)
+        self._environment = add_verb_arguments(parser, 'create')
 
     def main(self, *, context: Any) -> int:  # noqa: D102
         from colcon_yamllaunch.verb.launching.create_flow import main

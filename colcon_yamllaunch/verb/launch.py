@@ -4,7 +4,6 @@
 """The verb `launch`."""
 
 import argparse
-import os
 from typing import Any
 
 from colcon_core.plugin_system import satisfies_version
@@ -33,33 +32,21 @@ class LaunchVerb(VerbExtensionPoint):  # type: ignore[misc]
         self._environment: dict[str, str] = {}
 
     def add_arguments(self, *, parser: Any) -> None:  # noqa: D102
-        from colcon_yamllaunch.verb.cli.log_base import choose_log_base
-        from colcon_yamllaunch.verb.cli.options import add_options
-        from colcon_yamllaunch.verb.cli.standard_streams import (
-            open_standard_streams,
-        )
+        from colcon_yamllaunch.verb.verb_arguments import add_verb_arguments
 
-        open_standard_streams()
-        # what colcon adds to the environment is not the user's
-        self._environment = dict(os.environ)
         parser.usage = _USAGE
         parser.epilog = _EPILOG
         # behind the first word an abbreviation is no option either
         parser.allow_abbrev = False
         parser.add_argument(
-            'words',
+            'positionals',
             nargs=argparse.REMAINDER,
             metavar='PKG FILE [name:=value ...]',
             help='The package and its launch file: by name, with or without '
             'extension, or by its path in the package; or instead of both '
             'the path of a launch file. Then the launch arguments',
         )
-        add_options(parser)
-        choose_log_base()
-        if '_ARGCOMPLETE' in os.environ:
-            from colcon_yamllaunch.verb.completion.completing import complete
-
-            complete('launch', parser, self._environment)
+        self._environment = add_verb_arguments(parser, 'launch')
 
     def main(self, *, context: Any) -> int:  # noqa: D102
         from colcon_yamllaunch.verb.launching.main import main

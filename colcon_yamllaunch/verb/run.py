@@ -4,7 +4,6 @@
 """The verb `run`."""
 
 import argparse
-import os
 from typing import Any
 
 from colcon_core.plugin_system import satisfies_version
@@ -30,34 +29,21 @@ class RunVerb(VerbExtensionPoint):  # type: ignore[misc]
         self._environment: dict[str, str] = {}
 
     def add_arguments(self, *, parser: Any) -> None:  # noqa: D102
-        from colcon_yamllaunch.verb.cli.log_base import choose_log_base
-        from colcon_yamllaunch.verb.cli.run_options import add_run_options
-        from colcon_yamllaunch.verb.cli.standard_streams import (
-            open_standard_streams,
-        )
-        from colcon_yamllaunch.verb.run_positionals import own_words
+        from colcon_yamllaunch.verb.verb_arguments import add_verb_arguments
 
-        open_standard_streams()
-        # what colcon adds to the environment is not the user's
-        self._environment = dict(os.environ)
         parser.usage = _USAGE
         parser.epilog = _EPILOG
         # an abbreviation would be taken from among the program's words, too
         parser.allow_abbrev = False
         parser.add_argument(
-            'words',
+            'positionals',
             nargs=argparse.REMAINDER,
             metavar='PKG EXEC [argument ...]',
             help='The package and its executable, then the arguments of the '
             'program, which are passed as they are. Without EXEC the '
             'executables of the package are listed',
         )
-        add_run_options(parser)
-        choose_log_base(own_words())
-        if '_ARGCOMPLETE' in os.environ:
-            from colcon_yamllaunch.verb.completion.completing import complete
-
-            complete('run', parser, self._environment)
+        self._environment = add_verb_arguments(parser, 'run')
 
     def main(self, *, context: Any) -> int:  # noqa: D102
         from colcon_yamllaunch.verb.launching.run_flow import main

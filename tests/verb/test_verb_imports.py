@@ -24,7 +24,7 @@ print(*sorted(set(sys.modules) - before))
         'cli.environment_variables',
         'launch',
         'run',
-        'run_positionals',
+        'cli.argv',
     ],
 )
 def test_importing_the_verb_imports_nothing_else(module: str) -> None:

@@ -1,23 +1,17 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The options that are about running launches, or about the keyboard."""
+"""What the command line of `colcon launch` asks of running launches."""
 
+from collections.abc import Iterable
 from collections.abc import Sequence
 from typing import Any
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.verb.cli.exclusion import at_most_one
-from colcon_yamllaunch.verb.cli.exclusion import option_of
-
-#: What can be asked of a running launch, with a list of names.
-ACTIONS = ('stop', 'restart', 'logs')
-#: The formats of `--status`.
-STATUS_FORMATS = ('text', 'json')
-
-_ATTACH = '--attach'
-_OF = '--of'
+from colcon_yamllaunch.verb.cli.option_scanner import Item
+from colcon_yamllaunch.verb.cli.option_table import REQUESTS
+from colcon_yamllaunch.verb.cli.option_table import TEXT
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,180 +24,68 @@ class ControlOptions:
     :param launch: Which launch is meant: its package, launch file, title or
       process id; None when that is clear
     :param follow: Whether `logs` waits for more
-    :param status_format: One of :data:`STATUS_FORMATS`
+    :param status_format: How `status` is shown
     """
 
     action: str
     names: tuple[str, ...] = ()
     launch: str | None = None
     follow: bool = False
-    status_format: str = 'text'
+    status_format: str = TEXT
 
 
-def add_control_options(group: Any) -> None:
-    """Add the options to a group of a parser."""
-    group.add_argument(
-        '--status',
-        nargs='?',
-        const='text',
-        metavar='FORMAT',
-        help='Show all running launches and their processes; --status=json '
-        'for programs',
-    )
-    group.add_argument(
-        '--stop',
-        nargs='*',
-        metavar='NAME',
-        help='Stop processes, by name or glob; without a name, the launch',
-    )
-    group.add_argument(
-        '--restart',
-        nargs='*',
-        metavar='NAME',
-        help='Start processes anew, by name or glob',
-    )
-    group.add_argument(
-        '--logs',
-        nargs='*',
-        metavar='NAME',
-        help='Show what processes wrote, by name or glob',
-    )
-    group.add_argument(
-        '-f',
-        '--follow',
-        action='store_true',
-        help='With --logs: the last lines, then what comes',
-    )
-    group.add_argument(
-        _ATTACH,
-        metavar='NAME',
-        help='Connect the keyboard to a process: with PKG FILE to one of the '
-        'new launch, else to one of a running launch; Ctrl-] detaches',
-    )
-    group.add_argument(
-        _OF,
-        metavar='LAUNCH',
-        help='Which running launch is meant, where that is not clear: its '
-        'package, launch file or pid',
-    )
-
-
-def is_control(argv: Sequence[str]) -> bool:
+def is_control(items: Iterable[Item]) -> bool:
     """
-    Tell whether a command line only looks at running launches.
+    Tell whether a command line launches nothing, but is about what runs.
 
     This is known before the command line is parsed, since then colcon has
     made a folder for logs already.
+
+    :param items: What stands behind `launch`
     """
-    options = {word.partition('=')[0] for word in argv}
-    if options & {'--status', *(f'--{name}' for name in ACTIONS)}:
+    # without an option: something to launch
+    given = {
+        None if item.option is None else item.option.name
+        for item in items
+        if item.option is not None or item.is_positional
+    }
+    if given.intersection(REQUESTS):
         return True
-    words = list(argv[argv.index('launch') + 1 :]) if 'launch' in argv else []
-    for option in (_ATTACH, _OF):
-        if option in words:
-            index = words.index(option)
-            del words[index : index + 2]
-    return _ATTACH in options and all(word.startswith('--') for word in words)
+    return '--attach' in given and given.isdisjoint(('--from-plan', None))
 
 
 def control_options(
-    options: Any, words: Sequence[str], *, has_plan: bool
+    values: Any, positionals: Sequence[str]
 ) -> ControlOptions | None:
     """
-    Return what is asked of running launches.
+    Return what is asked of running launches; None for a new launch.
 
-    :param options: The parsed options
-    :param words: The words that belong to no option
-    :param has_plan: Whether a saved plan is launched
-    :returns: None when something is launched
-    :raises WorkspaceError: if it makes no sense
+    :param values: The values of all options
+    :param positionals: The words that belong to no option
+    :raises UserError: when it makes no sense
     """
-    given = [
-        name
-        for name in ('status', *ACTIONS)
-        if getattr(options, name) is not None
-    ]
-    if options.attach is not None and (given or not (words or has_plan)):
+    actions = [name.removeprefix('--') for name in REQUESTS]
+    given = [name for name in actions if getattr(values, name) is not None]
+    launches = positionals or values.from_plan is not None
+    if values.attach is not None and not launches:
         given.append('attach')
-    at_most_one([option_of(name) for name in given])
     if not given:
-        _refuse_alone(options)
         return None
     action = given[0]
-    _check_action(action, options, words)
-    if action == 'attach':
-        names = [options.attach]
-    else:
-        names = [*(getattr(options, action) or ()), *words]
-    return ControlOptions(
-        action,
-        tuple(names) if action != 'status' else (),
-        options.of,
-        options.follow,
-        options.status or 'text',
-    )
-
-
-def _check_action(action: str, options: Any, words: Sequence[str]) -> None:
-    if options.follow and action != 'logs':
-        raise WorkspaceError('-f goes with --logs')
-    if action == 'status' and words:
-        raise WorkspaceError(
-            f"--status takes no '{words[0]}': it shows all running launches; "
-            'one of them with --of LAUNCH'
+    if action == 'status' and positionals:
+        raise UserError(
+            f"--status takes no '{positionals[0]}': it shows all running "
+            'launches; one of them with --of LAUNCH'
         )
-    if action == 'status' and options.status not in STATUS_FORMATS:
-        raise WorkspaceError(
-            f"--status has no format '{options.status}': it is one of "
-            f'{", ".join(STATUS_FORMATS)}'
-        )
-    if action == 'restart' and not (options.restart or words):
-        raise WorkspaceError(
+    if action == 'restart' and not (values.restart or positionals):
+        raise UserError(
             "--restart needs the NAME of a process; '*' means all of them"
         )
-
-
-def _refuse_alone(options: Any) -> None:
-    if options.follow:
-        raise WorkspaceError('-f goes with --logs')
-    if options.of is not None:
-        raise WorkspaceError(
-            '--of LAUNCH goes with --status, --stop, --restart, --logs and '
-            '--attach NAME'
-        )
-
-
-def prefix_arguments(options: Any, has_plan: bool) -> dict[str, str]:
-    """
-    Return the launch arguments that the options about the prefix stand for.
-
-    :raises WorkspaceError: if a saved plan is launched, whose command lines
-      are made already
-    """
-    given = {
-        'launch-prefix': options.launch_prefix,
-        'launch-prefix-filter': options.launch_prefix_filter,
-    }
-    arguments = {n: value for n, value in given.items() if value is not None}
-    if arguments and has_plan:
-        raise WorkspaceError(
-            f'--{next(iter(arguments))} goes with a launch file: the command '
-            'lines of a saved plan are made already'
-        )
-    return arguments
-
-
-def add_prefix_options(parser: Any) -> None:
-    """Add `--launch-prefix` and its filter, as `ros2 launch` has them."""
-    parser.add_argument(
-        '--launch-prefix',
-        metavar='COMMAND',
-        help='A command to start executables with, such as "gdb -ex run '
-        '--args"; in one word',
-    )
-    parser.add_argument(
-        '--launch-prefix-filter',
-        metavar='REGEX',
-        help='Use the prefix for executables whose name matches from its '
-        'start',
+    names: Sequence[str] = ()
+    if action == 'attach':
+        names = (values.attach,)
+    elif action != 'status':
+        names = (*getattr(values, action), *positionals)
+    return ControlOptions(
+        action, tuple(names), values.of, values.follow, values.status or TEXT
     )

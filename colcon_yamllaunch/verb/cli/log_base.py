@@ -9,11 +9,17 @@ choice is made while the arguments are added: in the workspace if there is one
 that can be written to, else nowhere.
 """
 
+from collections.abc import Iterable
 import os
 from pathlib import Path
-import sys
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.verb.cli.argv import words_behind
+from colcon_yamllaunch.verb.cli.control_options import is_control
+from colcon_yamllaunch.verb.cli.option_scanner import program_index
+from colcon_yamllaunch.verb.cli.option_scanner import scan
+from colcon_yamllaunch.verb.cli.option_table import Verb
+from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 
 #: The variable that colcon takes the folder for logs from.
 LOG_PATH = 'COLCON_LOG_PATH'
@@ -21,49 +27,53 @@ LOG_PATH = 'COLCON_LOG_PATH'
 #: What the path of a launch file ends in.
 PATH_SUFFIXES = ('.yaml', '.yml', '.launch', '.xml', '.py')
 
-_WORKSPACE = '--workspace'
 
-
-def choose_log_base(argv: list[str] | None = None) -> None:
-    """
-    Make colcon log in the workspace unless the user says where.
-
-    :param argv: The part of the command line that tells the workspace; by
-      default all of it
-    """
+def choose_log_base(verb: Verb) -> None:
+    """Make colcon log in the workspace unless the user says where."""
     if not os.environ.get(LOG_PATH):
-        from colcon_yamllaunch.verb.cli.control_options import is_control
-
-        argv = sys.argv[1:] if argv is None else argv
-        folder = None if is_control(argv) else default_log_base(argv)
+        folder = default_log_base(verb)
         usable = folder is not None and _is_writable(folder)
         os.environ[LOG_PATH] = str(folder) if usable else os.devnull
 
 
-def default_log_base(argv: list[str]) -> Path | None:
+def default_log_base(verb: Verb) -> Path | None:
     """
-    Return the log folder of the workspace, if there is a workspace.
+    Return the log folder of the workspace that the command line is about.
 
-    :param argv: The command line
+    None stands for no workspace, or nothing to log.
+
+    :param verb: The verb that it calls
     """
-    root = root_of(argv)
+    if verb == 'create':
+        # maybe there is no workspace yet
+        return None
+    words = words_behind(verb)
+    if verb == 'run':
+        words = words[: program_index(words)]
+    items = list(scan(words, verb))
+    given = {i.option.name: i.values for i in items if i.option is not None}
+    if '--version' in given or (verb == 'launch' and is_control(items)):
+        return None
+    positionals = [item.words[0] for item in items if item.is_positional]
+    (workspace,) = given.get('--workspace') or (None,)
+    root = find_workspace(workspace, positionals)
     return None if root is None else root / 'log'
 
 
-def root_of(argv: list[str]) -> Path | None:
+def find_workspace(
+    given: str | Path | None, positionals: Iterable[str]
+) -> Path | None:
     """
-    Find the workspace that a command line is about.
+    Find the workspace that is given, or else the one around.
 
-    :param argv: The command line
+    :param given: The value of `--workspace`, if given
+    :param positionals: Words, the path of a launch file maybe among them
     """
-    from colcon_yamllaunch.workspace.packages.workspace_root import find_root
-
-    given = _option(argv)
     if given is not None:
         folder = Path(given).expanduser().absolute()
         return folder if folder.is_dir() else None
     root = find_root(Path.cwd())
-    for word in argv if root is None else ():
+    for word in positionals if root is None else ():
         if word.endswith(PATH_SUFFIXES):
             path = Path(word)
             if path.is_file():
@@ -71,19 +81,17 @@ def root_of(argv: list[str]) -> Path | None:
     return root
 
 
-def workspace_root(given: Path | None, words: list[str]) -> Path | None:
+def workspace_root(
+    given: Path | None, positionals: Iterable[str]
+) -> Path | None:
     """
-    Return the workspace that is given, or else the one around.
+    Return what :func:`find_workspace` finds.
 
-    :param given: The value of `--workspace`, if given
-    :param words: The words of the command line
-    :raises WorkspaceError: if the folder does not exist
+    :raises UserError: when the folder that is given does not exist
     """
-    if given is None:
-        return root_of(words)
-    if not given.is_dir():
-        raise WorkspaceError(f"there is no workspace folder '{given}'")
-    return given.absolute()
+    if given is not None and not given.is_dir():
+        raise UserError(f"there is no workspace folder '{given}'")
+    return find_workspace(given, positionals)
 
 
 def _is_writable(folder: Path) -> bool:
@@ -91,13 +99,3 @@ def _is_writable(folder: Path) -> bool:
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
     return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
-
-
-def _option(argv: list[str]) -> str | None:
-    value = None
-    for index, word in enumerate(argv):
-        if word == _WORKSPACE:
-            value = argv[index + 1] if index + 1 < len(argv) else None
-        elif word.startswith(f'{_WORKSPACE}='):
-            value = word.partition('=')[2]
-    return value

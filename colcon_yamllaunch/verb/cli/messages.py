@@ -4,11 +4,14 @@
 """What the verbs say to the user."""
 
 from collections.abc import Callable
+from collections.abc import Iterable
 import logging
 import os
 import sys
 
+import colcon_core
 from colcon_core.location import get_log_path
+import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
 
 #: The exit code after Ctrl-C before anything runs (128 + SIGINT).
@@ -23,13 +26,30 @@ def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
+def enumeration(items: Iterable[str]) -> str:
+    """Return items as a sentence has them; there is at least one."""
+    *first, last = items
+    return f'{", ".join(first)} and {last}' if first else last
+
+
+def show_versions() -> int:
+    """Do what `--version` asks for, and return the exit code."""
+    print(
+        f'colcon-yamllaunch {colcon_yamllaunch.__version__}, '
+        f'colcon-core {colcon_core.__version__}',
+        flush=True,
+    )
+    return 0
+
+
 def report_errors(verb: str, action: Callable[[], int]) -> int:
     """
     Do what a verb does, and say in one message what went wrong.
 
+    Return the exit code.
+
     :param verb: The name of the verb
     :param action: What it does; returns the exit code
-    :returns: The exit code
     """
     try:
         return action()

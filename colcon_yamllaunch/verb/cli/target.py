@@ -5,7 +5,7 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.verb.cli.log_base import PATH_SUFFIXES
@@ -32,54 +32,53 @@ class Target:
     package: str | None = None
 
 
-def path_target(words: tuple[str, ...], cwd: Path) -> Target | None:
+def path_target(positionals: tuple[str, ...], cwd: Path) -> Target | None:
     """
-    Return the launch file that is given by its path.
+    Return the launch file that is given by its path; None for a package.
 
-    :param words: What the user gave
+    :param positionals: What the user gave
     :param cwd: The folder that relative paths start from
-    :returns: The launch file, or None when a package is named
-    :raises WorkspaceError: if it is a path, but not one of a file
+    :raises UserError: when it is a path, but not one of a file
     """
-    word = words[0]
+    word = positionals[0]
     path = cwd / Path(word).expanduser()
     if path.is_file():
-        _refuse_more(words[1:])
+        _refuse_more(positionals[1:])
         return Target(str(path), str(path))
-    if '/' in word or (len(words) == 1 and word.endswith(PATH_SUFFIXES)):
+    if '/' in word or (len(positionals) == 1 and word.endswith(PATH_SUFFIXES)):
         hint = ''
         if path.parent.is_dir():
             names = [child.name for child in path.parent.iterdir()]
             near = did_you_mean(path.name, names)
             hint = f': {near}' if near else ''
-        raise WorkspaceError(f"there is no launch file '{word}'{hint}")
+        raise UserError(f"there is no launch file '{word}'{hint}")
     return None
 
 
 def package_target(
-    words: tuple[str, ...],
+    positionals: tuple[str, ...],
     locator: PackageLocator,
     broken: tuple[BrokenManifest, ...],
 ) -> Target:
     """
     Return the launch file of a package.
 
-    :param words: The package and the file
+    :param positionals: The package and the file
     :param locator: The packages
     :param broken: The manifests in the workspace that make no package
-    :raises WorkspaceError: if there is no such package or file
+    :raises UserError: when there is no such package or file
     """
-    package, *rest = words
+    package, *rest = positionals
     _refuse_more(rest[1:])
     prefix = locator.prefix(package)
     if prefix is None:
-        raise WorkspaceError(unknown_package(package, locator, broken))
+        raise UserError(unknown_package(package, locator, broken))
     own = locator.package(package)
     folder = Path(locator.share(package) or '') if own is None else own.path
     files = find_launch_files(folder)
     if not rest:
         listed = ''.join(f'\n  {file}' for file in files)
-        raise WorkspaceError(
+        raise UserError(
             f'which launch file of {package}? It has:{listed}'
             if files
             else f'{package} has no launch files'
@@ -117,8 +116,8 @@ def unknown_package(
     )
 
 
-def _refuse_more(words: list[str] | tuple[str, ...]) -> None:
-    for word in words:
-        raise WorkspaceError(
+def _refuse_more(positionals: list[str] | tuple[str, ...]) -> None:
+    for word in positionals:
+        raise UserError(
             f"malformed launch argument '{word}': it is written name:=value"
         )

@@ -19,26 +19,26 @@ from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 
 def launch_arguments(
-    words: Sequence[str],
+    positionals: Sequence[str],
     locator: PackageLocator,
     given: Sequence[str],
     environment: Mapping[str, str],
     prefix: str,
 ) -> Candidates:
     """
-    Get the launch arguments, or the values of the one that is begun.
+    Return the launch arguments, or the values of the one that is begun.
 
-    :param words: A package and a launch file, or the path of one
+    :param positionals: A package and a launch file, or the path of one
     :param locator: The packages
     :param given: The launch arguments that are given
     :param environment: The user's environment
     :param prefix: What there is of the word
-    :raises WorkspaceError: if there is no such launch file
-    :raises LaunchError: if a launch file has mistakes
+    :raises UserError: when there is no such launch file
+    :raises LaunchError: when a launch file has mistakes
     """
     cwd = Path.cwd()
-    target = path_target(tuple(words), cwd) or package_target(
-        tuple(words), locator, ()
+    target = path_target(tuple(positionals), cwd) or package_target(
+        tuple(positionals), locator, ()
     )
     values = dict(word.split(':=', 1) for word in given)
     known = LaunchPackages(locator, built=False)

@@ -20,14 +20,14 @@ Candidates = Mapping[str, str]
 
 
 def packages(locator: PackageLocator, prefix: str) -> Candidates:
-    """Get the packages whose names start with something."""
+    """Return the packages whose names start with something."""
     return {n: '' for n in locator.names() if n.startswith(prefix)}
 
 
 def launch_files(
     package: str, locator: PackageLocator, prefix: str
 ) -> Candidates:
-    """Get the names of a package's launch files, or paths if one is begun."""
+    """Return a package's launch files: names, or paths if one is begun."""
     own = locator.package(package)
     folder = locator.share(package) if own is None else own.path
     files = () if folder is None else find_launch_files(Path(folder))
@@ -36,7 +36,7 @@ def launch_files(
 
 
 def executables(package: str, locator: PackageLocator) -> Candidates:
-    """Get the programs that a package has installed, or will install."""
+    """Return the programs that a package has installed, or will install."""
     names = set(locator.executables(package))
     own = locator.package(package)
     if own is not None:
@@ -46,11 +46,11 @@ def executables(package: str, locator: PackageLocator) -> Candidates:
 
 def paths(prefix: str, suffixes: Sequence[str]) -> Candidates:
     """
-    Get folders, and files with given endings.
+    Return folders, and files with given endings.
 
     :param prefix: What there is of the path
     :param suffixes: The endings of the files
-    :raises OSError: if the folder cannot be read
+    :raises OSError: when the folder cannot be read
     """
     head = prefix[: prefix.rfind('/') + 1]
     begun = prefix[len(head) :]

@@ -14,26 +14,24 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.verb.cli.control_options import ACTIONS
-from colcon_yamllaunch.verb.cli.control_options import STATUS_FORMATS
+from colcon_yamllaunch.verb.cli.launch_options import split_line
+from colcon_yamllaunch.verb.cli.log_base import find_workspace
 from colcon_yamllaunch.verb.cli.log_base import PATH_SUFFIXES
-from colcon_yamllaunch.verb.cli.log_base import root_of
-from colcon_yamllaunch.verb.cli.options import LOOKS
-from colcon_yamllaunch.verb.cli.options import split_words
+from colcon_yamllaunch.verb.cli.option_parser import given_options
+from colcon_yamllaunch.verb.cli.option_table import Completer
+from colcon_yamllaunch.verb.cli.option_table import Option
+from colcon_yamllaunch.verb.cli.option_table import options_of
+from colcon_yamllaunch.verb.cli.option_table import REQUESTS
+from colcon_yamllaunch.verb.cli.option_table import Verb
 from colcon_yamllaunch.verb.completion import candidates
 from colcon_yamllaunch.verb.completion.candidates import Candidates
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
-
-_FORMATS = {
-    'check': LOOKS['check'],
-    'plan': LOOKS['plan'],
-    'status': STATUS_FORMATS,
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +51,12 @@ class _Cursor:
     environment: Mapping[str, str]
 
     def locator(self, words: Sequence[str] = ()) -> PackageLocator:
-        """Get the packages; the words may have the path of a launch file."""
-        given = getattr(self.known, 'workspace', None)
-        root = Path(given).expanduser() if given else root_of(list(words))
-        return scan_packages(root, self.environment)
+        """Return the packages; words may have the path of a launch file."""
+        given = getattr(self.known, 'workspace', None) or None
+        return scan_packages(find_workspace(given, words), self.environment)
+
+
+_Find = Callable[[_Cursor], Candidates]
 
 
 class _Completer:
@@ -67,11 +67,7 @@ class _Completer:
     :param environment: The user's environment
     """
 
-    def __init__(
-        self,
-        find: Callable[[_Cursor], Candidates],
-        environment: Mapping[str, str],
-    ) -> None:
+    def __init__(self, find: _Find, environment: Mapping[str, str]) -> None:
         self._find = find
         self._environment = environment
 
@@ -85,14 +81,11 @@ class _Completer:
         return {}
 
 
-class _WordsCompleter(_Completer):
-    """What argcomplete asks about the words that belong to no option."""
+class _PositionalsCompleter(_Completer):
+    """What argcomplete asks about the positionals."""
 
     def __init__(
-        self,
-        find: Callable[[_Cursor], Candidates],
-        environment: Mapping[str, str],
-        parser: Any,
+        self, find: _Find, environment: Mapping[str, str], parser: Any
     ) -> None:
         super().__init__(find, environment)
         self._parser = parser
@@ -103,10 +96,10 @@ class _WordsCompleter(_Completer):
         word = _word_at_cursor(self._environment)
         known = getattr(self._parser, '_argcomplete_namespace', None)
         is_value = word.startswith('-') and '=' in word
-        return not is_value or bool(getattr(known, 'words', None))
+        return not is_value or bool(getattr(known, 'positionals', None))
 
 
-def complete(verb: str, parser: Any, environment: Mapping[str, str]) -> None:
+def complete(verb: Verb, parser: Any, environment: Mapping[str, str]) -> None:
     """
     Say how the arguments of a verb are completed.
 
@@ -115,16 +108,18 @@ def complete(verb: str, parser: Any, environment: Mapping[str, str]) -> None:
     :param environment: The user's environment, with what argcomplete added
     """
     word = _word_at_cursor(environment)
+    options = {option.key: option for option in options_of(verb).values()}
     for action in parser._actions:
-        find = _OPTIONS.get(action.dest)
-        if action.dest in _FORMATS and '=' not in word:
-            # what follows without it is the package
-            find = _nothing
-        if find is not None:
+        option = options.get(action.dest)
+        if option is not None and option.value is not None:
+            find = _finder(option)
+            if option.value.arity == 'choice' and '=' not in word:
+                # what follows without it is the package
+                find = _nothing
             action.completer = _Completer(find, environment)
-        if action.dest == 'words':
-            find = _WORDS[verb]
-            action.completer = _WordsCompleter(find, environment, parser)
+        if action.dest == 'positionals':
+            find = _POSITIONALS[verb]
+            action.completer = _PositionalsCompleter(find, environment, parser)
         if action.option_strings and not word.startswith('-'):
             # dozens of options would hide what is looked for
             action.help = argparse.SUPPRESS
@@ -138,27 +133,40 @@ def _word_at_cursor(environment: Mapping[str, str]) -> str:
     return line.rpartition(' ')[2]
 
 
-def _launch_words(cursor: _Cursor) -> Candidates:
+def _launch_positionals(cursor: _Cursor) -> Candidates:
     """Find words behind the package, which argparse leaves to the verb."""
     prefix = cursor.prefix
-    last = cursor.known.words[-1] if cursor.known.words else None
-    actions = cursor.parser._option_string_actions
-    option, equals, value = prefix.partition('=')
+    options = options_of('launch')
+    last = options.get((cursor.known.positionals or [''])[-1])
+    name, equals, begun = prefix.partition('=')
     if prefix.startswith('-') and equals:
-        found = _value(cursor, actions[option], value)
-        return {f'{option}={name}': text for name, text in found.items()}
+        found = _finder(options[name])(replace(cursor, prefix=begun))
+        return {f'{name}={value}': text for value, text in found.items()}
     if prefix.startswith('-'):
         return _options(cursor)
-    if last in actions and _needs_value(actions[last]):
-        return _value(cursor, actions[last], prefix)
-    options, words, arguments = split_words(cursor.known)
+    value = None if last is None else last.value
+    if last and value and value.arity in ('one', 'each', 'some'):
+        return _finder(last)(cursor)
+    _give_back(cursor.known, options)
+    values, words, arguments = split_line(cursor.known)
     words = [word for word in words if not word.startswith('-')]
-    cursor = _Cursor(prefix, options, cursor.parser, cursor.environment)
-    if any(getattr(options, name) is not None for name in ACTIONS):
-        return _processes(cursor)
-    if options.status is not None or options.from_plan is not None:
+    cursor = replace(cursor, known=values)
+    given = given_options(values, 'launch')
+    if '--status' in given or '--from-plan' in given:
         return {}
+    if given.keys() & set(REQUESTS):
+        return _processes(cursor)
     return _launched(cursor, words, arguments)
+
+
+def _give_back(known: Any, options: Mapping[str, Option]) -> None:
+    """Make a positional of the word that argparse took for a choice."""
+    for option in options.values():
+        if option.value is not None and option.value.arity == 'choice':
+            word = getattr(known, option.key)
+            if word not in (None, *option.value.choices):
+                known.positionals = [word, *known.positionals]
+                setattr(known, option.key, option.value.choices[0])
 
 
 def _launched(
@@ -181,8 +189,8 @@ def _launched(
     )
 
 
-def _run_words(cursor: _Cursor) -> Candidates:
-    words = [word for word in cursor.known.words if word != '--']
+def _run_positionals(cursor: _Cursor) -> Candidates:
+    words = [word for word in cursor.known.positionals if word != '--']
     if not words:
         return candidates.packages(cursor.locator(), cursor.prefix)
     if len(words) == 1:
@@ -198,15 +206,14 @@ def _options(cursor: _Cursor) -> Candidates:
     }
 
 
-def _needs_value(action: Any) -> bool:
-    return action.nargs in (None, '+')
-
-
-def _value(cursor: _Cursor, action: Any, prefix: str) -> Candidates:
-    find = _OPTIONS.get(action.dest, _nothing)
-    return find(
-        _Cursor(prefix, cursor.known, cursor.parser, cursor.environment)
-    )
+def _finder(option: Option) -> _Find:
+    """Return what finds the values of an option."""
+    if option.value is None:
+        return _nothing
+    if option.value.completer == 'choices':
+        choices = dict.fromkeys(option.value.choices, '')
+        return lambda _: choices
+    return COMPLETERS[option.value.completer]
 
 
 def _processes(cursor: _Cursor, *, only_terminals: bool = False) -> Candidates:
@@ -220,18 +227,10 @@ def _processes(cursor: _Cursor, *, only_terminals: bool = False) -> Candidates:
     )
 
 
-def _terminals(cursor: _Cursor) -> Candidates:
-    return _processes(cursor, only_terminals=True)
-
-
 def _launches(cursor: _Cursor) -> Candidates:
     from colcon_yamllaunch.verb.completion.process_candidates import launches
 
     return launches(cursor.environment)
-
-
-def _packages(cursor: _Cursor) -> Candidates:
-    return candidates.packages(cursor.locator(), cursor.prefix)
 
 
 def _licenses(_cursor: _Cursor) -> Candidates:
@@ -240,30 +239,22 @@ def _licenses(_cursor: _Cursor) -> Candidates:
     return dict.fromkeys(LICENSES, '')
 
 
-def _folders(cursor: _Cursor) -> Candidates:
-    return candidates.paths(cursor.prefix, ())
-
-
-def _files(cursor: _Cursor) -> Candidates:
-    return candidates.paths(cursor.prefix, ('',))
-
-
 def _nothing(_cursor: _Cursor) -> Candidates:
     return {}
 
 
-def _formats(name: str) -> Callable[[_Cursor], Candidates]:
-    return lambda _: dict.fromkeys(_FORMATS[name], '')
-
-
-_WORDS = {'launch': _launch_words, 'run': _run_words, 'create': _nothing}
-_OPTIONS: Mapping[str, Callable[[_Cursor], Candidates]] = {
-    **dict.fromkeys(ACTIONS, _processes),
-    **{name: _formats(name) for name in _FORMATS},
-    **dict.fromkeys(('workspace', 'paths', 'destination'), _folders),
-    **dict.fromkeys(('from_plan', 'junit'), _files),
-    'attach': _terminals,
-    'of': _launches,
-    'dependencies': _packages,
-    'license': _licenses,
+_POSITIONALS: Mapping[Verb, _Find] = {
+    'launch': _launch_positionals,
+    'run': _run_positionals,
+    'create': _nothing,
+}
+COMPLETERS: Mapping[Completer, _Find] = {
+    'files': lambda cursor: candidates.paths(cursor.prefix, ('',)),
+    'folders': lambda cursor: candidates.paths(cursor.prefix, ()),
+    'launches': _launches,
+    'licenses': _licenses,
+    'nothing': _nothing,
+    'packages': lambda c: candidates.packages(c.locator(), c.prefix),
+    'processes': _processes,
+    'terminals': lambda c: _processes(c, only_terminals=True),
 }

@@ -28,7 +28,7 @@ def processes(
     only_terminals: bool = False,
 ) -> Candidates:
     """
-    Get the names of the processes of running launches.
+    Return the names of the processes of running launches.
 
     They are those of their output, shortened where that is clear; nodes by
     their full names when one is begun.
@@ -60,7 +60,7 @@ def processes(
 
 
 def launches(environment: Mapping[str, str]) -> Candidates:
-    """Get what the running launches are called, as `--of` takes it."""
+    """Return what the running launches are called, as `--of` takes it."""
     found = {}
     for state in _running(environment):
         name = Path(state.file).name

@@ -4,7 +4,6 @@
 """What `colcon create` does, step by step."""
 
 from collections.abc import Callable
-from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 import importlib.util
@@ -15,12 +14,14 @@ import shlex
 import subprocess
 from typing import Any
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.verb.cli.create_options import CreateOptions
 from colcon_yamllaunch.verb.cli.create_options import parse_create_options
+from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.messages import show_versions
 from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
 from colcon_yamllaunch.workspace.create.new_package import LICENSES
 from colcon_yamllaunch.workspace.create.new_package import make_package
@@ -43,16 +44,17 @@ _DEPENDENCY = re.compile(r'[a-zA-Z0-9][a-zA-Z0-9_.+-]*')
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
     """
-    Make a package.
+    Make a package, and return the exit code.
 
     :param known: What colcon's parser has made of the command line
     :param environment: The user's environment
-    :returns: The exit code
     """
     return report_errors('create', lambda: _create(known, environment))
 
 
 def _create(known: Any, environment: Mapping[str, str]) -> int:
+    if known.version:
+        return show_versions()
     options = parse_create_options(known)
     cwd = Path.cwd()
     package = new_package(
@@ -63,7 +65,7 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
         root = find_root(_existing(folder))
         _refuse_place(folder, root)
     except OSError as e:
-        raise WorkspaceError(f'cannot read {e.filename}: {e.strerror}') from e
+        raise UserError(f'cannot read {e.filename}: {e.strerror}') from e
     if root is not None:
         _refuse_known_package(package.name, root)
     make_package(package, folder)
@@ -81,7 +83,7 @@ def new_package(
 
     :param options: What the user asks for
     :param setting: Returns a setting of git, or None
-    :raises WorkspaceError: if something cannot be, or is not known
+    :raises UserError: when something cannot be, or is not known
     """
     check_package_name(options.package, options.build_type)
     node = (options.node or default_node_name(options.package)).removesuffix(
@@ -91,7 +93,7 @@ def new_package(
     name = options.maintainer_name or setting('user.name')
     email = options.maintainer_email or setting('user.email')
     if not name or not email:
-        raise WorkspaceError(_no_maintainer(name, email))
+        raise UserError(_no_maintainer(name, email))
     return NewPackage(
         name=options.package,
         build_type=options.build_type,
@@ -110,12 +112,11 @@ def git_setting(
     name: str, cwd: Path, environment: Mapping[str, str]
 ) -> str | None:
     """
-    Ask git for a setting.
+    Return a setting of git, or None where there is none or no git.
 
     :param name: Such as `user.name`
     :param cwd: The folder that it should hold for
     :param environment: The user's environment
-    :returns: The value, or None where there is none or no git
     """
     try:
         done = subprocess.run(
@@ -156,9 +157,9 @@ def _dependencies(options: CreateOptions) -> Iterator[str]:
         names = dict.fromkeys(('rclpy', *names))
     for name in names:
         if name == options.package:
-            raise WorkspaceError(f'{name} cannot depend on itself')
+            raise UserError(f'{name} cannot depend on itself')
         if not _DEPENDENCY.fullmatch(name):
-            raise WorkspaceError(
+            raise UserError(
                 f"--dependencies: '{name}' is no name of a package"
             )
         yield name
@@ -189,7 +190,7 @@ def _refuse_place(folder: Path, root: Path | None) -> None:
         parents = [p for p in folder.parents if p.is_relative_to(root)]
     for parent in parents:
         if is_package(parent):
-            raise WorkspaceError(
+            raise UserError(
                 f'{parent} is a package, and colcon looks for none inside of '
                 'it: say by --destination where to make this one'
             )
@@ -198,7 +199,7 @@ def _refuse_place(folder: Path, root: Path | None) -> None:
 def _refuse_known_package(name: str, root: Path) -> None:
     for package in Colcon(root).packages():
         if package.name == name:
-            raise WorkspaceError(
+            raise UserError(
                 f'the workspace has a package {name} already, in '
                 f'{package.path}: nothing was written'
             )
@@ -219,7 +220,7 @@ def _warnings(
         hint = f', such as {advised}' if advised != package.name else ''
         yield (
             f"the name '{package.name}' works, but REP 144 asks for "
-            f'{_enumeration(disliked)}{hint}'
+            f'{enumeration(disliked)}{hint}'
         )
     yield from _license_warnings(package, options)
     underlays = PackageLocator((), Path(os.devnull), False, environment)
@@ -246,7 +247,7 @@ def _license_warnings(
         )
     elif package.license not in LICENSES:
         hint = did_you_mean(package.license, LICENSES)
-        hint = hint or f'those of {_enumeration(LICENSES)} are'
+        hint = hint or f'those of {enumeration(LICENSES)} are'
         yield (
             f"the text of the license '{package.license}' is not known, so "
             f'there is no file LICENSE: {hint}'
@@ -257,11 +258,6 @@ def _has_ros(environment: Mapping[str, str]) -> bool:
     if environment.get('AMENT_PREFIX_PATH'):
         return True
     return importlib.util.find_spec('rclpy') is not None
-
-
-def _enumeration(items: Iterable[str]) -> str:
-    *first, last = items
-    return f'{", ".join(first)} and {last}' if first else last
 
 
 def _made(package: NewPackage, folder: Path, cwd: Path) -> str:

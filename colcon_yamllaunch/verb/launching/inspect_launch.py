@@ -21,9 +21,9 @@ from colcon_yamllaunch.language.reports.reports import as_json
 from colcon_yamllaunch.language.reports.reports import as_sarif
 from colcon_yamllaunch.language.reports.reports import as_text
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.verb.cli.options import Options
-from colcon_yamllaunch.verb.cli.options import TEXT
-from colcon_yamllaunch.verb.launching.launch_flow import Launching
+from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.cli.option_table import TEXT
+from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.preflight import unknown_executables
 
@@ -41,50 +41,50 @@ _PLAN_FORMATS: Mapping[str, Callable[[Plan, str], str]] = {
 }
 
 
-def look(launching: Launching, options: Options) -> int:
+def inspect(flow: LaunchFlow, options: LaunchOptions) -> int:
     """
-    Show what the user asks to see.
+    Show what the user asks to see; return 1 when there are errors.
 
-    :param launching: The launch that is not run
+    :param flow: The launch that is not run
     :param options: What the user asks for
-    :returns: The exit code: 1 when there are errors
-    :raises WorkspaceError: if there is no such launch file
+    :raises UserError: when there is no such launch file
     """
-    looks = {'check': _check, 'plan': _plan, 'show_args': _show_args}
-    return looks[options.look or ''](launching, options)
+    if options.check is not None:
+        return _check(flow, options.check, portable=options.portable)
+    if options.plan is not None:
+        return _plan(flow, options.plan, why=options.why)
+    return _show_args(flow)
 
 
-def _check(launching: Launching, options: Options) -> int:
-    checked = check(launching.request(), portable=options.portable)
+def _check(flow: LaunchFlow, form: str, *, portable: bool) -> int:
+    checked = check(flow.request(), portable=portable)
     found = (
         *checked.diagnostics,
-        *unknown_executables(checked.executables, launching.locator),
-        *undeclared_packages(checked.packages, launching.locator),
+        *unknown_executables(checked.executables, flow.locator),
+        *undeclared_packages(checked.packages, flow.locator),
     )
     checked = replace(checked, diagnostics=found)
-    show = _CHECK_FORMATS[options.look_format]
-    print(show(checked, str(launching.cwd)), flush=True)
+    print(_CHECK_FORMATS[form](checked, str(flow.cwd)), flush=True)
     return 1 if checked.errors else 0
 
 
-def _show_args(launching: Launching, _options: Options) -> int:
+def _show_args(flow: LaunchFlow) -> int:
     try:
-        shown = show_arguments(launching.request())
+        shown = show_arguments(flow.request())
     except LaunchError as e:
-        launching.report(e.diagnostics)
+        flow.report(e.diagnostics)
         return 1
     print(shown, flush=True)
     return 0
 
 
-def _plan(launching: Launching, options: Options) -> int:
-    target = launching.target()
-    evaluation = evaluate(launching.request(target))
-    launching.report(evaluation.diagnostics)
+def _plan(flow: LaunchFlow, form: str, *, why: bool) -> int:
+    target = flow.target()
+    evaluation = evaluate(flow.request(target))
+    flow.report(evaluation.diagnostics)
     if evaluation.errors:
         return 1
-    if options.why:
-        launching.explain(target, evaluation)
-    show = _PLAN_FORMATS[options.look_format]
-    print(show(evaluation.plan, str(launching.cwd)), flush=True)
+    if why:
+        flow.explain(target, evaluation)
+    print(_PLAN_FORMATS[form](evaluation.plan, str(flow.cwd)), flush=True)
     return 0

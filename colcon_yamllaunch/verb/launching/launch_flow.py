@@ -6,15 +6,10 @@
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import nullcontext
-import os
 from pathlib import Path
 import signal
-import sys
-import time
 
-from colcon_core.location import get_log_path
-from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan_json import plan_from_json
@@ -24,22 +19,21 @@ from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.runtime.control.launch_states import About
-from colcon_yamllaunch.verb.cli.log_base import default_log_base
-from colcon_yamllaunch.verb.cli.log_base import LOG_PATH
+from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import say
-from colcon_yamllaunch.verb.cli.options import Options
 from colcon_yamllaunch.verb.cli.target import package_target
 from colcon_yamllaunch.verb.cli.target import path_target
 from colcon_yamllaunch.verb.cli.target import Target
 from colcon_yamllaunch.verb.launching.builds import Builds
 from colcon_yamllaunch.verb.launching.builds import failure
 from colcon_yamllaunch.verb.launching.launch_packages import LaunchPackages
-from colcon_yamllaunch.verb.launching.log_folders import held
+from colcon_yamllaunch.verb.launching.log_folders import locked
 from colcon_yamllaunch.verb.launching.log_folders import prune
-from colcon_yamllaunch.verb.launching.plan_run import held_back
-from colcon_yamllaunch.verb.launching.plan_run import LaunchRun
-from colcon_yamllaunch.verb.launching.preflight import pitfalls
+from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
+from colcon_yamllaunch.verb.launching.plan_run import captured_output
+from colcon_yamllaunch.verb.launching.plan_run import PlanRun
+from colcon_yamllaunch.verb.launching.preflight import preflight
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
@@ -71,15 +65,7 @@ class _GiveUpError(Exception):
         self.returncode = returncode
 
 
-@dataclass(frozen=True, slots=True)
-class _Ready:
-    """A launch that can be run."""
-
-    plan: Plan
-    environment: Mapping[str, str]
-
-
-class Launching:
+class LaunchFlow:
     """
     One launch.
 
@@ -91,7 +77,7 @@ class Launching:
 
     def __init__(
         self,
-        options: Options,
+        options: LaunchOptions,
         cwd: Path,
         environment: Mapping[str, str],
         log_folder: Path | None,
@@ -105,11 +91,11 @@ class Launching:
         self.cwd = cwd
         self._environment = environment
         self.log_folder = log_folder
-        self._is_quiet = options.run.verbosity == 'quiet'
+        self._is_quiet = options.quiet
         announce = _say_nothing if self._is_quiet else say
         self._workspace = WorkspaceSession(
-            workspace_root(options.workspace, list(options.words)),
-            options.build_arguments,
+            workspace_root(options.workspace, options.positionals),
+            options.build_args,
             environment,
             announce,
         )
@@ -121,32 +107,32 @@ class Launching:
             why=options.why,
         )
 
-    def run(self, running: LaunchRun) -> int:
+    def run(self, plan_run: PlanRun) -> int:
         """Do it, and return the exit code."""
-        with held(self.log_folder):
+        with locked(self.log_folder):
             try:
-                ready = self._prepare()
+                plan, environment = self._prepare()
             except _GiveUpError as e:
                 return e.returncode
-            return self._run(ready.plan, ready.environment, running)
+            return self._run(plan, environment, plan_run)
 
-    def run_saved(self, path: Path, running: LaunchRun) -> int:
+    def run_saved(self, path: Path, plan_run: PlanRun) -> int:
         """
         Run a saved plan in the environment of the workspace.
 
-        :raises WorkspaceError: if the file has no plan
+        :raises UserError: when the file has no plan
         """
         try:
             text = (self.cwd / path).read_text(encoding='utf-8')
             plan = plan_from_json(text)
         except (OSError, UnicodeDecodeError, PlanFormatError) as e:
             reason = e.strerror if isinstance(e, OSError) else e
-            raise WorkspaceError(f"'{path}' has no plan: {reason}") from e
-        with held(self.log_folder):
-            return self._run(plan, self.environment(), running)
+            raise UserError(f"'{path}' has no plan: {reason}") from e
+        with locked(self.log_folder):
+            return self._run(plan, self.environment(), plan_run)
 
     def _run(
-        self, plan: Plan, environment: Mapping[str, str], running: LaunchRun
+        self, plan: Plan, environment: Mapping[str, str], plan_run: PlanRun
     ) -> int:
         if self.log_folder is not None:
             prune(self.log_folder, self._environment, say)
@@ -156,23 +142,27 @@ class Launching:
 
             plan, label = with_terminal(plan, self._options.attach)
         _leave_ctrl_c_to_the_launch()
-        return running.run(
+        return plan_run.run(
             plan, environment, self.log_folder, self._about(), label
         )
 
     def _about(self) -> About:
-        plan = self._options.plan
+        plan = self._options.from_plan
         if plan is not None:
             file = str(self.cwd / plan)
             return About(str(plan), None, file, str(self.cwd))
         target = self.target()
-        title = ' '.join(self._options.words)
+        title = ' '.join(self._options.positionals)
         return About(title, target.package, target.path, str(self.cwd))
 
-    def _prepare(self) -> _Ready:
-        """Evaluate and build until nothing more is needed."""
+    def _prepare(self) -> tuple[Plan, Mapping[str, str]]:
+        """
+        Evaluate and build until nothing more is needed.
+
+        Return the plan, and the environment for its processes.
+        """
         built: set[str] = set()
-        is_final = not self._options.build or self._workspace.root is None
+        is_final = self._options.no_build or self._workspace.root is None
         for _ in range(MAXIMUM_ROUNDS):
             target = self.target()
             request = self.request(target, built=is_final)
@@ -190,23 +180,23 @@ class Launching:
         self._tell_of_build(target, evaluation)
         self._stop_at_errors(target, evaluation)
         self.report(evaluation.diagnostics)
-        self._stop_at_pitfalls(evaluation)
-        return _Ready(evaluation.plan, request.environment)
+        self._check_before_start(evaluation)
+        return evaluation.plan, request.environment
 
     def target(self) -> Target:
         """
         Find the launch file.
 
-        :raises WorkspaceError: if there is none
+        :raises UserError: when there is none
         """
-        words = self._options.words
-        target = path_target(words, self.cwd)
+        positionals = self._options.positionals
+        target = path_target(positionals, self.cwd)
         if target is None:
             locator = self._workspace.locator
             broken: tuple[BrokenManifest, ...] = ()
-            if locator.prefix(words[0]) is None:
+            if locator.prefix(positionals[0]) is None:
                 broken = self._workspace.broken_manifests()
-            target = package_target(words, locator, broken)
+            target = package_target(positionals, locator, broken)
         return target
 
     @property
@@ -222,7 +212,7 @@ class Launching:
 
     def log_folder_name(self) -> Path:
         """Return the folder that `$(log_dir)` names."""
-        return self.log_folder or _ros_log_folder(self._environment)
+        return self.log_folder or ros_log_folder(self._environment)
 
     def request(
         self, target: Target | None = None, *, built: bool = False
@@ -232,7 +222,7 @@ class Launching:
 
         :param target: The launch file; by default that which the user means
         :param built: Whether all that was to be built has been built
-        :raises WorkspaceError: if there is no such launch file
+        :raises UserError: when there is no such launch file
         """
         target = target or self.target()
         self._packages = LaunchPackages(self._workspace.locator, built=built)
@@ -271,7 +261,7 @@ class Launching:
 
     def _update(self, wanted: set[str], target: Target) -> bool:
         """Build what is stale, and return whether that changed anything."""
-        with held_back() if self._is_quiet else nullcontext() as output:
+        with captured_output() if self._is_quiet else nullcontext() as output:
             update = self._builds.update(wanted, Path(target.name).name)
         if update.returncode:
             say(failure(update))
@@ -283,7 +273,7 @@ class Launching:
     def _tell_of_build(self, target: Target, evaluation: Evaluation) -> None:
         if self._workspace.root is None:
             return
-        if self._options.build:
+        if not self._options.no_build:
             if not self._is_quiet:
                 self._builds.tell()
         elif self._options.why:
@@ -300,14 +290,14 @@ class Launching:
             names.add(target.package)
         self._workspace.check_sourced(
             sorted(names & self._workspace.package_names),
-            may_build=self._options.build,
+            may_build=not self._options.no_build,
         )
 
-    def _stop_at_pitfalls(self, evaluation: Evaluation) -> None:
+    def _check_before_start(self, evaluation: Evaluation) -> None:
         locator = self._workspace.locator
         found = [
             *undeclared_packages(evaluation.packages, locator),
-            *pitfalls(evaluation, self._packages.not_installed, locator),
+            *preflight(evaluation, self._packages.not_installed, locator),
         ]
         self.report(found)
         if any(d.severity == 'error' for d in found):
@@ -324,33 +314,3 @@ class Launching:
         text = render(diagnostics, str(self.cwd))
         if text:
             say(text)
-
-
-def log_folder_of(
-    log_base: str | None, environment: Mapping[str, str]
-) -> Path | None:
-    """Return the folder for the logs of this launch, None for no logs."""
-    path: Path | None = get_log_path()
-    if path is not None:
-        return path.absolute()
-    if log_base is not None or environment.get(LOG_PATH):
-        return None
-    # there is no workspace to write to: the logs go where ROS 2 keeps them
-    stamp = time.strftime('%Y-%m-%d_%H-%M-%S')
-    folder = _ros_log_folder(environment) / f'launch_{stamp}_{os.getpid()}'
-    usual = default_log_base(sys.argv[1:])
-    if usual is not None:
-        say(
-            f'colcon launch: warning: the log folder {usual} cannot be '
-            f'written to; the logs are in {folder}'
-        )
-    return folder
-
-
-def _ros_log_folder(environment: Mapping[str, str]) -> Path:
-    # the rule of ROS 2 (rcl_logging_get_logging_directory)
-    own = environment.get('ROS_LOG_DIR')
-    if own:
-        return Path(own).expanduser().absolute()
-    home = environment.get('ROS_HOME') or '~/.ros'
-    return Path(home).expanduser().absolute() / 'log'

@@ -2,7 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The log folders of former launches, of which the oldest are deleted.
+The log folders of launches, of which the oldest are deleted.
 
 A launch holds a lock on its folder as long as it runs, whatever becomes of
 it, so that no other launch deletes the folder.
@@ -18,10 +18,15 @@ import os
 from pathlib import Path
 import re
 import shutil
+import time
 
+from colcon_core.location import get_log_path
 from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.verb.cli.environment_variables import LOG_FOLDERS
+from colcon_yamllaunch.verb.cli.log_base import default_log_base
+from colcon_yamllaunch.verb.cli.log_base import LOG_PATH
+from colcon_yamllaunch.verb.cli.messages import say
 
 _ALL = 'all'
 # as colcon names them, and log_folder_of() where there is no workspace
@@ -29,13 +34,13 @@ _NAME = re.compile(r'launch_(\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d)(?:_(\d+))?')
 
 
 @contextmanager
-def held(folder: Path | None) -> Iterator[None]:
+def locked(folder: Path | None) -> Iterator[None]:
     """Keep other launches from deleting a folder, made if it is missing."""
     descriptor = None
     if folder is not None:
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
-        descriptor = _locked(folder, fcntl.LOCK_SH)
+        descriptor = _lock(folder, fcntl.LOCK_SH)
     try:
         yield
     finally:
@@ -51,8 +56,8 @@ def prune(
     """
     Delete the oldest folders beside that of a launch.
 
-    Launches that ran count, and so, apart from them, do those that only
-    looked at something. What cannot be deleted stays.
+    Launches that ran count, and so, apart from them, do inspections. What
+    cannot be deleted stays.
 
     :param folder: The folder of the launch, which stays
     :param environment: The user's environment
@@ -64,11 +69,11 @@ def prune(
     links = (folder.parent / n for n in ('latest', 'latest_launch'))
     latest = {path.resolve() for path in (folder, *links)}
     ran: list[Path] = []
-    looked: list[Path] = []
+    inspected: list[Path] = []
     for path in _folders(folder.parent):
         if path.resolve() not in latest:
-            (ran if (path / COMMON_LOG).exists() else looked).append(path)
-    for paths in (ran, looked):
+            (ran if (path / COMMON_LOG).exists() else inspected).append(path)
+    for paths in (ran, inspected):
         for path in paths[: max(0, len(paths) - kept)]:
             _delete(path)
 
@@ -104,13 +109,13 @@ def _folders(base: Path) -> list[Path]:
 
 
 def _delete(folder: Path) -> None:
-    descriptor = _locked(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    descriptor = _lock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
     if descriptor is not None:
         shutil.rmtree(folder, ignore_errors=True)
         os.close(descriptor)
 
 
-def _locked(folder: Path, operation: int) -> int | None:
+def _lock(folder: Path, operation: int) -> int | None:
     """Return a descriptor with a lock, or None if there is no lock to get."""
     try:
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
@@ -122,3 +127,33 @@ def _locked(folder: Path, operation: int) -> int | None:
         os.close(descriptor)
         return None
     return descriptor
+
+
+def log_folder_of(
+    log_base: str | None, environment: Mapping[str, str]
+) -> Path | None:
+    """Return the folder for the logs of this launch, None for no logs."""
+    path: Path | None = get_log_path()
+    if path is not None:
+        return path.absolute()
+    if log_base is not None or environment.get(LOG_PATH):
+        return None
+    # there is no workspace to write to: the logs go where ROS 2 keeps them
+    stamp = time.strftime('%Y-%m-%d_%H-%M-%S')
+    folder = ros_log_folder(environment) / f'launch_{stamp}_{os.getpid()}'
+    usual = default_log_base('launch')
+    if usual is not None:
+        say(
+            f'colcon launch: warning: the log folder {usual} cannot be '
+            f'written to; the logs are in {folder}'
+        )
+    return folder
+
+
+def ros_log_folder(environment: Mapping[str, str]) -> Path:
+    """Return where ROS 2 logs (rcl_logging_get_logging_directory)."""
+    own = environment.get('ROS_LOG_DIR')
+    if own:
+        return Path(own).expanduser().absolute()
+    home = environment.get('ROS_HOME') or '~/.ros'
+    return Path(home).expanduser().absolute() / 'log'

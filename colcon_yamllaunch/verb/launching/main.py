@@ -6,67 +6,54 @@
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
 from colcon_yamllaunch.verb.cli.messages import report_errors
-from colcon_yamllaunch.verb.cli.options import Options
-from colcon_yamllaunch.verb.cli.options import parse_options
-
-if TYPE_CHECKING:
-    from colcon_yamllaunch.verb.launching.plan_run import LaunchRun
+from colcon_yamllaunch.verb.cli.messages import show_versions
 
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
     """
-    Build, source and launch.
+    Build, source and launch, and return the exit code.
 
     :param known: What colcon's parser has made of the command line
     :param environment: The user's environment
-    :returns: The exit code
     """
-    if any(word in ('-h', '--help') for word in known.words):
+    if any(word in ('-h', '--help') for word in known.positionals):
         known.verb_parser.print_help()
         return 0
-    return report_errors('launch', lambda: _launch(known, environment))
+    return report_errors('launch', lambda: _main(known, environment))
 
 
-def _launch(known: Any, environment: Mapping[str, str]) -> int:
-    options = parse_options(known)
+def _main(known: Any, environment: Mapping[str, str]) -> int:
+    options = parse_launch_options(known)
+    if options.version:
+        return show_versions()
     if options.control is not None:
         from colcon_yamllaunch.verb.sessions.controlling import control
 
         return control(options.control, environment)
-    if options.look == 'schema':
+    if options.schema:
         from colcon_yamllaunch.language.vocabulary.json_schema import (
             schema_text,
         )
 
         print(schema_text(), end='', flush=True)
         return 0
-    # what looks at running launches does without all that this imports
-    from colcon_yamllaunch.verb.launching.launch_flow import log_folder_of
-    from colcon_yamllaunch.verb.launching.plan_run import LaunchRun
+    # what is about running launches does without all that this imports
+    from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
+    from colcon_yamllaunch.verb.launching.log_folders import log_folder_of
+    from colcon_yamllaunch.verb.launching.plan_run import PlanRun
 
     log_folder = log_folder_of(known.log_base, environment)
-    running = LaunchRun(options, Path.cwd(), environment)
-    with running.reported():
-        return _look_or_run(options, environment, log_folder, running)
+    plan_run = PlanRun(options, Path.cwd(), environment)
+    with plan_run.reported():
+        flow = LaunchFlow(options, Path.cwd(), environment, log_folder)
+        if options.inspects:
+            # a launch that runs does without all that this imports
+            from colcon_yamllaunch.verb.launching.inspect_launch import inspect
 
-
-def _look_or_run(
-    options: Options,
-    environment: Mapping[str, str],
-    log_folder: Path | None,
-    running: 'LaunchRun',
-) -> int:
-    from colcon_yamllaunch.verb.launching.launch_flow import Launching
-
-    launching = Launching(options, Path.cwd(), environment, log_folder)
-    if options.look is not None:
-        # a launch that runs does without all that this imports
-        from colcon_yamllaunch.verb.launching.inspect_launch import look
-
-        return look(launching, options)
-    if options.plan is not None:
-        return launching.run_saved(options.plan, running)
-    return launching.run(running)
+            return inspect(flow, options)
+        if options.from_plan is not None:
+            return flow.run_saved(options.from_plan, plan_run)
+        return flow.run(plan_run)

@@ -13,7 +13,7 @@ from pathlib import Path
 import time
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.control.launch_states import About
@@ -23,7 +23,7 @@ from colcon_yamllaunch.runtime.core.events import Listener
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.run_plan import run_plan
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
-from colcon_yamllaunch.verb.cli.options import Options
+from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.runtime.record.junit import JUnitReport
@@ -31,30 +31,29 @@ if TYPE_CHECKING:
 # what few launches need is imported where it is needed
 
 
-class LaunchRun:
+class PlanRun:
     """
     The run of a launch, and its reports.
 
     :param options: What the user asks for
     :param cwd: Where the user is
     :param environment: The user's environment
-    :raises WorkspaceError: The file for a report cannot be written
+    :raises UserError: when the file for a report cannot be written
     """
 
     def __init__(
-        self, options: Options, cwd: Path, environment: Mapping[str, str]
+        self, options: LaunchOptions, cwd: Path, environment: Mapping[str, str]
     ) -> None:
-        self._options = options.run
-        self._output = options.output
+        self._options = options
         self._cwd = cwd
         self._environment = environment
-        words = options.words or (str(options.plan),)
-        self._title = ' '.join(words)
+        positionals = options.positionals or (str(options.from_plan),)
+        self._title = ' '.join(positionals)
         self._ended: Ended | None = None
         self._started = time.monotonic()
         self._report: JUnitReport | None = None
         if self._options.junit is not None:
-            self._report = _report(self._title, words)
+            self._report = _report(self._title, positionals)
             # now rather than after a launch of an hour
             self._write_report(b'')
 
@@ -83,11 +82,11 @@ class LaunchRun:
             plan,
             environment=environment,
             log_folder=log_folder,
-            color=self._output.color,
-            tty=self._output.tty,
-            log_limit=self._output.log_limit,
+            color=False if options.no_color else None,
+            tty=options.tty,
+            log_limit=options.log_limit,
             conditions=ExitConditions(
-                options.until, options.timeout, options.duration
+                options.until, options.timeout, options.for_
             ),
             presentation=Presentation(
                 options.verbosity,
@@ -134,26 +133,26 @@ class LaunchRun:
             path.write_bytes(data)
         except (OSError, ValueError) as e:
             reason = e.strerror if isinstance(e, OSError) else e
-            raise WorkspaceError(
+            raise UserError(
                 f"--junit: '{path}' cannot be written: {reason}"
             ) from e
 
 
 @contextmanager
-def held_back() -> Iterator[io.StringIO]:
+def captured_output() -> Iterator[io.StringIO]:
     """Collect what is printed inside."""
     collected = io.StringIO()
     with redirect_stdout(collected):
         yield collected
 
 
-def _report(title: str, words: Iterable[str]) -> 'JUnitReport':
+def _report(title: str, positionals: Iterable[str]) -> 'JUnitReport':
     from colcon_yamllaunch.runtime.record.junit import JUnitReport
 
-    return JUnitReport(title, _class_name(words), time.time())
+    return JUnitReport(title, _class_name(positionals), time.time())
 
 
-def _class_name(words: Iterable[str]) -> str:
+def _class_name(positionals: Iterable[str]) -> str:
     """Return the package and the launch file, separated by a dot."""
-    names = [Path(word).name for word in words]
+    names = [Path(word).name for word in positionals]
     return '.'.join(name.partition('.')[0] or name for name in names)

@@ -67,7 +67,7 @@ def unknown_executables(
             )
 
 
-def pitfalls(
+def preflight(
     evaluation: Evaluation, missing: Iterable[str], locator: PackageLocator
 ) -> Iterator[Diagnostic]:
     """

@@ -12,12 +12,13 @@ import sys
 from typing import Any
 from typing import NoReturn
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.runtime.process.exec_program import exec_program
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.messages import show_versions
 from colcon_yamllaunch.verb.cli.run_options import asks_for_help
 from colcon_yamllaunch.verb.cli.run_options import parse_run_options
 from colcon_yamllaunch.verb.cli.run_options import RunOptions
@@ -32,11 +33,10 @@ from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
     """
-    Build, source and become the program.
+    Build, source and become the program; return only when that fails.
 
     :param known: What colcon's parser has made of the command line
     :param environment: The user's environment
-    :returns: The exit code, when the program could not be run
     """
     if asks_for_help(known):
         known.verb_parser.print_help()
@@ -45,11 +45,13 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
 
 
 def _run(known: Any, environment: Mapping[str, str]) -> int:
+    if known.version:
+        return show_versions()
     options = parse_run_options(known)
     with _standard_streams_aside():
         workspace = WorkspaceSession(
             workspace_root(options.workspace, []),
-            options.build_arguments,
+            options.build_args,
             environment,
             say,
         )
@@ -68,19 +70,18 @@ def find_program(
     locator: PackageLocator, package: str, name: str | None
 ) -> str:
     """
-    Find a program of a package as `ros2 run` does.
+    Return the path of a program of a package, found as `ros2 run` does.
 
     :param locator: The packages, built
     :param package: The package
     :param name: The program: its name, also if it is in a subfolder of
       `lib/PACKAGE`, or its path from there; or None
-    :returns: Its path
-    :raises WorkspaceError: if there is none, or more than one
+    :raises UserError: when there is none, or more than one
     """
     names = locator.executables(package)
     if name is None:
         listed = ''.join(f'\n  {name}' for name in names)
-        raise WorkspaceError(
+        raise UserError(
             f'which executable of {package}? It has:{listed}'
             if names
             else f'{package} has installed no executables'
@@ -89,14 +90,14 @@ def find_program(
     fitting = fitting or [n for n in names if Path(n).name == name]
     if len(fitting) > 1:
         listed = ''.join(f'\n  {n}' for n in fitting)
-        raise WorkspaceError(
+        raise UserError(
             f"'{name}' may be one of these executables of {package}:{listed}\n"
             'Name one by its path'
         )
     prefix = locator.prefix(package) or ''
     if not fitting:
         reason = missing_executable(locator, package, name)
-        raise WorkspaceError(reason or f"{package} has no '{name}'")
+        raise UserError(reason or f"{package} has no '{name}'")
     return str(Path(prefix, 'lib', package, fitting[0]))
 
 
@@ -105,19 +106,17 @@ def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
     package = options.package
     if workspace.locator.prefix(package) is None and options.paths is None:
         broken = workspace.broken_manifests()
-        raise WorkspaceError(
-            unknown_package(package, workspace.locator, broken)
-        )
-    if options.build and workspace.root is not None:
+        raise UserError(unknown_package(package, workspace.locator, broken))
+    if not options.no_build and workspace.root is not None:
         wanted = _wanted(workspace, options)
         builds = Builds(workspace, exactly=options.paths is not None)
         returncode = builds.update(wanted, options.package).returncode
         if returncode:
             return returncode
     if workspace.locator.prefix(package) is None:
-        raise WorkspaceError(unknown_package(package, workspace.locator, ()))
+        raise UserError(unknown_package(package, workspace.locator, ()))
     if package in workspace.package_names:
-        workspace.check_sourced([package], may_build=options.build)
+        workspace.check_sourced([package], may_build=not options.no_build)
     return 0
 
 
@@ -134,7 +133,7 @@ def _exec(argv: list[str], environment: Mapping[str, str]) -> NoReturn:
     try:
         exec_program(argv, environment)
     except StartError as e:
-        raise WorkspaceError(str(e)) from e
+        raise UserError(str(e)) from e
 
 
 @contextmanager

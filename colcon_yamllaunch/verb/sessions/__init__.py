@@ -1,4 +1,4 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What looks at launches that run, and acts on them."""
+"""What inspects launches that run, and acts on them."""

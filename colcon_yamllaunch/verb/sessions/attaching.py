@@ -10,7 +10,7 @@ import select
 import signal
 import sys
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
@@ -35,14 +35,14 @@ def need_terminal() -> int:
     """
     Return the descriptor of the keyboard.
 
-    :raises WorkspaceError: if there is none
+    :raises UserError: when there is none
     """
     try:
         descriptor = sys.stdin.fileno()
     except (AttributeError, OSError, ValueError):
         descriptor = -1
     if descriptor == -1 or not os.isatty(descriptor):
-        raise WorkspaceError(
+        raise UserError(
             '--attach needs a keyboard, but standard input is no terminal'
         )
     return descriptor
@@ -52,14 +52,15 @@ def with_terminal(plan: Plan, name: str) -> tuple[Plan, str]:
     """
     Give a terminal to the process that the keyboard is to be connected to.
 
+    Return the plan with it, and its label.
+
     :param name: Its name, or a glob
-    :returns: The plan with it, and its label
-    :raises WorkspaceError: if not exactly one is meant
+    :raises UserError: when not exactly one is meant
     """
     labels = [p.label for p in plan.processes()]
     meant = [p.label for p in plan.processes() if _is_meant(name, p)]
     if len(meant) != 1:
-        raise WorkspaceError(
+        raise UserError(
             f'--attach {name} means {listing(meant)}: it takes one process'
             if meant
             else f"--attach: there is no process '{name}'; there is "
@@ -70,17 +71,16 @@ def with_terminal(plan: Plan, name: str) -> tuple[Plan, str]:
 
 def attach(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
     """
-    Connect the terminal to a process of a running launch.
+    Connect the terminal to a process of a launch; return the exit code.
 
     :param chosen: The launch
     :param processes: The process that is meant
-    :returns: The exit code
-    :raises WorkspaceError: if there are more of them, or no keyboard
-    :raises LaunchError: The launch refuses
+    :raises UserError: when there are more of them, or no keyboard
+    :raises LaunchError: when the launch refuses
     """
     if len(processes) != 1:
         names = listing(p.label for p in processes)
-        raise WorkspaceError(f'--attach takes one process, not {names}')
+        raise UserError(f'--attach takes one process, not {names}')
     keyboard = Keyboard(need_terminal())
     process = processes[0]
     chosen.launch.request('attach', process=process.label)

@@ -12,7 +12,7 @@ import sys
 import time
 from typing import Any
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.client import LaunchError
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
@@ -27,19 +27,18 @@ from colcon_yamllaunch.verb.sessions.selecting import choose_processes
 from colcon_yamllaunch.verb.sessions.selecting import find_launches
 from colcon_yamllaunch.verb.sessions.status_table import table
 
-#: Seconds between two looks at a launch that was asked for something.
-LOOK_INTERVAL = 0.05
+#: Seconds between two questions to a launch that was asked for something.
+POLL_INTERVAL = 0.05
 #: Seconds after which it is said what is waited for.
 PROGRESS_INTERVAL = 1.0
 
 
 def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
     """
-    Do what was asked.
+    Do what was asked, and return the exit code.
 
     :param environment: The user's environment
-    :returns: The exit code
-    :raises WorkspaceError: if no launch or no process is meant
+    :raises UserError: when no launch or no process is meant
     """
     candidates = find_launches(environment, options.launch)
     if options.action == 'status':
@@ -60,7 +59,7 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
 
         return show_logs(chosen, processes, follow=options.follow)
     except LaunchError as e:
-        raise WorkspaceError(f'{chosen.state.title}: {e}') from e
+        raise UserError(f'{chosen.state.title}: {e}') from e
 
 
 def _status(candidates: Sequence[Candidate], form: str) -> int:
@@ -139,4 +138,4 @@ def _wait_for(chosen: Candidate, process: ProcessState) -> ProcessState | None:
         if not is_told and time.monotonic() - asked > PROGRESS_INTERVAL:
             is_told = True
             say(f'waiting for {process.label}')
-        time.sleep(LOOK_INTERVAL)
+        time.sleep(POLL_INTERVAL)

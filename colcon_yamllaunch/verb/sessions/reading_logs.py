@@ -11,7 +11,7 @@ from pathlib import Path
 import sys
 import time
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.client import LaunchError
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
@@ -24,8 +24,8 @@ from colcon_yamllaunch.verb.sessions.selecting import Candidate
 
 #: Lines of each process that are shown before those to come, as by tail(1).
 LINES = 10
-#: Seconds between two looks for more.
-LOOK_INTERVAL = 0.1
+#: Seconds between two reads of what is more.
+POLL_INTERVAL = 0.1
 #: Seconds between two questions whether the launch still runs.
 ASK_INTERVAL = 1.0
 
@@ -39,13 +39,12 @@ def show_logs(
     chosen: Candidate, processes: Sequence[ProcessState], *, follow: bool
 ) -> int:
     """
-    Show what processes wrote.
+    Show what processes wrote, and return the exit code.
 
     :param chosen: Their launch
     :param follow: Whether to show the last lines only, and then what comes
       until the launch ends
-    :returns: The exit code
-    :raises WorkspaceError: if there are no logs
+    :raises UserError: when there are no logs
     """
     logs = [
         LogReader(p.label if len(processes) > 1 else None, Path(p.log))
@@ -190,7 +189,7 @@ class LogReader:
 def _follow(chosen: Candidate, logs: Sequence[LogReader]) -> None:
     asked = time.monotonic()
     while True:
-        time.sleep(LOOK_INTERVAL)
+        time.sleep(POLL_INTERVAL)
         for log in logs:
             log.show()
         if time.monotonic() - asked > ASK_INTERVAL:
@@ -209,13 +208,13 @@ def _refuse_without_log(
 ) -> None:
     state = chosen.state
     if state.log_folder is None:
-        raise WorkspaceError(
+        raise UserError(
             f'{state.title} writes no logs; it does in a workspace, and '
             'where --log-base names a folder'
         )
     without = [p.label for p in processes if p.log is None]
     if without and len(without) == len(processes):
-        raise WorkspaceError(
+        raise UserError(
             f'{", ".join(without)}: no log of its own, as the launch file '
             "says 'output: screen'; with 'output: both' it has one"
         )

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from pathlib import Path
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
@@ -45,12 +45,12 @@ def find_launches(
 
     :param environment: The user's environment
     :param selector: A package, launch file, title or process id, or None
-    :raises WorkspaceError: if there is none
+    :raises UserError: when there is none
     """
     try:
         launches = running_launches(environment)
     except FolderError as e:
-        raise WorkspaceError(str(e)) from e
+        raise UserError(str(e)) from e
     candidates = []
     silent = 0
     for launch in launches:
@@ -65,12 +65,12 @@ def find_launches(
             silent += 1
     if not candidates:
         nothing = 'no launch answers' if silent else 'no launch is running'
-        raise WorkspaceError(nothing)
+        raise UserError(nothing)
     if selector is None:
         return candidates
     chosen = [c for c in candidates if is_selected(c.state, selector)]
     if not chosen:
-        raise WorkspaceError(
+        raise UserError(
             f"no running launch is '{selector}'; there is "
             f'{_launches(candidates)}'
         )
@@ -85,7 +85,7 @@ def choose_launch(
 
     :param candidates: Those that may be
     :param names: The processes that are meant, by name or glob
-    :raises WorkspaceError: if it is not clear
+    :raises UserError: when it is not clear
     """
     if len(candidates) == 1:
         return candidates[0]
@@ -93,7 +93,7 @@ def choose_launch(
     if len(fitting) == 1:
         return fitting[0]
     which = fitting or candidates
-    raise WorkspaceError(
+    raise UserError(
         'more than one launch is running: choose by --of LAUNCH, such as '
         f'--of {which[0].state.pid}; there is {_launches(which)}'
     )
@@ -106,14 +106,14 @@ def choose_processes(
     Return the processes that are meant, in the order of the launch.
 
     :param names: Names or globs; none means all
-    :raises WorkspaceError: if a name means nothing
+    :raises UserError: when a name means nothing
     """
     if not names:
         return list(state.processes)
     meant: set[str] = set()
     for name, found in zip(names, matches(state, names), strict=True):
         if not found:
-            raise WorkspaceError(_unknown(state, name))
+            raise UserError(_unknown(state, name))
         meant.update(p.label for p in found)
     return [p for p in state.processes if p.label in meant]
 

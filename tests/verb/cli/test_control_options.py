@@ -5,20 +5,21 @@
 
 import argparse
 
-from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.cli.control_options import ControlOptions
 from colcon_yamllaunch.verb.cli.control_options import is_control
-from colcon_yamllaunch.verb.cli.options import add_options
-from colcon_yamllaunch.verb.cli.options import Options
-from colcon_yamllaunch.verb.cli.options import parse_options
+from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
+from colcon_yamllaunch.verb.cli.option_parser import add_options
+from colcon_yamllaunch.verb.cli.option_scanner import scan
 import pytest
 
 
-def parsed(line: str) -> Options:
+def parsed(line: str) -> LaunchOptions:
     parser = argparse.ArgumentParser()
-    parser.add_argument('words', nargs=argparse.REMAINDER)
-    add_options(parser)
-    return parse_options(parser.parse_args(line.split()))
+    parser.add_argument('positionals', nargs=argparse.REMAINDER)
+    add_options(parser, 'launch')
+    return parse_launch_options(parser.parse_args(line.split()))
 
 
 @pytest.mark.parametrize(
@@ -45,7 +46,7 @@ def test_requests_to_running_launches(
     line: str, expected: ControlOptions
 ) -> None:
     assert parsed(line).control == expected
-    assert is_control(['launch', *line.split()])
+    assert is_control(scan(line.split(), 'launch'))
 
 
 @pytest.mark.parametrize(
@@ -62,13 +63,13 @@ def test_attach_with_something_to_launch_launches(line: str) -> None:
     options = parsed(line)
     assert options.control is None
     assert options.attach == 'a'
-    assert options.words or options.plan
-    assert not is_control(['launch', *line.split()])
+    assert options.positionals or options.from_plan
+    assert not is_control(scan(line.split(), 'launch'))
 
 
 @pytest.mark.parametrize('line', ['pkg file', 'pkg', '--check pkg file', ''])
 def test_launches_are_no_requests(line: str) -> None:
-    assert not is_control(['launch', *line.split()])
+    assert not is_control(scan(line.split(), 'launch'))
 
 
 @pytest.mark.parametrize(
@@ -87,7 +88,7 @@ def test_launches_are_no_requests(line: str) -> None:
     ],
 )
 def test_what_makes_no_sense_is_refused(line: str, text: str) -> None:
-    with pytest.raises(WorkspaceError, match=text):
+    with pytest.raises(UserError, match=text):
         parsed(line)
 
 

@@ -12,7 +12,7 @@ import sys
 import pytest
 
 ROOT = Path(__file__).parents[3]
-COMMAND = 'python -m colcon_yamllaunch.verb.reference'
+COMMAND = 'python .ci/options_page.py'
 
 
 @pytest.fixture(scope='module')

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Looking at a launch without running it."""
+"""Inspecting a launch without running it."""
 
 import json
 import subprocess

@@ -6,10 +6,10 @@
 import argparse
 from pathlib import Path
 
-from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.verb.cli.output_options import add_output_options
-from colcon_yamllaunch.verb.cli.output_options import output_options
-from colcon_yamllaunch.verb.cli.output_options import OutputOptions
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
+from colcon_yamllaunch.verb.cli.option_parser import add_options
 import pytest
 from support.user import User
 
@@ -33,10 +33,11 @@ def launch_file(user: User) -> str:
     return 'demo.yaml'
 
 
-def options(*words: str) -> OutputOptions:
+def options(*words: str) -> LaunchOptions:
     parser = argparse.ArgumentParser()
-    add_output_options(parser)
-    return output_options(parser.parse_args(words))
+    parser.add_argument('positionals', nargs=argparse.REMAINDER)
+    add_options(parser, 'launch')
+    return parse_launch_options(parser.parse_args([*words, 'file.yaml']))
 
 
 def logs_of(user: User) -> list[Path]:
@@ -115,7 +116,7 @@ def test_sizes_are_written_as_for_coreutils(
     'text', ['', '0', '999kB', '-5MB', '5XB', 'MB', '1e9', 'all', '1,5GB']
 )
 def test_other_sizes_are_refused(text: str) -> None:
-    with pytest.raises(WorkspaceError, match='--log-limit'):
+    with pytest.raises(UserError, match='--log-limit'):
         options(f'--log-limit={text}')
 
 
@@ -148,10 +149,10 @@ def test_a_running_launch_keeps_its_folder(
     user.write('sleep.yaml', 'launch: [{executable: {cmd: sleep 99}}]\n')
     running = user.start('colcon', 'launch', 'sleep.yaml')
     running.wait_for('started, pid')
-    (held,) = logs_of(user)
+    (kept,) = logs_of(user)
     for _ in range(2):
         user.launch(launch_file)
-        assert held in logs_of(user)
+        assert kept in logs_of(user)
     assert len(logs_of(user)) == 2
     assert running.interrupt() == 0
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
-from colcon_yamllaunch.verb.launching.log_folders import held
+from colcon_yamllaunch.verb.launching.log_folders import locked
 from colcon_yamllaunch.verb.launching.log_folders import prune
 import pytest
 
@@ -95,7 +95,7 @@ def test_the_latest_stays(make: Make, tmp_path: Path) -> None:
 def test_a_launch_that_runs_keeps_its_folder(make: Make) -> None:
     old, older = make(name_of(1)), make(name_of(0))
     folder = make('launch_2026-01-02_00-00-00')
-    with held(old):
+    with locked(old):
         assert pruned(folder, '0') == [old.name, folder.name]
     assert pruned(folder, '0') == [folder.name]
     assert not older.exists()
@@ -131,7 +131,7 @@ def test_without_a_number_nothing_is_deleted(make: Make, kept: str) -> None:
     assert f"not '{kept}'" in text
 
 
-def test_a_folder_that_cannot_be_made_is_not_held(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_is_not_locked(tmp_path: Path) -> None:
     (tmp_path / 'file').touch()
-    with held(tmp_path / 'file' / 'log'), held(None):
+    with locked(tmp_path / 'file' / 'log'), locked(None):
         assert (tmp_path / 'file').is_file()

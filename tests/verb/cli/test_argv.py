@@ -15,13 +15,13 @@ from colcon_core.command import add_parser_arguments
 from colcon_core.command import add_parsers_without_arguments
 from colcon_core.command import create_parser
 from colcon_core.command import create_subparser
-from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.verb import run_positionals
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.verb.cli import argv
+from colcon_yamllaunch.verb.cli.argv import rewritten
+from colcon_yamllaunch.verb.cli.option_scanner import program_index
 from colcon_yamllaunch.verb.cli.run_options import parse_run_options
 from colcon_yamllaunch.verb.cli.run_options import RunOptions
 from colcon_yamllaunch.verb.run import RunVerb
-from colcon_yamllaunch.verb.run_positionals import own_words
-from colcon_yamllaunch.verb.run_positionals import separated
 from hypothesis import example
 from hypothesis import given
 from hypothesis import strategies as st
@@ -66,7 +66,7 @@ def parse() -> Iterator[Parse]:
 
 
 def error_of(parse: Parse, *words: str) -> str:
-    with pytest.raises(WorkspaceError) as caught:
+    with pytest.raises(UserError) as caught:
         parse(*words)
     return str(caught.value)
 
@@ -90,7 +90,7 @@ def test_words_of_the_program_arrive_as_given(
     options = parse('--no-build', 'my_pkg', 'node', *arguments)
     assert options.arguments == tuple(arguments)
     assert (options.package, options.executable) == ('my_pkg', 'node')
-    assert not options.build
+    assert options.no_build
     assert options.prefix == ()
 
 
@@ -106,9 +106,9 @@ def test_options_stand_in_front_of_the_package(parse: Parse) -> None:
         ),
     )
     assert options.prefix == ('gdb', '-ex', 'run now', '--args')
-    assert options.build_arguments == ('--merge-install',)
+    assert options.build_args == ('--merge-install',)
     assert str(options.workspace) == '/ws'
-    assert options.build
+    assert not options.no_build
     assert options.arguments == ('--no-build',)
 
 
@@ -150,22 +150,22 @@ def test_mistakes(parse: Parse, words: list[str], message: str) -> None:
     ],
 )
 def test_other_command_lines_stay_as_they_are(words: list[str]) -> None:
-    assert separated(words) == words
+    assert rewritten(words) == words
 
 
 def test_separation_is_done_once() -> None:
     words = ['--log-level', 'info', 'run', '--prefix', 'a', 'b', 'c', '-x']
-    once = separated(words)
+    once = rewritten(words)
     assert once == [*words[:5], '--', 'b', 'c', '-x']
-    assert separated(once) == once
-    assert own_words(words) == words[:5]
+    assert rewritten(once) == once
+    assert program_index(words[3:]) == 2
 
 
 def test_parsers_that_others_decorate_are_real_ones() -> None:
     # colcon-argcomplete hands what it decorates to argcomplete
     parser = create_parser('colcon_core.environment_variable')
-    assert type(parser).__module__ == run_positionals.__name__
+    assert type(parser).__module__ == argv.__name__
     inner = parser._parser
     while hasattr(inner, '_decoree'):
-        assert type(inner).__module__ != run_positionals.__name__
+        assert type(inner).__module__ != argv.__name__
         inner = inner._decoree

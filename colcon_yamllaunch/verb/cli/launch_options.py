@@ -1,0 +1,176 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The command line of `colcon launch`."""
+
+from collections.abc import Sequence
+from dataclasses import field
+from pathlib import Path
+import re
+from typing import Any
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.runtime.core.events import Verbosity
+from colcon_yamllaunch.runtime.core.limits import LOG_LIMIT
+from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
+from colcon_yamllaunch.verb.cli.control_options import control_options
+from colcon_yamllaunch.verb.cli.control_options import ControlOptions
+from colcon_yamllaunch.verb.cli.option_parser import parse_more
+from colcon_yamllaunch.verb.cli.option_parser import read_options
+from colcon_yamllaunch.verb.cli.option_parser import unknown_option
+from colcon_yamllaunch.verb.cli.option_scanner import normalised
+from colcon_yamllaunch.verb.cli.option_scanner import SEPARATOR
+
+_ARGUMENT = re.compile(r'[^-][^\s]*?:=|:=')
+#: The launch arguments that options stand for, by their keys.
+_PREFIXES = {
+    'launch_prefix': 'launch-prefix',
+    'launch_prefix_filter': 'launch-prefix-filter',
+}
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchOptions:
+    """
+    What the user asks for; the options by their keys in the table.
+
+    :param positionals: The package and the launch file, or a path
+    :param arguments: The launch arguments
+    :param control: What is asked of running launches, if anything is; then
+      there is nothing else
+    """
+
+    positionals: tuple[str, ...] = ()
+    arguments: dict[str, str] = field(default_factory=dict)
+    control: ControlOptions | None = None
+    version: bool = False
+    show_args: bool = False
+    check: str | None = None
+    portable: bool = False
+    plan: str | None = None
+    from_plan: Path | None = None
+    schema: bool = False
+    workspace: Path | None = None
+    paths: tuple[str, ...] | None = None
+    no_build: bool = False
+    build_all: bool = False
+    build_args: tuple[str, ...] = ()
+    why: bool = False
+    force: bool = False
+    quiet: bool = False
+    verbose: bool = False
+    tty: bool = False
+    no_color: bool = False
+    log_limit: int | None = LOG_LIMIT
+    until: tuple[LinePattern, ...] = ()
+    timeout: float | None = None
+    for_: float | None = None
+    junit: Path | None = None
+    attach: str | None = None
+
+    @property
+    def verbosity(self) -> Verbosity:
+        """How much is shown."""
+        if self.quiet:
+            return 'quiet'
+        return 'verbose' if self.verbose else 'normal'
+
+    @property
+    def inspects(self) -> bool:
+        """Whether something is shown instead of running."""
+        formats = self.check, self.plan
+        return self.show_args or self.schema or formats != (None, None)
+
+
+def parse_launch_options(known: Any) -> LaunchOptions:
+    """
+    Read the whole command line.
+
+    :param known: What colcon's parser has made of it: options that stand
+      before the first word, and `positionals`
+    :raises UserError: when it makes no sense
+    """
+    values, positionals, arguments = split_line(known)
+    if values.version:
+        return LaunchOptions(version=True)
+    for word in positionals:
+        if word.startswith('-'):
+            raise UserError(unknown_option(word, 'launch'))
+    if values.paths is not None:
+        # it takes whatever follows
+        more, values.paths = _split_arguments(values.paths)
+        arguments = more + arguments
+    control = control_options(values, positionals)
+    if control is not None:
+        read_options(values, 'launch')
+        return LaunchOptions(control=control)
+    # the process of a new launch is no request to a running one
+    read = read_options(values, 'launch', without='--attach')
+    meant = dict(map(_named, arguments))
+    for key, name in _PREFIXES.items():
+        if key in read:
+            meant[name] = read.pop(key)
+    options = LaunchOptions(
+        tuple(positionals), meant, attach=values.attach, **read
+    )
+    _refuse_unclear(options)
+    return options
+
+
+def split_line(known: Any) -> tuple[Any, list[str], list[str]]:
+    """
+    Tell options, other words and launch arguments apart, in any order.
+
+    Return the values of all options, the words that belong to none (and
+    options that do not exist), and the launch arguments.
+
+    :param known: As for :func:`parse_launch_options`
+    :raises UserError: when an option lacks its value
+    """
+    words = [word for word in known.positionals if word != SEPARATOR]
+    # an option that takes any number of values would take them, too
+    arguments, words = _split_arguments(normalised(words, 'launch'))
+    values, positionals = parse_more(words, known, 'launch')
+    return values, positionals, arguments
+
+
+def _split_arguments(words: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Separate the launch arguments from the other words."""
+    arguments = [word for word in words if _ARGUMENT.match(word)]
+    return arguments, [word for word in words if not _ARGUMENT.match(word)]
+
+
+def _named(word: str) -> tuple[str, str]:
+    name, _, value = word.partition(':=')
+    if not name:
+        raise UserError(
+            f"the launch argument '{word}' has no name: it is written "
+            'name:=value'
+        )
+    return name, value
+
+
+def _refuse_unclear(options: LaunchOptions) -> None:
+    if options.from_plan is not None:
+        if options.inspects or options.positionals:
+            raise UserError('--from-plan FILE takes nothing else to launch')
+    elif not options.positionals and not options.schema:
+        raise UserError(_nothing_to_launch(options.paths))
+    if options.until or options.timeout is None or options.for_ is None:
+        return
+    raise UserError(
+        '--for and --timeout exclude one another: the one ends the launch '
+        'with success, the other with failure. With --until, --timeout is '
+        'for what comes before, and --for for what comes after'
+    )
+
+
+def _nothing_to_launch(paths: Sequence[str] | None) -> str:
+    usage = 'colcon launch PKG FILE, or colcon launch path/to/file.yaml'
+    if paths:
+        return (
+            '--paths took all that follows it: put it behind PKG and FILE, '
+            f"or '--' after the paths. Usage: {usage}"
+        )
+    return f'there is nothing to launch. Usage: {usage}'

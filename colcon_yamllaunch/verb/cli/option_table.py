@@ -1,0 +1,422 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The options of the verbs, each described once.
+
+The parsers with their help, the errors for options that do not fit together,
+completion and docs/options.md are made from this table.
+"""
+
+from keyword import iskeyword
+from typing import Literal
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.runtime.core.limits import LOG_LIMIT
+
+#: The verbs that have options.
+Verb = Literal['launch', 'run', 'create']
+#: How many values an option takes: one; one each time that it is given; maybe
+#: one of its choices, behind '='; any number; at least one.
+Arity = Literal['one', 'each', 'choice', 'any', 'some']
+#: What a value is read as, see `option_values.py`.
+Kind = Literal['text', 'file', 'path', 'pattern', 'seconds', 'size', 'words']
+#: What Tab offers for a value, see `completion/completing.py`.
+Completer = Literal[
+    'choices',
+    'files',
+    'folders',
+    'launches',
+    'licenses',
+    'nothing',
+    'packages',
+    'processes',
+    'terminals',
+]
+
+#: The format of what is shown to people.
+TEXT = 'text'
+#: The value of `--log-limit` for no limit.
+NO_LIMIT = 'none'
+
+#: The options that show something of a launch instead of running it.
+INSPECTIONS = ('--show-args', '--check', '--plan', '--schema')
+#: The options that ask something of launches that run already.
+REQUESTS = ('--status', '--stop', '--restart', '--logs')
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """
+    What an option takes.
+
+    :param name: What `--help` calls it
+    :param completer: What Tab offers for it
+    :param kind: What it is read as
+    :param arity: How many there may be
+    :param choices: The values that it may have, the default first
+    :param takes_dash: Whether it may begin with a dash
+    """
+
+    name: str | None
+    completer: Completer
+    kind: Kind = 'text'
+    arity: Arity = 'one'
+    choices: tuple[str, ...] = ()
+    takes_dash: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Exclusion:
+    """
+    Options that must not be given together with another one.
+
+    :param options: Their names
+    :param error: What to say, with `{one}` for the option that excludes them
+      and `{other}` for that of them which is given
+    """
+
+    options: tuple[str, ...]
+    error: str = '{one} and {other} exclude one another'
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """
+    An option.
+
+    :param name: How it is written; the table refers to it by this
+    :param help: What it is for
+    :param value: What it takes; None for nothing
+    :param short: How it is written in short, if it may be
+    :param excludes: What it must not be given with
+    :param needs: Options, one of which must be given with it, if any must
+    """
+
+    name: str
+    help: str
+    value: Value | None = None
+    short: str | None = None
+    excludes: tuple[Exclusion, ...] = ()
+    needs: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> str:
+        """What its value is called in Python."""
+        key = self.name.removeprefix('--').replace('-', '_')
+        return f'{key}_' if iskeyword(key) else key
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """
+    Options that belong together.
+
+    :param title: What `--help` shows them below; sections may share one
+    :param verbs: The verbs that have them
+    :param options: The options
+    """
+
+    title: str
+    verbs: tuple[Verb, ...]
+    options: tuple[Option, ...]
+
+
+_RUNS_NONE = Exclusion(
+    INSPECTIONS, '{one} is about a launch that runs, and {other} runs none'
+)
+_MADE_ALREADY = Exclusion(
+    ('--from-plan',),
+    '{one} goes with a launch file: the command lines of a saved plan are '
+    'made already',
+)
+
+_COMMON = (
+    Option(
+        '--version',
+        'Show the versions of this plug-in and of colcon-core, and exit',
+    ),
+)
+_INSPECTION = (
+    Option(
+        '--show-args',
+        'Show the launch arguments',
+        short='-s',
+        excludes=(Exclusion(('--check', '--plan', '--schema')),),
+    ),
+    Option(
+        '--check',
+        'Check every branch of the launch file and of its includes; written '
+        '--check=json, --check=github or --check=sarif for programs',
+        Value(
+            'FORMAT',
+            'choices',
+            arity='choice',
+            choices=(TEXT, 'json', 'github', 'sarif'),
+        ),
+        excludes=(Exclusion(('--plan', '--schema')),),
+    ),
+    Option(
+        '--portable',
+        'With --check: find what `ros2 launch` would reject, too',
+        needs=('--check',),
+    ),
+    Option(
+        '--plan',
+        'Show what would run; --plan=json can be saved and run, '
+        '--plan=mermaid and --plan=dot are drawings',
+        Value(
+            'FORMAT',
+            'choices',
+            arity='choice',
+            choices=(TEXT, 'json', 'mermaid', 'dot'),
+        ),
+        excludes=(Exclusion(('--schema',)),),
+    ),
+    Option(
+        '--from-plan',
+        'Run a plan that was saved',
+        Value('FILE', 'files', 'file'),
+    ),
+    Option('--schema', 'Print the JSON Schema of launch files, for editors'),
+)
+_RUN = (
+    Option(
+        '--prefix',
+        'A command in one word that gets the program and its arguments as '
+        'its last arguments, such as "gdb -ex run --args"',
+        Value('"COMMAND ..."', 'nothing', 'words'),
+    ),
+)
+_BUILD = (
+    Option(
+        '--workspace',
+        'The root of the workspace (default: found from the current folder '
+        'upwards)',
+        Value('PATH', 'folders', 'path'),
+    ),
+    Option(
+        '--paths',
+        'Build the packages at just these paths, as `colcon build --paths` '
+        'takes them',
+        Value('PATH', 'folders', arity='some'),
+    ),
+    Option(
+        '--no-build',
+        'Build nothing',
+        excludes=(Exclusion(('--build-all', '--paths', '--force')),),
+    ),
+    Option(
+        '--build-all',
+        'Build all packages of the workspace',
+        excludes=(Exclusion(('--paths',)),),
+    ),
+    Option(
+        '--build-args',
+        'Further arguments for `colcon build`, in one word',
+        Value('"ARG ..."', 'nothing', 'words', takes_dash=True),
+    ),
+)
+_LAUNCH_BUILD = (
+    Option(
+        '--why',
+        'Say of each package that the launch needs why it is built or not, '
+        'and what needs it; with --plan or --no-build: why it would be',
+        excludes=(Exclusion(('--show-args', '--check', '--schema')),),
+    ),
+    Option(
+        '--force',
+        'Build all packages that the launch needs, not just those that are '
+        'not up to date',
+    ),
+)
+_SHOWN = (
+    Option(
+        '--quiet',
+        'Show only the output of the processes, warnings and failures',
+        excludes=(_RUNS_NONE, Exclusion(('--verbose',))),
+    ),
+    Option(
+        '--verbose',
+        'Show also the command line of each process, the variables that it '
+        'gets, its parameters, and where each of them comes from',
+        excludes=(_RUNS_NONE,),
+    ),
+    Option(
+        '--tty',
+        'Let each process write to a terminal of its own, as if the launch '
+        'file said `emulate_tty: true` for all of them',
+    ),
+    Option('--no-color', 'Use no colours'),
+    Option(
+        '--log-limit',
+        'What the log files of the launch may take together, such as 500MB, '
+        f'2GB or {NO_LIMIT} (default: {LOG_LIMIT // 10**9}GB)',
+        Value('SIZE', 'nothing', 'size'),
+    ),
+)
+_PREFIX = (
+    Option(
+        '--launch-prefix',
+        'A command to start executables with, such as "gdb -ex run --args"; '
+        'in one word',
+        Value('COMMAND', 'nothing'),
+        excludes=(_MADE_ALREADY,),
+    ),
+    Option(
+        '--launch-prefix-filter',
+        'Use the prefix for executables whose name matches from its start',
+        Value('REGEX', 'nothing'),
+        excludes=(_MADE_ALREADY,),
+    ),
+)
+_ENDING = (
+    Option(
+        '--until',
+        'End with success as soon as a line of a process matches; given '
+        'several times, all must have matched',
+        Value('REGEX', 'nothing', 'pattern', arity='each', takes_dash=True),
+        excludes=(_RUNS_NONE,),
+    ),
+    Option(
+        '--timeout',
+        'End with failure when --until takes longer; without --until, when '
+        'the launch does',
+        Value('SECONDS', 'nothing', 'seconds'),
+        excludes=(_RUNS_NONE,),
+    ),
+    Option(
+        '--for',
+        'Run for a time, and end with failure as soon as a process fails; '
+        'with --until, the time starts when all has matched',
+        Value('SECONDS', 'nothing', 'seconds'),
+        excludes=(_RUNS_NONE,),
+    ),
+    Option(
+        '--junit',
+        'Write a JUnit report with a case for each process and --until',
+        Value('FILE', 'files', 'file'),
+        excludes=(_RUNS_NONE,),
+    ),
+)
+_SESSIONS = (
+    Option(
+        '--status',
+        'Show all running launches and their processes; --status=json for '
+        'programs',
+        Value('FORMAT', 'choices', arity='choice', choices=(TEXT, 'json')),
+        excludes=(Exclusion(('--stop', '--restart', '--logs', '--attach')),),
+    ),
+    Option(
+        '--stop',
+        'Stop processes, by name or glob; without a name, the launch',
+        Value('NAME', 'processes', arity='any'),
+        excludes=(Exclusion(('--restart', '--logs', '--attach')),),
+    ),
+    Option(
+        '--restart',
+        'Start processes anew, by name or glob',
+        Value('NAME', 'processes', arity='any'),
+        excludes=(Exclusion(('--logs', '--attach')),),
+    ),
+    Option(
+        '--logs',
+        'Show what processes wrote, by name or glob',
+        Value('NAME', 'processes', arity='any'),
+        excludes=(Exclusion(('--attach',)),),
+    ),
+    Option(
+        '--follow',
+        'With --logs: the last lines, then what comes',
+        short='-f',
+        needs=('--logs',),
+    ),
+    Option(
+        '--attach',
+        'Connect the keyboard to a process: with PKG FILE to one of the new '
+        'launch, else to one of a running launch; Ctrl-] detaches',
+        Value('NAME', 'terminals'),
+    ),
+    Option(
+        '--of',
+        'Which running launch is meant, where that is not clear: its '
+        'package, launch file or pid',
+        Value('LAUNCH', 'launches'),
+        needs=(*REQUESTS, '--attach'),
+    ),
+)
+_CREATE = (
+    Option(
+        '--build-type',
+        'How the package is built (default: %(default)s). That of type cmake '
+        'needs no ROS',
+        Value(
+            None, 'choices', choices=('ament_cmake', 'ament_python', 'cmake')
+        ),
+    ),
+    Option(
+        '--dependencies',
+        'The packages that it needs, such as rclpy std_msgs',
+        Value('PKG', 'packages', arity='some'),
+    ),
+    Option(
+        '--node',
+        'The name of its node (default: that of the package and _node)',
+        Value('NAME', 'nothing'),
+    ),
+    Option(
+        '--license',
+        'Its license, as SPDX calls it; for Apache-2.0, BSD-3-Clause and MIT '
+        'the text comes with it',
+        Value('NAME', 'licenses'),
+    ),
+    Option(
+        '--description', 'What the package is for', Value('TEXT', 'nothing')
+    ),
+    Option(
+        '--maintainer-name',
+        'Who looks after it (default: user.name of git)',
+        Value('NAME', 'nothing'),
+    ),
+    Option(
+        '--maintainer-email',
+        'The address of this person (default: user.email of git)',
+        Value('ADDRESS', 'nothing'),
+    ),
+    Option(
+        '--destination',
+        'The folder that the folder of the package is made in (default: src '
+        'in the root of a workspace, elsewhere the current folder)',
+        Value('PATH', 'folders', 'path'),
+    ),
+)
+
+#: All options, in the order of the help.
+SECTIONS = (
+    Section('options', ('launch', 'run', 'create'), _COMMON),
+    Section('Looking without running', ('launch',), _INSPECTION),
+    Section('Running', ('run',), _RUN),
+    Section('Building', ('launch', 'run'), _BUILD),
+    Section('Building', ('launch',), _LAUNCH_BUILD),
+    Section('What is shown and kept', ('launch',), _SHOWN),
+    Section('Running', ('launch',), _PREFIX),
+    Section('Ending by itself, as in CI', ('launch',), _ENDING),
+    Section('Running launches', ('launch',), _SESSIONS),
+    Section('options', ('create',), _CREATE),
+)
+
+
+def options_of(verb: Verb) -> dict[str, Option]:
+    """Return the options of a verb by each way to write them."""
+    options = [
+        option
+        for section in SECTIONS
+        if verb in section.verbs
+        for option in section.options
+    ]
+    return {
+        flag: option
+        for option in options
+        for flag in (option.short, option.name)
+        if flag is not None
+    }

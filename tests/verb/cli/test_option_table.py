@@ -1,0 +1,181 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Each option is described once, and all that is made from that knows it."""
+
+import argparse
+from dataclasses import fields
+from pathlib import Path
+import re
+from typing import get_args
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.verb.cli.create_options import CreateOptions
+from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
+from colcon_yamllaunch.verb.cli.option_parser import add_options
+from colcon_yamllaunch.verb.cli.option_table import Completer
+from colcon_yamllaunch.verb.cli.option_table import Kind
+from colcon_yamllaunch.verb.cli.option_table import Option
+from colcon_yamllaunch.verb.cli.option_table import options_of
+from colcon_yamllaunch.verb.cli.option_table import SECTIONS
+from colcon_yamllaunch.verb.cli.option_table import Verb
+from colcon_yamllaunch.verb.cli.option_values import READERS
+from colcon_yamllaunch.verb.cli.run_options import RunOptions
+from colcon_yamllaunch.verb.completion.completing import COMPLETERS
+import pytest
+from support.user import User
+
+ROOT = Path(__file__).parents[3]
+VERBS: tuple[Verb, ...] = get_args(Verb)
+EVERY = [
+    pytest.param(section.title, verb, option, id=f'{verb}{option.name}')
+    for section in SECTIONS
+    for verb in section.verbs
+    for option in section.options
+]
+#: A value of each kind.
+VALUES: dict[Kind, str] = {
+    'text': 'x',
+    'file': 'x',
+    'path': 'x',
+    'pattern': 'x',
+    'seconds': '1',
+    'size': '1MB',
+    'words': 'x y',
+}
+
+
+@pytest.fixture(scope='module')
+def page() -> dict[str, str]:
+    """Return what docs/options.md says of each verb."""
+    text = (ROOT / 'docs/options.md').read_text(encoding='utf-8')
+    _, *parts = re.split(r'^## colcon (\w+)$', text, flags=re.MULTILINE)
+    return dict(zip(parts[::2], parts[1::2], strict=True))
+
+
+def written(option: Option) -> str:
+    """Return how an option may be typed."""
+    if option.value is None:
+        return option.name
+    choices = option.value.choices or (VALUES[option.value.kind],)
+    return f'{option.name}={choices[0]}'
+
+
+def parsed(*words: str) -> LaunchOptions:
+    parser = argparse.ArgumentParser()
+    parser.add_argument('positionals', nargs=argparse.REMAINDER)
+    add_options(parser, 'launch')
+    return parse_launch_options(parser.parse_args(words))
+
+
+@pytest.mark.parametrize(('title', 'verb', 'option'), EVERY)
+def test_options_are_described(
+    title: str, verb: Verb, option: Option, page: dict[str, str]
+) -> None:
+    assert title
+    assert option.help
+    assert not option.help.endswith('.')
+    assert option.name.startswith('--')
+    assert option.value is None or option.value.completer in get_args(
+        Completer
+    )
+    (row,) = re.findall(
+        rf'^\| `[^`]*{option.name}\b(?!-).*$', page[verb], re.M
+    )
+    assert option.help.split('%')[0][:40] in row
+
+
+@pytest.mark.parametrize('verb', VERBS)
+def test_options_of_a_verb_have_names_of_their_own(verb: Verb) -> None:
+    flags = [
+        flag
+        for section in SECTIONS
+        if verb in section.verbs
+        for option in section.options
+        for flag in (option.short, option.name)
+        if flag is not None
+    ]
+    assert sorted(flags) == sorted(options_of(verb))
+
+
+@pytest.mark.parametrize(('title', 'verb', 'option'), EVERY)
+def test_options_refer_to_options(
+    title: str, verb: Verb, option: Option
+) -> None:
+    known = {known.name for v in VERBS for known in options_of(v).values()}
+    others = {name for e in option.excludes for name in e.options}
+    assert others | set(option.needs) <= known - {option.name}
+
+
+def test_completers_and_kinds_are_all_there() -> None:
+    assert {*COMPLETERS, 'choices'} == set(get_args(Completer))
+    assert set(READERS) == set(get_args(Kind)) == set(VALUES)
+
+
+@pytest.mark.parametrize('verb', ['run', 'create'])
+def test_verbs_read_their_options(verb: Verb) -> None:
+    read = {'run': RunOptions, 'create': CreateOptions}[verb]
+    keys = {option.key for option in options_of(verb).values()}
+    assert keys - {field.name for field in fields(read)} == {'version'}
+
+
+@pytest.mark.parametrize(
+    'option',
+    list(options_of('launch').values()),
+    ids=lambda option: option.name,
+)
+def test_launch_reads_its_options(option: Option) -> None:
+    """A field of another name would be an unexpected argument."""
+    options = options_of('launch')
+    words = [written(options[n]) for n in (option.name, *option.needs[:1])]
+    # these take nothing else to launch
+    if {'--from-plan', '--status'}.isdisjoint((option.name, *option.needs)):
+        words += ['pkg', 'file']
+    assert parsed(*words) != parsed('pkg', 'file')
+
+
+@pytest.mark.parametrize(
+    ('one', 'other'),
+    [
+        pytest.param(one, other, id=f'{one.name} {name}')
+        for one in options_of('launch').values()
+        for exclusion in one.excludes
+        for name in exclusion.options
+        for other in (options_of('launch')[name],)
+    ],
+)
+def test_excluded_options_are_refused(one: Option, other: Option) -> None:
+    for pair in ((one, other), (other, one)):
+        with pytest.raises(UserError) as caught:
+            parsed(*map(written, pair))
+        assert one.name in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    'option',
+    [option for option in options_of('launch').values() if option.needs],
+    ids=lambda option: option.name,
+)
+def test_options_that_need_another_are_refused(option: Option) -> None:
+    with pytest.raises(UserError, match='goes with'):
+        parsed('pkg', 'file', written(option))
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        ['launch', '--version'],
+        ['launch', 'pkg', 'file', '--version'],
+        ['run', '--version'],
+        ['create', '--version'],
+    ],
+)
+def test_version_is_shown_alone(user: User, words: list[str]) -> None:
+    before = list(user.root.iterdir())
+    shown = user.start('colcon', *words)
+    assert shown.end() == 0
+    assert re.fullmatch(
+        r'colcon-yamllaunch [\d.]+, colcon-core [\d.]+\n', shown.output
+    )
+    assert list(user.root.iterdir()) == before
