@@ -10,7 +10,6 @@ from typing import Literal
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.syntax.yaml_errors import explain
 import yaml
 
 #: How deep lists and mappings may be nested.
@@ -197,6 +196,9 @@ class _Reader:
                 elif isinstance(event, yaml.StreamEndEvent):
                     return self._root
         except yaml.YAMLError as e:
+            # most launch files have no mistakes
+            from colcon_yamllaunch.language.syntax.yaml_errors import explain
+
             raise explain(e, self._source) from e
         finally:
             if loader is not None:
