@@ -20,7 +20,7 @@ _REQUESTS_PER_TURN = 8
 _CHUNK = 64 * 1024
 
 
-class ClientConnection:
+class Client:
     """
     A connection to a client.
 
@@ -37,7 +37,7 @@ class ClientConnection:
         connection: socket.socket,
         watches: Watches,
         service: Service,
-        left: Callable[['ClientConnection'], None],
+        left: Callable[['Client'], None],
     ) -> None:
         self._connection = connection
         self._watches = watches

@@ -8,7 +8,8 @@ Each message is a JSON object on a line of its own, in UTF-8. A client sends
 requests; each is answered by one object, in order. A request has `version`,
 which is :data:`VERSION`, and `request`:
 
-- `status`: the answer has the launch as `launch`, see `states.LaunchState`;
+- `status`: the answer has the launch as `launch`, see
+  `launch_states.LaunchState`;
 - `stop` and `restart`, with the label of a process as `process`;
 - `shutdown`: everything is stopped; the connection ends with the launch;
 - `attach`, with a label as `process`: from the answer on, the client sends

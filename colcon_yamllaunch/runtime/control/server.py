@@ -10,9 +10,7 @@ import errno
 import os
 
 from colcon_yamllaunch.runtime.control import protocol
-from colcon_yamllaunch.runtime.control.client_connection import (
-    ClientConnection,
-)
+from colcon_yamllaunch.runtime.control.client_connection import Client
 from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.control.socket_address import Address
 from colcon_yamllaunch.runtime.control.socket_address import is_own
@@ -62,7 +60,7 @@ class Server:
         self._address = address
         self._watches = watches
         self._service = service
-        self._clients: list[ClientConnection] = []
+        self._clients: list[Client] = []
         # given up for a moment to turn a client away when no other is left
         self._spare = _null()
         watches.add(address.socket.fileno(), self._accept)
@@ -89,7 +87,7 @@ class Server:
         if len(self._clients) >= protocol.MAXIMUM_CLIENTS:
             self._make_room()
         self._clients.append(
-            ClientConnection(
+            Client(
                 connection, self._watches, self._service, self._clients.remove
             )
         )
