@@ -27,6 +27,11 @@ _CHAINED = re.compile(
     rf'^COLCON_CURRENT_PREFIX="({setup_templates.LITERAL})"$', re.M
 )
 _PYTHON = re.compile(r'_(colcon|ament)_python_executable="([\w./+@:,%=-]+)"')
+#: Variables by which a user chooses another Python.
+_OVERRIDES = {
+    'colcon': 'COLCON_PYTHON_EXECUTABLE',
+    'ament': 'AMENT_PYTHON_EXECUTABLE',
+}
 _ELF = b'\x7fELF'
 #: Where a Python looks for what runs whenever it starts (module `site`).
 _PYTHON_FOLDERS = (
@@ -164,8 +169,8 @@ class _Inputs:
         found = _PYTHON.search(script)
         if found is None:
             raise UnknownContentError(script)
-        override = f'{found[1].upper()}_PYTHON_EXECUTABLE'
-        python = Path(self._environment.get(override) or found[2])
+        override = self._environment.get(_OVERRIDES[found[1]])
+        python = Path(override or found[2])
         with python.open('rb') as file:
             if not python.is_absolute() or file.read(len(_ELF)) != _ELF:
                 raise UnknownContentError(python)
