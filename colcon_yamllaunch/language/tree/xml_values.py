@@ -3,7 +3,6 @@
 
 """From the elements of an XML launch file to the values that YAML has."""
 
-from itertools import accumulate
 import re
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
@@ -256,20 +255,14 @@ def _as_yaml(text: XmlScalar) -> Value:
         )
     if isinstance(value, Sequence):
         sequence = Sequence(source, text.line, text.column)
-        starts = _line_starts(text.text)
-        sequence.items = [_inside(text, i, starts) for i in value.items]
+        sequence.items = [_inside(text, item) for item in value.items]
         return sequence
-    return _inside(text, value, _line_starts(text.text))
+    return _inside(text, value)
 
 
-def _line_starts(text: str) -> list[int]:
-    lengths = (len(line) + 1 for line in text.split('\n'))
-    return [0, *accumulate(lengths)]
-
-
-def _inside(text: XmlScalar, value: Value, starts: list[int]) -> Value:
+def _inside(text: XmlScalar, value: Value) -> Value:
     """Place a value of YAML in the attribute that it was read from."""
-    offset = starts[value.line] + value.column
+    offset = value.source.index_of(value.line, value.column)
     if not isinstance(value, Scalar):
         place = text.piece(offset, '', None)
         return Sequence(place.source, place.line, place.column)
