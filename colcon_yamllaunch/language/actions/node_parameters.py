@@ -134,8 +134,7 @@ def _element(
     if isinstance(value, tuple):
         raise error(
             'a list cannot have a list in it',
-            text.position,
-            length=text.length,
+            text,
         )
     return value, origins
 
@@ -146,9 +145,8 @@ def _scalar(
     if kind is not None and kind.startswith(_LIST):
         raise error(
             f'the value is no list, but its type is {kind}',
-            text.position,
+            text,
             hint='write it as [first, second, …]',
-            length=text.length,
         )
     literal = text.literal
     is_typed = kind not in (None, 'yaml')
@@ -161,9 +159,8 @@ def _scalar(
     if is_typed and not is_of_type(value, str(kind)):
         raise error(
             f'the value is of type {type_name(value)}, not {kind}',
-            text.position,
+            text,
             hint=_retype_hint(text, str(kind)),
-            length=text.length,
         )
     return value, ()
 
@@ -177,9 +174,7 @@ def _evaluated(walk: Walk, text: Text, kind: str | None) -> Content:
             return infer(value.text), value.origins
         return coerce(value.text, kind), value.origins
     except ParameterTypeError as e:
-        raise error(
-            str(e), text.position, length=text.length, origins=value.origins
-        ) from e
+        raise error(str(e), text, origins=value.origins) from e
 
 
 def _retype_hint(text: Text, kind: str) -> str:
@@ -227,9 +222,8 @@ def _from_file(walk: Walk, entry: Attributes) -> str | ParameterFile | None:
             walk.warn(
                 f"the parameter file '{written}' does not exist; it is "
                 'skipped',
-                text.position,
-                hint=similar_file(walk, written),
-                length=text.length,
+                text,
+                similar_file(walk, written),
             )
     has_substitutions = entry.boolean('allow_substs')
     if has_substitutions is False:
@@ -261,9 +255,8 @@ def _substituted(walk: Walk, path: str, origin: Text) -> str | None:
             error(
                 f"the parameter file '{os.path.basename(path)}' is no "
                 f'parameter file once its substitutions are made: {reason}',
-                origin.position,
+                origin,
                 hint='it is a YAML mapping of nodes to parameters',
-                length=origin.length,
             )
         )
     return content

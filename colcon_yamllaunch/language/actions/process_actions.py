@@ -172,11 +172,10 @@ def _check_unique(walk: Walk, attributes: Attributes, full_name: str) -> None:
             )
             walk.warn(
                 f"another node of this launch has the name '{full_name}' too",
-                text.position,
-                hint='this node is launched more than once'
+                text,
+                'this node is launched more than once'
                 if other.position == node.position
                 else f'the other one is in {place}',
-                length=text.length,
             )
             break
     if len(others) < MAXIMUM_NAMESAKES:
@@ -220,9 +219,8 @@ def _remaps(walk: Walk, attributes: Attributes) -> Arguments:
             text = remap.item.texts['from']
             walk.warn(
                 f"'{old}' is remapped {by} already, so this has no effect",
-                text.position,
-                hint='remove one of the two',
-                length=text.length,
+                text,
+                'remove one of the two',
             )
         seen.add(old)
         pairs.append((old, new or ''))
@@ -357,9 +355,8 @@ def _check_program(
     walk.fail(
         error(
             walk.no_program(name),
-            text.position,
+            text,
             hint=None if has_path else program.hint,
-            length=text.length,
             may_pass_after_build=True,
         )
     )

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import math
 from typing import NamedTuple
 from typing import Protocol
+from typing import TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.evaluation.values import Value
@@ -25,6 +26,8 @@ from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
 
+Number = TypeVar('Number', int, float)
+
 
 class Reader(Protocol):
     """What evaluates the texts of attributes."""
@@ -32,8 +35,10 @@ class Reader(Protocol):
     def value(self, text: Text) -> Value:
         """Put the substitutions into a text."""
 
-    def part(self, text: Text, template: Template) -> Value:
-        """Put the substitutions into a piece of a text."""
+    def template(
+        self, template: Template, position_at: Callable[[int], Position]
+    ) -> Value:
+        """Put the substitutions into a template."""
 
     def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
         """Take note of an error."""
@@ -62,12 +67,12 @@ class Attributes:
     """
 
     __slots__ = (
-        '_length',
         '_reader',
         '_table',
         '_values',
         'children',
         'item',
+        'length',
         'name',
     )
 
@@ -86,7 +91,7 @@ class Attributes:
         self.name = name
         self.item = item
         self.children = children
-        self._length = length
+        self.length = length
 
     @classmethod
     def of_action(cls, reader: Reader, entity: Entity) -> 'Attributes':
@@ -167,17 +172,17 @@ class Attributes:
 
     def whole(self, name: str) -> int | None:
         """Return a whole number."""
-        value = self.value(name)
-        if value is None:
-            return _whole(self._table.attributes[name].default or '')
-        return None if value.text is None else _whole(value.text)
+        return self._parsed(name, _whole)
 
     def seconds(self, name: str) -> float | None:
         """Return a time in seconds."""
-        value = self.value(name)
-        if value is None:
-            return parse_seconds(self._table.attributes[name].default or '')
-        return None if value.text is None else parse_seconds(value.text)
+        return self._parsed(name, parse_seconds)
+
+    def _parsed(
+        self, name: str, parse: Callable[[str], Number | None]
+    ) -> Number | None:
+        text = self.text(name)
+        return None if text is None else parse(text)
 
     def items(self, name: str) -> tuple['Attributes', ...]:
         """Return the items of a list."""
@@ -205,7 +210,10 @@ class Attributes:
             )
             # what was meant for the program is not known now
             return [Word(text, reader.value(text).forgotten())]
-        return [Word(text, reader.part(text, piece)) for piece in pieces]
+        return [
+            Word(text, reader.template(piece, text.position_at))
+            for piece in pieces
+        ]
 
     def fail(
         self,
@@ -222,9 +230,8 @@ class Attributes:
         self._reader.fail(
             error(
                 message,
-                text.position,
+                text,
                 hint=hint,
-                length=text.length,
                 may_pass_after_build=may_pass_after_build,
                 origins=() if value is None else value.origins,
             ),
@@ -233,9 +240,7 @@ class Attributes:
 
     def fail_as_whole(self, message: str, hint: str | None = None) -> None:
         """Take note of an error in the action or item."""
-        length = self._length
-        problem = error(message, self.position, hint=hint, length=length)
-        self._reader.fail(problem)
+        self._reader.fail(error(message, self, hint=hint))
 
     def _check(self, attribute: Attribute, value: Value) -> None:
         name, written = attribute.name, value.text or ''

@@ -37,6 +37,7 @@ from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.source_text import read_source
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.template import Substitution
@@ -184,9 +185,8 @@ class Call:
         self.walk.fail(
             error(
                 message,
-                self.position,
+                self,
                 hint=hint,
-                length=self.length,
                 may_pass_after_build=may_pass_after_build,
             ),
             is_certain=is_certain,
@@ -286,16 +286,13 @@ class Walk(ABC):
         """
 
     @abstractmethod
-    def launch_python(
-        self, name: str, path: str, position: Position, length: int
-    ) -> None:
+    def launch_python(self, name: str, path: str, origin: Span) -> None:
         """
         Launch a file in Python.
 
         :param name: The path that it goes by
         :param path: The file to read
-        :param position: Where it is included, else its start
-        :param length: How many characters that takes
+        :param origin: Where it is included, else its start
         """
 
     def declare(
@@ -404,7 +401,7 @@ class Walk(ABC):
         """
         try:
             if path.endswith(PYTHON_SUFFIX):
-                self.launch_python(name, path, Position(path, 1, 1), 1)
+                self.launch_python(name, path, Position(path, 1, 1))
             else:
                 self.visit_file(name, path, None)
         except LaunchError as e:
@@ -554,33 +551,29 @@ class Walk(ABC):
     def guard(self, entity: Entity) -> Guard | None:
         """Evaluate the condition of an action, None when it has none."""
         texts = entity.item.texts
-        if 'if' not in texts and 'unless' not in texts:
+        name = 'if' if 'if' in texts else 'unless'
+        text = texts.get(name)
+        if text is None:
             return None
-        for name, wanted in (('if', True), ('unless', False)):
-            text = texts.get(name)
-            if text is None:
-                continue
-            value = self.value(text)
-            result = _truth(text, value)
-            if result is None and value.text is not None:
-                self.fail(
-                    error(
-                        f"the condition '{name}' is '{value.text.strip()}'",
-                        text.position,
-                        hint='it must be true, 1, false or 0',
-                        length=text.length,
-                        origins=value.origins,
-                    )
-                )
-            if result is None:
-                sources = value.sources or frozenset((value.key,))
-                return Guard(value.key, wanted, sources, None)
+        value, wanted = self.value(text), name == 'if'
+        result = _truth(text, value)
+        if result is not None:
             is_taken = result is wanted
             self.draft.conditions.append(
                 Condition(f'{name}: {text.plain}', is_taken, text.position)
             )
             return Guard(value.key, wanted, value.sources, is_taken)
-        return None
+        if value.text is not None:
+            self.fail(
+                error(
+                    f"the condition '{name}' is '{value.text.strip()}'",
+                    text,
+                    hint='it must be true, 1, false or 0',
+                    origins=value.origins,
+                )
+            )
+        sources = value.sources or frozenset((value.key,))
+        return Guard(value.key, wanted, sources, None)
 
     def end(self, message: str, position: Position) -> None:
         """
@@ -629,14 +622,6 @@ class Walk(ABC):
         if literal is not None:
             return Value(literal, literal)
         return self.template(text.template, text.position_at)
-
-    def part(self, text: Text, template: Template) -> Value:
-        """
-        Put the substitutions into a piece of a text.
-
-        :param template: What splitting the text has made of it
-        """
-        return self.template(template, text.position_at)
 
     def template(
         self, template: Template, position_at: Callable[[int], Position]
@@ -709,30 +694,17 @@ class Walk(ABC):
         self.packages_used.setdefault(name, position)
 
     def warn(
-        self,
-        message: str,
-        position: Position | None,
-        *,
-        hint: str | None = None,
-        length: int = 1,
+        self, message: str, at: Span | None, hint: str | None = None
     ) -> None:
-        """Note a warning; see :class:`Diagnostic`."""
-        self.report(
-            LaunchError(Diagnostic('warning', message, position, hint, length))
-        )
+        """Note a warning; see :func:`error`."""
+        self.report(error(message, at, hint=hint).as_warning())
 
     def fail_at(self, place: Place, message: str, hint: str) -> None:
         """Note an error at a place in a launch file that may be closed."""
-        self.diagnostics.append(
-            Diagnostic(
-                'error',
-                message,
-                place.position,
-                hint,
-                place.length,
-                place.includes,
-            )
-        )
+        problem = error(message, place, hint=hint)
+        for include in place.includes:
+            problem = problem.included_from(include)
+        self.diagnostics.extend(problem.diagnostics)
 
     def report(self, problem: LaunchError) -> None:
         """Note a problem, unless it is known."""

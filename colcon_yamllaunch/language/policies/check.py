@@ -34,13 +34,12 @@ from colcon_yamllaunch.language.policies.argument_use import ArgumentUse
 from colcon_yamllaunch.language.policies.argument_use import FileUse
 from colcon_yamllaunch.language.policies.expression import compute
 from colcon_yamllaunch.language.policies.expression import ExpressionError
-from colcon_yamllaunch.language.policies.portability import (
-    portability_problems,
-)
+from colcon_yamllaunch.language.policies.portability import not_portable
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.tree.launch_tree import Entity
@@ -135,11 +134,11 @@ class _Check(Walk):
 
     def check_arguments(self, request: Request) -> None:
         """Report arguments that are declared or given, and not used."""
-        for diagnostic in (
+        for problem in (
             *self._arguments.unused(),
             *self._arguments.unknown_given(request.path, request.arguments),
         ):
-            self.report(LaunchError(diagnostic))
+            self.report(problem)
 
     def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
         if not is_certain:
@@ -187,8 +186,8 @@ class _Check(Walk):
     def enter(self, path: str, file: LaunchFile) -> None:
         self._visits[path] = self._visits.get(path, 0) + 1
         if self._portable and self._visits[path] == 1:
-            for diagnostic in portability_problems(file):
-                self.report(LaunchError(diagnostic))
+            for problem in not_portable(file):
+                self.report(problem)
 
     def note_file(self, path: str, file: LaunchFile) -> None:
         self._arguments.add(path, file)
@@ -196,10 +195,8 @@ class _Check(Walk):
     def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
         self.report(problem)
 
-    def launch_python(
-        self, name: str, path: str, position: Position, length: int
-    ) -> None:
-        self.warn('a launch file in Python cannot be checked', position)
+    def launch_python(self, name: str, path: str, origin: Span) -> None:
+        self.warn('a launch file in Python cannot be checked', origin)
         # what it declares is not known
         self.files[path] = None
 
@@ -249,9 +246,8 @@ class _Check(Walk):
             self.warn(
                 f"'{os.path.basename(path)}' declares no launch argument "
                 f"'{name}'",
-                text.position,
-                hint=hint,
-                length=text.length,
+                text,
+                hint,
             )
 
     def missing_argument(self, attributes: Attributes, name: str) -> None:
@@ -314,9 +310,8 @@ class _Check(Walk):
             self.report(
                 error(
                     'ROS 2 looks up a relative path in the working directory',
-                    file.position,
+                    file,
                     hint=f'write $(dirname)/{written}',
-                    length=file.length,
                 )
             )
 
@@ -330,10 +325,9 @@ class _Check(Walk):
             self.warn(
                 f"behind an 'include', ROS 2 before Lyrical takes "
                 f'$({call.name}) for that of the included file',
-                call.position,
-                hint="set it before the 'include': let: {name: here, value: "
+                call,
+                "set it before the 'include': let: {name: here, value: "
                 f'$({call.name})}}',
-                length=call.length,
             )
 
     def note_text(self, template: Template | None) -> None:

@@ -20,18 +20,6 @@ from colcon_yamllaunch.language.actions.python_launch import (
 )
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.launch_arguments import (
-    ARGUMENT_ACTIONS,
-)
-from colcon_yamllaunch.language.evaluation.launch_arguments import (
-    PROCESS_ARGUMENTS,
-)
-from colcon_yamllaunch.language.evaluation.launch_arguments import (
-    undeclared_argument,
-)
-from colcon_yamllaunch.language.evaluation.launch_arguments import (
-    undeclared_hint,
-)
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
@@ -43,9 +31,14 @@ from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.policies.arguments import ARGUMENT_ACTIONS
+from colcon_yamllaunch.language.policies.arguments import PROCESS_ARGUMENTS
+from colcon_yamllaunch.language.policies.arguments import undeclared_argument
+from colcon_yamllaunch.language.policies.arguments import undeclared_hint
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.text import Text
@@ -130,18 +123,16 @@ class _Launch(Walk):
             return
         name, path = located
         if path.endswith(PYTHON_SUFFIX):
-            self.launch_python(name, path, file.position, file.length)
+            self.launch_python(name, path, file)
         else:
             self.visit_file(name, path, file)
 
-    def launch_python(
-        self, name: str, path: str, position: Position, length: int
-    ) -> None:
+    def launch_python(self, name: str, path: str, origin: Span) -> None:
         # before the package is built, only the file in its source is there
         file = name if os.path.isfile(name) else path
         self.has_python = True
-        with self.draft.within_block('file', name, position):
-            add_python_launch_file(self, file, position, length)
+        with self.draft.within_block('file', name, origin.position):
+            add_python_launch_file(self, file, origin)
 
     def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
         raise problem
@@ -190,4 +181,4 @@ class _Launch(Walk):
         for name in given:
             if name not in {*declared, *self.read, *PROCESS_ARGUMENTS}:
                 hint = undeclared_hint(name, declared)
-                self.report(LaunchError(undeclared_argument(name, hint)))
+                self.report(undeclared_argument(name, hint))

@@ -8,6 +8,7 @@ ROS 2 defines it in `launch/frontend/grammar.lark`; this is the same language,
 read in one pass.
 """
 
+from collections.abc import Iterator
 import re
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -56,6 +57,14 @@ class Template:
         if len(self.parts) == 1 and isinstance(self.parts[0], str):
             return self.parts[0]
         return None
+
+    def substitutions(self) -> Iterator[Substitution]:
+        """Iterate over all substitutions, each before those inside of it."""
+        for part in self.parts:
+            if isinstance(part, Substitution):
+                yield part
+                for argument in part.arguments:
+                    yield from argument.substitutions()
 
 
 class TemplateSyntaxError(Exception):

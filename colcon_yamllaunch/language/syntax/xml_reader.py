@@ -100,8 +100,7 @@ class _Reader:
         if len(self._open) >= MAXIMUM_ELEMENT_DEPTH:
             raise error(
                 f'nested more than {MAXIMUM_ELEMENT_DEPTH} levels deep',
-                key.position,
-                length=len(name),
+                key,
             )
         found = self._attributes(index + len(name), attributes)
         element = Element(key, {pair[0].text: pair for pair in found})

@@ -78,6 +78,11 @@ class Scalar(Value):
         return self._kind
 
     @property
+    def length(self) -> int:
+        """How many characters its text has."""
+        return len(self.text)
+
+    @property
     def value(self) -> str | int | float | bool | None:
         """The scalar as a Python object; a timestamp stays a text."""
         return construct(self.kind, self.text)
@@ -322,9 +327,8 @@ def _add_pair(mapping: Mapping, key: Scalar, value: Value) -> None:
         raise error(
             f"the key '{key.text}' stands twice in this mapping, first in "
             f'line {first.line + 1}',
-            key.position,
+            key,
             hint='remove one, or start a new list item with "-"',
-            length=len(key.text),
         )
     mapping.pairs[key.text] = (key, value)
 

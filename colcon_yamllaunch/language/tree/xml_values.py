@@ -3,6 +3,7 @@
 
 """From the elements of an XML launch file to the values that YAML has."""
 
+from collections.abc import Mapping as AbstractMapping
 import re
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
@@ -23,6 +24,7 @@ from colcon_yamllaunch.language.syntax.yaml_reader import Value
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
 
@@ -48,9 +50,8 @@ def read_xml_document(source: Source, problems: list[Diagnostic]) -> Mapping:
     if root.name.text != 'launch':
         raise error(
             f"the root element is '{root.name.text}', not 'launch'",
-            root.name.position,
+            root.name,
             hint='a launch file is <launch> … </launch>',
-            length=len(root.name.text),
         )
     return _Converter(source, problems).document(root)
 
@@ -91,7 +92,7 @@ class _Converter:
     ) -> Mapping:
         """Return what an element has as the mapping that says the same."""
         value = self._mapping(element)
-        known = {attribute.name: attribute for attribute in attributes}
+        known = by_name(attributes)
         for name, (key, text) in element.attributes.items():
             self._attribute(value, element, known.get(name), key, text)
         self._check_text(element)
@@ -157,7 +158,10 @@ class _Converter:
             self._problems.append(element.text)
 
     def _report_element(
-        self, parent: Element, child: Element, known: dict[str, Attribute]
+        self,
+        parent: Element,
+        child: Element,
+        known: AbstractMapping[str, Attribute],
     ) -> None:
         name, outer = child.name.text, parent.name.text
         lists = [a.name for a in known.values() if a.type is Type.ITEMS]
@@ -172,9 +176,7 @@ class _Converter:
         self._report(f"'{outer}' has no element '{name}'", child.name, hint)
 
     def _report(self, message: str, key: Scalar, hint: str | None) -> None:
-        self._problems.append(
-            Diagnostic('error', message, key.position, hint, len(key.text))
-        )
+        self._problems.extend(error(message, key, hint=hint).diagnostics)
 
     def _pair(self, element: Element, value: Value) -> Mapping:
         mapping = self._mapping(element)
@@ -249,9 +251,8 @@ def _as_yaml(text: XmlScalar) -> Value:
     if isinstance(value, Mapping):
         raise error(
             'YAML reads this value as a mapping, which no parameter can be',
-            text.position,
+            text,
             hint='add type="str" to keep it a text, or nest <param> elements',
-            length=len(text.text),
         )
     if isinstance(value, Sequence):
         sequence = Sequence(source, text.line, text.column)

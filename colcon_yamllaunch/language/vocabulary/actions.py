@@ -116,10 +116,7 @@ class Action:
 
     def attribute(self, name: str) -> Attribute | None:
         """Return the attribute with that name, or None."""
-        for attribute in self.attributes:
-            if attribute.name == name:
-                return attribute
-        return None
+        return by_name(self.attributes).get(name)
 
     @property
     def has_children(self) -> bool:
