@@ -18,21 +18,15 @@ from colcon_yamllaunch.language.syntax.source_text import read_source
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
 from colcon_yamllaunch.language.tree.launch_tree import ParameterValue
 from colcon_yamllaunch.language.tree.text import Text
-from colcon_yamllaunch.language.vocabulary.parameter_value import coerce
-from colcon_yamllaunch.language.vocabulary.parameter_value import infer
-from colcon_yamllaunch.language.vocabulary.parameter_value import is_of_type
-from colcon_yamllaunch.language.vocabulary.parameter_value import Parameter
-from colcon_yamllaunch.language.vocabulary.parameter_value import (
-    parameter_file,
-)
-from colcon_yamllaunch.language.vocabulary.parameter_value import (
-    ParameterContent,
-)
-from colcon_yamllaunch.language.vocabulary.parameter_value import (
-    ParameterTypeError,
-)
-from colcon_yamllaunch.language.vocabulary.parameter_value import ScalarValue
-from colcon_yamllaunch.language.vocabulary.parameter_value import type_name
+from colcon_yamllaunch.language.vocabulary.parameter import coerce
+from colcon_yamllaunch.language.vocabulary.parameter import infer
+from colcon_yamllaunch.language.vocabulary.parameter import is_of_type
+from colcon_yamllaunch.language.vocabulary.parameter import Parameter
+from colcon_yamllaunch.language.vocabulary.parameter import parameter_file
+from colcon_yamllaunch.language.vocabulary.parameter import ParameterContent
+from colcon_yamllaunch.language.vocabulary.parameter import ParameterTypeError
+from colcon_yamllaunch.language.vocabulary.parameter import ScalarValue
+from colcon_yamllaunch.language.vocabulary.parameter import type_name
 import yaml
 
 _LIST = 'list_of_'

@@ -33,7 +33,7 @@ from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.ros_names import node_name_problem
 from colcon_yamllaunch.language.tree.text import Text
-from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
+from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 
 #: The environment variable that replaces every `output`, as in ROS 2.
 OUTPUT_OVERRIDE = 'OVERRIDE_LAUNCH_PROCESS_OUTPUT'

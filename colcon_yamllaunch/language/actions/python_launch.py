@@ -19,7 +19,7 @@ from colcon_yamllaunch.language.syntax.position import Span
 LAUNCHER = 'ros2'
 
 
-def add_python_launch_file(walk: Walk, path: str, origin: Span) -> None:
+def add_python_launch(walk: Walk, path: str, origin: Span) -> None:
     """
     Run a launch file in Python as a process of its own.
 

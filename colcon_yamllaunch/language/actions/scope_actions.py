@@ -25,7 +25,7 @@ from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.ros_names import join_namespace
 from colcon_yamllaunch.language.syntax.ros_names import namespace_problem
-from colcon_yamllaunch.language.vocabulary.parameter_value import Parameter
+from colcon_yamllaunch.language.vocabulary.parameter import Parameter
 
 #: The values of a `bool_arg`, as ROS 2 lists them.
 BOOLEAN_CHOICES = ('true', 'false', 'True', 'False', 'TRUE', 'FALSE')

@@ -24,7 +24,7 @@ from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
-from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
+from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 
 Number = TypeVar('Number', int, float)
 

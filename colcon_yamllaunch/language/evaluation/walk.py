@@ -76,6 +76,28 @@ class ExecutableUse:
     position: Position
 
 
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """
+    What is found in launch files.
+
+    :param diagnostics: Errors and warnings, in the order found
+    :param files: The launch files that were read, the given one first
+    :param packages: The packages that they name, and where first
+    :param executables: The packages' programs that they name
+    """
+
+    diagnostics: tuple[Diagnostic, ...]
+    files: tuple[Source, ...]
+    packages: Mapping[str, Position]
+    executables: tuple[ExecutableUse, ...]
+
+    @property
+    def errors(self) -> tuple[Diagnostic, ...]:
+        """The errors among the diagnostics."""
+        return tuple(d for d in self.diagnostics if d.severity == 'error')
+
+
 class SubstitutionError(Exception):
     """
     A substitution cannot be made.

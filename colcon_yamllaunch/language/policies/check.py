@@ -9,7 +9,6 @@ at, whatever its condition comes to, and every launch file that is included.
 """
 
 from collections.abc import Iterable
-from collections.abc import Mapping
 from itertools import islice
 import os
 import re
@@ -25,8 +24,8 @@ from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Call
 from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
 from colcon_yamllaunch.language.evaluation.walk import endless
-from colcon_yamllaunch.language.evaluation.walk import ExecutableUse
 from colcon_yamllaunch.language.evaluation.walk import expression_error
+from colcon_yamllaunch.language.evaluation.walk import Findings
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import Walk
@@ -40,7 +39,6 @@ from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.position import Span
-from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
@@ -55,29 +53,7 @@ MAXIMUM_ROUNDS = 50
 _PROGRAM_PATH = re.compile(r'(.+)/lib/([^/]+)/([^/]+)')
 
 
-@dataclass(frozen=True, slots=True)
-class Checked:
-    """
-    What a check found.
-
-    :param diagnostics: Errors and warnings, in the order found
-    :param files: The launch files that were read, the given one first
-    :param packages: The packages that they name, and where first
-    :param executables: The packages' programs that they name
-    """
-
-    diagnostics: tuple[Diagnostic, ...]
-    files: tuple[Source, ...]
-    packages: Mapping[str, Position]
-    executables: tuple[ExecutableUse, ...]
-
-    @property
-    def errors(self) -> tuple[Diagnostic, ...]:
-        """The errors among the diagnostics."""
-        return tuple(d for d in self.diagnostics if d.severity == 'error')
-
-
-def check(request: Request, *, portable: bool) -> Checked:
+def check(request: Request, *, portable: bool) -> Findings:
     """
     Look a launch file over, with everything that it includes.
 
@@ -90,7 +66,7 @@ def check(request: Request, *, portable: bool) -> Checked:
     walk.launch(request.name, request.path)
     if None not in walk.files.values():
         walk.check_arguments(request)
-    return Checked(
+    return Findings(
         tuple(dict.fromkeys(walk.diagnostics)),
         tuple(walk.sources),
         walk.packages_used,

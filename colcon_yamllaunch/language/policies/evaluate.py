@@ -15,9 +15,7 @@ import os
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
-from colcon_yamllaunch.language.actions.python_launch import (
-    add_python_launch_file,
-)
+from colcon_yamllaunch.language.actions.python_launch import add_python_launch
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.request import Request
@@ -25,8 +23,8 @@ from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
-from colcon_yamllaunch.language.evaluation.walk import ExecutableUse
 from colcon_yamllaunch.language.evaluation.walk import expression_error
+from colcon_yamllaunch.language.evaluation.walk import Findings
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import Walk
@@ -35,37 +33,22 @@ from colcon_yamllaunch.language.policies.arguments import ARGUMENT_ACTIONS
 from colcon_yamllaunch.language.policies.arguments import PROCESS_ARGUMENTS
 from colcon_yamllaunch.language.policies.arguments import undeclared_argument
 from colcon_yamllaunch.language.policies.arguments import undeclared_hint
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.position import Span
-from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.text import Text
 
 
 @dataclass(frozen=True, slots=True)
-class Evaluation:
+class Evaluation(Findings):
     """
     What a launch file comes to.
 
     :param plan: What to run; not complete when there are errors
-    :param packages: The packages that it names, and where first
-    :param executables: The packages' programs that it names
-    :param files: The launch files that were read, the given one first
-    :param diagnostics: Errors and warnings, in the order found
     """
 
     plan: Plan
-    packages: Mapping[str, Position]
-    executables: tuple[ExecutableUse, ...]
-    files: tuple[Source, ...]
-    diagnostics: tuple[Diagnostic, ...]
-
-    @property
-    def errors(self) -> tuple[Diagnostic, ...]:
-        """The errors among the diagnostics."""
-        return tuple(d for d in self.diagnostics if d.severity == 'error')
 
 
 def evaluate(request: Request) -> Evaluation:
@@ -82,11 +65,11 @@ def evaluate(request: Request) -> Evaluation:
         # what a launch file in Python declares is not known
         walk.warn_of_unknown_arguments(request.arguments)
     return Evaluation(
-        walk.draft.plan(),
+        tuple(walk.diagnostics),
+        tuple(f.source for f in walk.files.values() if f is not None),
         walk.packages_used,
         tuple(walk.executables),
-        tuple(f.source for f in walk.files.values() if f is not None),
-        tuple(walk.diagnostics),
+        walk.draft.plan(),
     )
 
 
@@ -132,7 +115,7 @@ class _Launch(Walk):
         file = name if os.path.isfile(name) else path
         self.has_python = True
         with self.draft.within_block('file', name, origin.position):
-            add_python_launch_file(self, file, origin)
+            add_python_launch(self, file, origin)
 
     def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
         raise problem
