@@ -3,12 +3,14 @@
 
 """The actions that run a process."""
 
+from collections.abc import Callable
 from collections.abc import Mapping
 from functools import partial
 import os
 import re
 import shlex
 import shutil
+from typing import TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.node_parameters import (
@@ -40,6 +42,7 @@ OUTPUT_OVERRIDE = 'OVERRIDE_LAUNCH_PROCESS_OUTPUT'
 #: How many nodes of one name are compared with another one.
 MAXIMUM_NAMESAKES = 8
 
+Parsed = TypeVar('Parsed')
 # a text that is not known is None
 Arguments = list[str | ParameterFile | None]
 
@@ -376,16 +379,10 @@ def _output(walk: Walk, attributes: Attributes) -> str:
 
 def _emulate_tty(walk: Walk, attributes: Attributes) -> bool:
     # the launch argument is stronger than every process, as in ROS 2
-    override = _configured(walk, 'emulate_tty')
-    if override is None:
+    general = _general(walk, 'emulate_tty', parse_boolean, 'true or false')
+    if general is None:
         return attributes.boolean('emulate_tty') is True
-    value = parse_boolean(override)
-    if value is None:
-        raise error(
-            f"launch argument 'emulate_tty' is '{override}'",
-            hint='it is true or false',
-        )
-    return value
+    return general
 
 
 def _timeout(walk: Walk, attributes: Attributes, name: str) -> float:
@@ -402,15 +399,19 @@ def general_timeout(walk: Walk, name: str, default: float) -> float:
     :param name: The launch configuration, as in ROS 2
     :raises LaunchError: when it is no number of seconds
     """
-    general = _configured(walk, name)
-    if general is None:
-        return default
-    value = parse_seconds(general)
-    if value is None:
-        raise error(
-            f"launch argument '{name}' is '{general}'",
-            hint='it is a number of seconds',
-        )
+    general = _general(walk, name, parse_seconds, 'a number of seconds')
+    return default if general is None else general
+
+
+def _general(
+    walk: Walk, name: str, parse: Callable[[str], Parsed | None], what: str
+) -> Parsed | None:
+    """Return the value that a launch configuration has for all processes."""
+    text = _configured(walk, name)
+    value = None if text is None else parse(text)
+    if text is not None and value is None:
+        message = f"launch argument '{name}' is '{text}'"
+        raise error(message, hint=f'it is {what}')
     return value
 
 

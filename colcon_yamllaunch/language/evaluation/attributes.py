@@ -10,7 +10,6 @@ from typing import NamedTuple
 from typing import Protocol
 from typing import TypeVar
 
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.syntax.command_line import split_command_line
 from colcon_yamllaunch.language.syntax.command_line import UnclosedQuoteError
@@ -22,6 +21,7 @@ from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import Item
 from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
@@ -81,12 +81,12 @@ class Attributes:
         reader: Reader,
         name: str,
         item: Item,
-        table: '_Table',
+        table: tuple[Attribute, ...],
         children: tuple[Entity, ...] = (),
         length: int = 1,
     ) -> None:
         self._reader = reader
-        self._table = table
+        self._table = by_name(table)
         self._values: dict[str, Value] = {}
         self.name = name
         self.item = item
@@ -101,7 +101,7 @@ class Attributes:
             reader,
             action.name,
             entity.item,
-            _table(action.attributes),
+            action.attributes,
             entity.children,
             len(action.name),
         )
@@ -118,7 +118,7 @@ class Attributes:
     def check(self) -> None:
         """Check all attributes that are one text, but its conditions."""
         for name in self.item.texts:
-            if self._table.attributes[name].type not in (
+            if self._table[name].type not in (
                 Type.PLAIN,
                 Type.COMMAND,
                 Type.CONDITION,
@@ -138,9 +138,8 @@ class Attributes:
         if value is None:
             value = self._reader.value(text)
             self._values[name] = value
-            table = self._table
-            if value.text is not None and name in table.checked:
-                self._check(table.attributes[name], value)
+            if value.text is not None:
+                self._check(self._table[name], value.text)
         return value
 
     def required(self, name: str) -> Value:
@@ -153,9 +152,7 @@ class Attributes:
         """Return a text; empty when it is left out and has no default."""
         text = self.item.texts.get(name)
         if text is None:
-            return self._table.attributes[name].default or ''
-        if text.literal is not None and name not in self._table.checked:
-            return text.literal
+            return self._table[name].default or ''
         return self.required(name).text
 
     def optional_text(self, name: str) -> str | None:
@@ -167,7 +164,7 @@ class Attributes:
         """Return a boolean."""
         value = self.value(name)
         if value is None:
-            return self._table.booleans[name]
+            return self._table[name].default == 'true'
         return None if value.text is None else parse_boolean(value.text)
 
     def whole(self, name: str) -> int | None:
@@ -189,7 +186,7 @@ class Attributes:
         items = self.item.items.get(name)
         if items is None:
             return ()
-        table = _table(items_of(self._table.attributes[name]))
+        table = items_of(self._table[name])
         return tuple(Attributes(self._reader, name, i, table) for i in items)
 
     def command(self, name: str) -> list[Word]:
@@ -242,8 +239,8 @@ class Attributes:
         """Take note of an error in the action or item."""
         self._reader.fail(error(message, self, hint=hint))
 
-    def _check(self, attribute: Attribute, value: Value) -> None:
-        name, written = attribute.name, value.text or ''
+    def _check(self, attribute: Attribute, written: str) -> None:
+        name = attribute.name
         if attribute.type in _WANTED:
             parse, wanted, hint = _WANTED[attribute.type]
             if parse(written) is None:
@@ -279,40 +276,3 @@ _WANTED: Mapping[Type, tuple[Callable[[str], object], str, str | None]] = {
         'write a number >= 0',
     ),
 }
-_TABLES: dict[int, '_Table'] = {}
-
-
-@dataclass(frozen=True, slots=True)
-class _Table:
-    """
-    The attributes of an action or item.
-
-    :param entries: All of them
-    :param attributes: By name
-    :param checked: Those of them that cannot have any text
-    :param booleans: The defaults of those that are booleans
-    """
-
-    entries: tuple[Attribute, ...]
-    attributes: Mapping[str, Attribute]
-    checked: frozenset[str]
-    booleans: Mapping[str, bool | None]
-
-
-def _table(entries: tuple[Attribute, ...]) -> _Table:
-    # one that is in the table keeps its attributes, and they their id
-    table = _TABLES.get(id(entries))
-    if table is None:
-        table = _TABLES[id(entries)] = _Table(
-            entries,
-            {a.name: a for a in entries},
-            frozenset(
-                a.name for a in entries if a.values or a.type in _WANTED
-            ),
-            {
-                a.name: parse_boolean(a.default or '')
-                for a in entries
-                if a.type is Type.BOOLEAN
-            },
-        )
-    return table

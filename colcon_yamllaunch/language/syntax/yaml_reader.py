@@ -156,18 +156,17 @@ def _resolve(scalar: Scalar) -> Kind:
         if scalar.style is None and scalar.tag is None:
             return plain_kind(scalar.text)
         return 'str'
-    kind = scalar.tag.removeprefix(_PREFIX)
-    for known in (*_KINDS, 'str'):
-        if kind == known and scalar.tag.startswith(_PREFIX):
-            try:
-                construct(known, scalar.text)  # type: ignore[arg-type]
-            except (ValueError, KeyError, IndexError) as e:
-                raise error(
-                    f"'{scalar.text}' is no value for the tag !!{kind}",
-                    scalar.position,
-                ) from e
-            return known  # type: ignore[return-value]
-    raise error(f"the YAML tag '{scalar.tag}' is not known", scalar.position)
+    prefix, _, name = scalar.tag.rpartition(':')
+    if f'{prefix}:' != _PREFIX or name not in (*_KINDS, 'str'):
+        message = f"the YAML tag '{scalar.tag}' is not known"
+        raise error(message, scalar.position)
+    kind: Kind = name  # type: ignore[assignment]
+    try:
+        construct(kind, scalar.text)
+    except (ValueError, KeyError, IndexError) as e:
+        message = f"'{scalar.text}' is no value for the tag !!{kind}"
+        raise error(message, scalar.position) from e
+    return kind
 
 
 class _Reader:

@@ -26,11 +26,10 @@ from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
 from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
+from colcon_yamllaunch.language.vocabulary.actions import SCALAR_TYPES
 from colcon_yamllaunch.language.vocabulary.actions import Type
 
 _SEPARATOR = 'value-sep'
-#: The types of a parameter whose text YAML has no say in.
-_SCALAR_TYPES = ('str', 'bool', 'int', 'float')
 # a text that is one plain scalar in YAML, most parameters are
 _PLAIN = re.compile(r'[\w./$()](?:[\w./$()+-]|,(?=\S)|[ ](?=[\w./$()+-]))*')
 
@@ -209,7 +208,8 @@ def parameter_value(element: Element, text: XmlScalar) -> Value:
     if separator is not None:
         is_text = kind == 'list_of_str'
         return _separated(element, text, separator, is_text)
-    if kind in _SCALAR_TYPES:
+    if kind in SCALAR_TYPES:
+        # YAML has no say in their text
         return text
     return _as_yaml(text)
 

@@ -148,40 +148,37 @@ def _flag(
     return Attribute(name, Type.BOOLEAN, text, default=default, since=since)
 
 
-# rmw's rules for names, as in names.py
+# rmw's rules for names, as in ros_names.py
 _NODE_NAME_PATTERN = '[A-Za-z_][A-Za-z0-9_]*'
 _NAMESPACE_PATTERN = (
     '/*|/?[A-Za-z_~{}][A-Za-z0-9_~{}]*(/[A-Za-z_~{}][A-Za-z0-9_~{}]*)*/*'
 )
 
-_PAIR = (
-    _required('name', Type.NAME, 'The name.'),
-    _required('value', Type.TEXT, 'The value.'),
-)
-_VARIABLE = (
-    _required('name', Type.NAME, 'The name of the environment variable.'),
-    _required('value', Type.TEXT, 'The value.'),
-)
-_CONFIGURATION = (
-    _required('name', Type.NAME, 'The name of the launch configuration.'),
-    _required('value', Type.TEXT, 'The value.'),
-)
+
+def _pair(name: str) -> tuple[Attribute, ...]:
+    return (
+        _required('name', Type.NAME, name),
+        _required('value', Type.TEXT, 'The value.'),
+    )
+
+
+_VARIABLE = _pair('The name of the environment variable.')
+_CONFIGURATION = _pair('The name of the launch configuration.')
 _REMAP = (
     _required('from', Type.NAME, 'The name that the node uses.'),
     _required('to', Type.NAME, 'The name that it gets instead.'),
 )
-_PARAMETER_TYPES = (
-    'str',
-    'bool',
-    'int',
-    'float',
-    'list_of_str',
-    'list_of_bool',
-    'list_of_int',
-    'list_of_float',
-    'yaml',
-)
-_PARAMETER_SCALARS = (
+#: The types of a parameter that is no list.
+SCALAR_TYPES = ('str', 'bool', 'int', 'float')
+_LIST_TYPES = tuple(f'list_of_{kind}' for kind in SCALAR_TYPES)
+
+
+@dataclass(frozen=True, slots=True)
+class _NestedParameters(Attribute):
+    """The attribute whose items have the attributes of their parent."""
+
+
+PARAMETER: tuple[Attribute, ...] = (
     Attribute(
         'name',
         Type.TEXT,
@@ -199,7 +196,7 @@ _PARAMETER_SCALARS = (
         Type.PLAIN,
         'The type that the value has, or is turned into after its '
         'substitutions.',
-        values=_PARAMETER_TYPES,
+        values=(*SCALAR_TYPES, *_LIST_TYPES, 'yaml'),
     ),
     Attribute(
         'from',
@@ -211,16 +208,6 @@ _PARAMETER_SCALARS = (
         "Make the substitutions in the file of 'from' first.",
         'false',
     ),
-)
-
-
-@dataclass(frozen=True, slots=True)
-class _NestedParameters(Attribute):
-    """The attribute whose items have the attributes of their parent."""
-
-
-PARAMETER: tuple[Attribute, ...] = (
-    *_PARAMETER_SCALARS,
     _NestedParameters(
         'param',
         Type.ITEMS,
@@ -520,13 +507,13 @@ _ACTIONS = (
             'arg',
             Type.ITEMS,
             'Launch arguments for it.',
-            items=_PAIR,
+            items=_pair('The name.'),
         ),
         Attribute(
             'let',
             Type.ITEMS,
             "The same as 'arg'.",
-            items=_PAIR,
+            items=_pair('The name.'),
             since='Jazzy',
         ),
     ),
