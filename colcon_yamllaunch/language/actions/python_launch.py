@@ -41,7 +41,7 @@ def add_python_launch(walk: Walk, path: str, origin: Span) -> None:
             'launch file in YAML or XML, which need none',
             may_pass_after_build=True,
         )
-    _warn_of_lost_settings(walk, origin)
+    _warn_of_lost_changes(walk, origin)
     arguments = _arguments(walk, origin)
     walk.draft.entries.append(
         Process(
@@ -78,12 +78,12 @@ def _arguments(walk: Walk, origin: Span) -> list[str]:
     return [f'{n}:={value.text}' for n, value in values.items() if value.text]
 
 
-def _warn_of_lost_settings(walk: Walk, origin: Span) -> None:
-    for action, settings in (
+def _warn_of_lost_changes(walk: Walk, origin: Span) -> None:
+    for action, changes in (
         ('set_parameter', walk.scope.parameters),
         ('set_remap', walk.scope.remaps),
     ):
-        if settings:
+        if changes:
             walk.warn(
                 f"what '{action}' has set does not reach the nodes of a "
                 'launch file in Python',

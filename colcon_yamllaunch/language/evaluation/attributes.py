@@ -5,11 +5,13 @@
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from collections.abc import Sequence
 import math
 from typing import NamedTuple
 from typing import Protocol
 from typing import TypeVar
 
+from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.syntax.command_line import split_command_line
 from colcon_yamllaunch.language.syntax.command_line import UnclosedQuoteError
@@ -26,7 +28,7 @@ from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 
-Number = TypeVar('Number', int, float)
+_T = TypeVar('_T')
 
 
 class Reader(Protocol):
@@ -81,12 +83,12 @@ class Attributes:
         reader: Reader,
         name: str,
         item: Item,
-        table: tuple[Attribute, ...],
+        table: '_Table',
         children: tuple[Entity, ...] = (),
         length: int = 1,
     ) -> None:
         self._reader = reader
-        self._table = by_name(table)
+        self._table = table
         self._values: dict[str, Value] = {}
         self.name = name
         self.item = item
@@ -101,7 +103,7 @@ class Attributes:
             reader,
             action.name,
             entity.item,
-            action.attributes,
+            _table(action.attributes),
             entity.children,
             len(action.name),
         )
@@ -118,7 +120,7 @@ class Attributes:
     def check(self) -> None:
         """Check all attributes that are one text, but its conditions."""
         for name in self.item.texts:
-            if self._table[name].type not in (
+            if self._table.attributes[name].type not in (
                 Type.PLAIN,
                 Type.COMMAND,
                 Type.CONDITION,
@@ -138,8 +140,9 @@ class Attributes:
         if value is None:
             value = self._reader.value(text)
             self._values[name] = value
-            if value.text is not None:
-                self._check(self._table[name], value.text)
+            table = self._table
+            if value.text is not None and name in table.checked:
+                self._check(table.attributes[name], value)
         return value
 
     def required(self, name: str) -> Value:
@@ -152,7 +155,9 @@ class Attributes:
         """Return a text; empty when it is left out and has no default."""
         text = self.item.texts.get(name)
         if text is None:
-            return self._table[name].default or ''
+            return self._table.attributes[name].default or ''
+        if text.literal is not None and name not in self._table.checked:
+            return text.literal
         return self.required(name).text
 
     def optional_text(self, name: str) -> str | None:
@@ -164,30 +169,30 @@ class Attributes:
         """Return a boolean."""
         value = self.value(name)
         if value is None:
-            return self._table[name].default == 'true'
+            return self._table.booleans.get(name)
         return None if value.text is None else parse_boolean(value.text)
 
     def whole(self, name: str) -> int | None:
         """Return a whole number."""
-        return self._parsed(name, _whole)
+        value = self.value(name)
+        if value is None:
+            return self._table.wholes.get(name)
+        return None if value.text is None else _whole(value.text)
 
     def seconds(self, name: str) -> float | None:
         """Return a time in seconds."""
-        return self._parsed(name, parse_seconds)
+        value = self.value(name)
+        if value is None:
+            return self._table.seconds.get(name)
+        return None if value.text is None else parse_seconds(value.text)
 
-    def _parsed(
-        self, name: str, parse: Callable[[str], Number | None]
-    ) -> Number | None:
-        text = self.text(name)
-        return None if text is None else parse(text)
-
-    def items(self, name: str) -> tuple['Attributes', ...]:
+    def items(self, name: str) -> Sequence['Attributes']:
         """Return the items of a list."""
         items = self.item.items.get(name)
         if items is None:
             return ()
-        table = items_of(self._table[name])
-        return tuple(Attributes(self._reader, name, i, table) for i in items)
+        table = _table(items_of(self._table.attributes[name]))
+        return [Attributes(self._reader, name, i, table) for i in items]
 
     def command(self, name: str) -> list[Word]:
         """Return a command line as arguments."""
@@ -239,8 +244,8 @@ class Attributes:
         """Take note of an error in the action or item."""
         self._reader.fail(error(message, self, hint=hint))
 
-    def _check(self, attribute: Attribute, written: str) -> None:
-        name = attribute.name
+    def _check(self, attribute: Attribute, value: Value) -> None:
+        name, written = attribute.name, value.text or ''
         if attribute.type in _WANTED:
             parse, wanted, hint = _WANTED[attribute.type]
             if parse(written) is None:
@@ -276,3 +281,48 @@ _WANTED: Mapping[Type, tuple[Callable[[str], object], str, str | None]] = {
         'write a number >= 0',
     ),
 }
+_TABLES: dict[int, '_Table'] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """
+    The attributes of an action or item.
+
+    :param entries: All of them
+    :param attributes: By name
+    :param checked: Those of them that cannot have any text
+    :param booleans: The defaults of those that are booleans
+    :param wholes: The defaults of those that are whole numbers
+    :param seconds: The defaults of those that are times
+    """
+
+    entries: tuple[Attribute, ...]
+    attributes: Mapping[str, Attribute]
+    checked: frozenset[str]
+    booleans: Mapping[str, bool | None]
+    wholes: Mapping[str, int | None]
+    seconds: Mapping[str, float | None]
+
+
+def _table(entries: tuple[Attribute, ...]) -> _Table:
+    # one that is in the table keeps its attributes, and they their id
+    table = _TABLES.get(id(entries))
+    if table is None:
+        table = _TABLES[id(entries)] = _Table(
+            entries,
+            by_name(entries),
+            frozenset(
+                a.name for a in entries if a.values or a.type in _WANTED
+            ),
+            _defaults(entries, Type.BOOLEAN, parse_boolean),
+            _defaults(entries, Type.INTEGER, _whole),
+            _defaults(entries, Type.SECONDS, parse_seconds),
+        )
+    return table
+
+
+def _defaults(
+    entries: tuple[Attribute, ...], kind: Type, parse: Callable[[str], _T]
+) -> dict[str, _T]:
+    return {a.name: parse(a.default or '') for a in entries if a.type is kind}

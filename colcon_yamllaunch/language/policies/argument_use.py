@@ -8,10 +8,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from dataclasses import field
 
-from colcon_yamllaunch.language.policies.arguments import ARGUMENT_ACTIONS
-from colcon_yamllaunch.language.policies.arguments import PROCESS_ARGUMENTS
-from colcon_yamllaunch.language.policies.arguments import undeclared_argument
-from colcon_yamllaunch.language.policies.arguments import undeclared_hint
+from colcon_yamllaunch.language.policies.launch_arguments import (
+    ARGUMENT_ACTIONS,
+)
+from colcon_yamllaunch.language.policies.launch_arguments import (
+    PROCESS_ARGUMENTS,
+)
+from colcon_yamllaunch.language.policies.launch_arguments import (
+    undeclared_argument,
+)
+from colcon_yamllaunch.language.policies.launch_arguments import (
+    undeclared_hint,
+)
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.template import Template

@@ -17,15 +17,15 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
+from colcon_yamllaunch.language.evaluation.values import expression_error
 from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Call
 from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
 from colcon_yamllaunch.language.evaluation.walk import endless
-from colcon_yamllaunch.language.evaluation.walk import expression_error
-from colcon_yamllaunch.language.evaluation.walk import Findings
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import Walk
@@ -53,7 +53,7 @@ MAXIMUM_ROUNDS = 50
 _PROGRAM_PATH = re.compile(r'(.+)/lib/([^/]+)/([^/]+)')
 
 
-def check(request: Request, *, portable: bool) -> Findings:
+def check(request: Request, *, portable: bool) -> Checked:
     """
     Look a launch file over, with everything that it includes.
 
@@ -66,7 +66,7 @@ def check(request: Request, *, portable: bool) -> Findings:
     walk.launch(request.name, request.path)
     if None not in walk.files.values():
         walk.check_arguments(request)
-    return Findings(
+    return Checked(
         tuple(dict.fromkeys(walk.diagnostics)),
         tuple(walk.sources),
         walk.packages_used,

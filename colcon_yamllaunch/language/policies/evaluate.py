@@ -15,24 +15,19 @@ import os
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
-from colcon_yamllaunch.language.actions.python_launch import add_python_launch
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.values import expression_error
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
-from colcon_yamllaunch.language.evaluation.walk import expression_error
-from colcon_yamllaunch.language.evaluation.walk import Findings
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.policies.arguments import ARGUMENT_ACTIONS
-from colcon_yamllaunch.language.policies.arguments import PROCESS_ARGUMENTS
-from colcon_yamllaunch.language.policies.arguments import undeclared_argument
-from colcon_yamllaunch.language.policies.arguments import undeclared_hint
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.position import Span
@@ -41,7 +36,7 @@ from colcon_yamllaunch.language.tree.text import Text
 
 
 @dataclass(frozen=True, slots=True)
-class Evaluation(Findings):
+class Evaluation(Checked):
     """
     What a launch file comes to.
 
@@ -61,7 +56,7 @@ def evaluate(request: Request) -> Evaluation:
     """
     walk = _Launch(request, HANDLERS, MAKERS)
     walk.launch(request.name, request.path)
-    if not walk.has_python:
+    if request.arguments and not walk.has_python:
         # what a launch file in Python declares is not known
         walk.warn_of_unknown_arguments(request.arguments)
     return Evaluation(
@@ -114,8 +109,11 @@ class _Launch(Walk):
         # before the package is built, only the file in its source is there
         file = name if os.path.isfile(name) else path
         self.has_python = True
+        # most launch files are not in Python
+        from colcon_yamllaunch.language.actions import python_launch
+
         with self.draft.within_block('file', name, origin.position):
-            add_python_launch(self, file, origin)
+            python_launch.add_python_launch(self, file, origin)
 
     def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
         raise problem
@@ -154,14 +152,18 @@ class _Launch(Walk):
 
     def warn_of_unknown_arguments(self, given: Mapping[str, str]) -> None:
         """Warn of arguments that no launch file declares or reads."""
+        # most launches are given none
+        from colcon_yamllaunch.language.policies import launch_arguments
+
+        known = {*self.read, *launch_arguments.PROCESS_ARGUMENTS}
         declared = {
             entity.item.texts['name'].plain
             for file in self.files.values()
             if file is not None
             for entity in file.walk()
-            if entity.action.name in ARGUMENT_ACTIONS
+            if entity.action.name in launch_arguments.ARGUMENT_ACTIONS
         }
         for name in given:
-            if name not in {*declared, *self.read, *PROCESS_ARGUMENTS}:
-                hint = undeclared_hint(name, declared)
-                self.report(undeclared_argument(name, hint))
+            if name not in declared | known:
+                hint = launch_arguments.undeclared_hint(name, declared)
+                self.report(launch_arguments.undeclared_argument(name, hint))

@@ -17,7 +17,7 @@ from typing import Any
 from urllib.parse import quote
 
 from colcon_yamllaunch import __version__
-from colcon_yamllaunch.language.evaluation.walk import Findings
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.reports.github_annotations import annotation
 from colcon_yamllaunch.language.reports.github_annotations import with_hint
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
@@ -37,7 +37,7 @@ _RULES: Mapping[Severity, tuple[str, str]] = {
 }
 
 
-def as_text(checked: Findings, cwd: str) -> str:
+def as_text(checked: Checked, cwd: str) -> str:
     """
     Lay the problems out as a compiler does, with their number at the end.
 
@@ -47,7 +47,7 @@ def as_text(checked: Findings, cwd: str) -> str:
     return '\n'.join(part for part in parts if part)
 
 
-def as_json(checked: Findings, cwd: str) -> str:
+def as_json(checked: Checked, cwd: str) -> str:
     """
     Return the problems as a JSON object.
 
@@ -69,7 +69,7 @@ def as_json(checked: Findings, cwd: str) -> str:
     return json.dumps(document, indent=2, ensure_ascii=False)
 
 
-def as_github(checked: Findings, cwd: str) -> str:
+def as_github(checked: Checked, cwd: str) -> str:
     """
     Return the problems as GitHub's workflow commands, one a line.
 
@@ -82,7 +82,7 @@ def as_github(checked: Findings, cwd: str) -> str:
     )
 
 
-def as_sarif(checked: Findings, cwd: str) -> str:
+def as_sarif(checked: Checked, cwd: str) -> str:
     """
     Return the problems as a log of SARIF 2.1.0 (OASIS).
 
@@ -107,7 +107,7 @@ def as_sarif(checked: Findings, cwd: str) -> str:
     return json.dumps(log, indent=2, ensure_ascii=False)
 
 
-def _summary(checked: Findings) -> str:
+def _summary(checked: Checked) -> str:
     counts = dict.fromkeys(_RULES, 0)
     for diagnostic in checked.diagnostics:
         counts[diagnostic.severity] += 1

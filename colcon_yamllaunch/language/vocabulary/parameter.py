@@ -67,8 +67,12 @@ def infer(text: str) -> ParameterContent:
     """
     Return what YAML takes a text for, as ROS 2 does after substitutions.
 
-    :raises ParameterTypeError: if it is nothing that a parameter can be
+    An empty text, which is nothing in YAML, stays one in ROS 2.
+
+    :raises ParameterTypeError: when it is nothing that a parameter can be
     """
+    if not text:
+        return text
     kind = plain_kind(text)
     if kind in ('int', 'float', 'bool'):
         value = construct(kind, text)
@@ -90,7 +94,7 @@ def coerce(text: str, kind: str) -> ParameterContent:
     Return a text as a value of a type.
 
     :param kind: str, bool, int, float, or yaml
-    :raises ParameterTypeError: if it is none
+    :raises ParameterTypeError: when it is none
     """
     if kind == 'yaml':
         return infer(text)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import replace
 
-from colcon_yamllaunch.language.evaluation.walk import Findings
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan_graph import plan_as_dot
 from colcon_yamllaunch.language.plan.plan_graph import plan_as_mermaid
@@ -27,7 +27,7 @@ from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.preflight import unknown_executables
 
-_CHECK_FORMATS: Mapping[str, Callable[[Findings, str], str]] = {
+_CHECK_FORMATS: Mapping[str, Callable[[Checked, str], str]] = {
     TEXT: as_text,
     'json': as_json,
     'github': as_github,

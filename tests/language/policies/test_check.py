@@ -5,8 +5,8 @@
 
 from pathlib import Path
 
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.evaluation.walk import Findings
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 import pytest
@@ -21,7 +21,7 @@ def checked(
     *,
     portable: bool = False,
     **given: str,
-) -> Findings:
+) -> Checked:
     path = str(launcher.write('main.yaml', text))
     return check(
         Request(

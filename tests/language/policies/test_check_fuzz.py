@@ -10,7 +10,7 @@ Whatever is in a launch file, a check ends with diagnostics and no traceback.
 import json
 from pathlib import Path
 
-from colcon_yamllaunch.language.evaluation.walk import Findings
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.reports.reports import as_github
 from colcon_yamllaunch.language.reports.reports import as_json
 from colcon_yamllaunch.language.reports.reports import as_sarif
@@ -118,7 +118,7 @@ ACTIONS = st.recursive(
 )
 
 
-def look(launcher: Launcher, text: str | bytes) -> Findings:
+def look(launcher: Launcher, text: str | bytes) -> Checked:
     """Check a text, and look at all that a user would see."""
     launcher.write('other.yaml', 'launch: [log: {message: other}]')
     result = checked(launcher, text, portable=True)

@@ -6,7 +6,7 @@
 import json
 from typing import Any
 
-from colcon_yamllaunch.language.evaluation.walk import Findings
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.reports.reports import as_github
 from colcon_yamllaunch.language.reports.reports import as_json
 from colcon_yamllaunch.language.reports.reports import as_sarif
@@ -27,12 +27,12 @@ WARNING = Diagnostic('warning', 'odd', Position('/else/ä.yaml', 1, 1))
 ARGUMENT = Diagnostic('warning', 'no such argument')
 
 
-def _checked(*diagnostics: Diagnostic) -> Findings:
+def _checked(*diagnostics: Diagnostic) -> Checked:
     files = tuple(
         Source(path, path, '')
         for path in ('/ws/top.yaml', '/ws/launch/a b,c.yaml')
     )
-    return Findings(diagnostics, files, {}, ())
+    return Checked(diagnostics, files, {}, ())
 
 
 def test_text() -> None:
