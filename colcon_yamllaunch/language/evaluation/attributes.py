@@ -7,6 +7,7 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
 import math
+from typing import Any
 from typing import NamedTuple
 from typing import Protocol
 from typing import TypeVar
@@ -167,24 +168,22 @@ class Attributes:
 
     def boolean(self, name: str) -> bool | None:
         """Return a boolean."""
-        value = self.value(name)
-        if value is None:
-            return self._table.booleans.get(name)
-        return None if value.text is None else parse_boolean(value.text)
+        return self._parsed(name, parse_boolean)
 
     def whole(self, name: str) -> int | None:
         """Return a whole number."""
-        value = self.value(name)
-        if value is None:
-            return self._table.wholes.get(name)
-        return None if value.text is None else _whole(value.text)
+        return self._parsed(name, _whole)
 
     def seconds(self, name: str) -> float | None:
         """Return a time in seconds."""
+        return self._parsed(name, parse_seconds)
+
+    def _parsed(self, name: str, parse: Callable[[str], _T]) -> _T | None:
         value = self.value(name)
         if value is None:
-            return self._table.seconds.get(name)
-        return None if value.text is None else parse_seconds(value.text)
+            default: _T | None = self._table.defaults.get(name)
+            return default
+        return None if value.text is None else parse(value.text)
 
     def items(self, name: str) -> Sequence['Attributes']:
         """Return the items of a list."""
@@ -292,17 +291,13 @@ class _Table:
     :param entries: All of them
     :param attributes: By name
     :param checked: Those of them that cannot have any text
-    :param booleans: The defaults of those that are booleans
-    :param wholes: The defaults of those that are whole numbers
-    :param seconds: The defaults of those that are times
+    :param defaults: Those of booleans, whole numbers and times
     """
 
     entries: tuple[Attribute, ...]
     attributes: Mapping[str, Attribute]
     checked: frozenset[str]
-    booleans: Mapping[str, bool | None]
-    wholes: Mapping[str, int | None]
-    seconds: Mapping[str, float | None]
+    defaults: Mapping[str, Any]
 
 
 def _table(entries: tuple[Attribute, ...]) -> _Table:
@@ -315,14 +310,10 @@ def _table(entries: tuple[Attribute, ...]) -> _Table:
             frozenset(
                 a.name for a in entries if a.values or a.type in _WANTED
             ),
-            _defaults(entries, Type.BOOLEAN, parse_boolean),
-            _defaults(entries, Type.INTEGER, _whole),
-            _defaults(entries, Type.SECONDS, parse_seconds),
+            {
+                a.name: _WANTED[a.type][0](a.default or '')
+                for a in entries
+                if a.type in _WANTED
+            },
         )
     return table
-
-
-def _defaults(
-    entries: tuple[Attribute, ...], kind: Type, parse: Callable[[str], _T]
-) -> dict[str, _T]:
-    return {a.name: parse(a.default or '') for a in entries if a.type is kind}

@@ -268,10 +268,9 @@ class Walk(Policy):
 
     def visit_file(self, name: str, path: str, origin: Text | None) -> bool:
         """
-        Do the actions of a launch file.
+        Do the actions of a launch file; return whether it could be read.
 
         :param origin: Where it is included, None for the outermost
-        :returns: Whether it could be read
         """
         file = self.read_file(name, path, origin)
         if file is None:
@@ -385,11 +384,7 @@ class Walk(Policy):
         raise EndlessError
 
     def locate(self, attributes: Attributes) -> tuple[str, str] | None:
-        """
-        Find the file of an include.
-
-        :returns: The path that it goes by and the one to read
-        """
+        """Return the path that an include goes by and the one to read."""
         file, packages = attributes.item.texts['file'], self.packages
         written = attributes.text('file')
         if written is None:

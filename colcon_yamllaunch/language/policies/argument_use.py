@@ -88,11 +88,7 @@ class ArgumentUse:
         return found
 
     def unknown_argument(self, path: str, name: str) -> str | None:
-        """
-        Say that a launch file does not use an argument, if so.
-
-        :returns: A suggestion, or None when it has a use for it
-        """
+        """Return a hint when a launch file does not use an argument."""
         if name in PROCESS_ARGUMENTS:
             return None
         declared: set[str] = set()

@@ -124,11 +124,9 @@ def shown_path(path: str, cwd: str) -> str:
 
 def render(diagnostics: Iterable[Diagnostic], cwd: str) -> str:
     """
-    Lay the problems out as a compiler does.
+    Lay the problems out as a compiler does, without a line end at the end.
 
-    :param diagnostics: The problems, in the order to show
     :param cwd: The folder that paths are shown relative to
-    :returns: Lines, without a line end after the last
     """
     return '\n'.join(
         line

@@ -218,11 +218,10 @@ def _read_tag(
     text: str, start: int, end: int | None = None
 ) -> tuple[int, str | None]:
     """
-    Read the attributes of a tag as far as they are in order.
+    Return where the attributes of a tag that are in order end, and the last.
 
     :param start: The index of the tag's `<`
     :param end: The index that attributes have to end at or before
-    :returns: Where they end, and the name of the last one
     """
     name = _NAME.match(text, start + 1)
     at = name.end() if name else start + 1

@@ -46,9 +46,8 @@ class Element:
 
 def read_xml(source: Source) -> Element:
     """
-    Read the elements of a file.
+    Return the root element of a file.
 
-    :returns: The root element
     :raises LaunchError: when it is not XML, has a document type or exceeds a
       limit
     """

@@ -124,9 +124,8 @@ def construct(kind: Kind, text: str) -> str | int | float | bool | None:
 
 def read_yaml(source: Source) -> Value | None:
     """
-    Read the one document of a file.
+    Return the one document of a file, None when it has none.
 
-    :returns: The document, or None when the file has none
     :raises LaunchError: when it is not YAML, has duplicate keys or exceeds a
       limit
     """

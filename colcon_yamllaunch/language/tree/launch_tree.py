@@ -423,11 +423,7 @@ def _place(problem: Diagnostic) -> tuple[int, int]:
 
 
 def parameter_problem(names: set[str]) -> tuple[str, str] | None:
-    """
-    Say what is wrong with a parameter that has these attributes.
-
-    :returns: The problem and the way out, or None
-    """
+    """Return what is wrong with a parameter's attributes, and the way out."""
     if 'from' in names:
         others = names - {'from', 'allow_substs'}
         if others:

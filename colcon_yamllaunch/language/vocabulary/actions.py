@@ -143,6 +143,15 @@ def _required(name: str, kind: Type, text: str) -> Attribute:
     return Attribute(name, kind, text, required=True)
 
 
+def _items(
+    name: str,
+    text: str,
+    items: tuple[Attribute, ...],
+    since: str | None = None,
+) -> Attribute:
+    return Attribute(name, Type.ITEMS, text, items=items, since=since)
+
+
 def _flag(
     name: str, text: str, default: str, since: str | None = None
 ) -> Attribute:
@@ -224,11 +233,10 @@ _PROCESS = (
         'The working directory; when left out, the folder that the launch '
         'was started in.',
     ),
-    Attribute(
+    _items(
         'env',
-        Type.ITEMS,
         'Environment variables for this process, besides those of the scope.',
-        items=_VARIABLE,
+        _VARIABLE,
     ),
     Attribute(
         'output',
@@ -321,15 +329,12 @@ _NODE = (
     Attribute(
         'ros_args', Type.COMMAND, 'Arguments that stand behind --ros-args.'
     ),
-    Attribute(
+    _items(
         'param',
-        Type.ITEMS,
         'Parameters; the last of several with one name counts.',
-        items=PARAMETER,
+        PARAMETER,
     ),
-    Attribute(
-        'remap', Type.ITEMS, 'Names to replace by others.', items=_REMAP
-    ),
+    _items('remap', 'Names to replace by others.', _REMAP),
     *_PROCESS,
 )
 _LOG = (_required('message', Type.TEXT, 'The line.'),)
@@ -356,11 +361,10 @@ _ACTIONS = (
         'Declare a launch argument, which the command line or an include may '
         'give.',
         *_ARGUMENT,
-        Attribute(
+        _items(
             'choice',
-            Type.ITEMS,
             'The values that it may have.',
-            items=(_required('value', Type.PLAIN, 'One of them.'),),
+            (_required('value', Type.PLAIN, 'One of them.'),),
         ),
     ),
     _action(
@@ -378,11 +382,8 @@ _ACTIONS = (
         'reset',
         'Forget all launch configurations, and the namespace, parameters and '
         'remappings of the scope.',
-        Attribute(
-            'keep',
-            Type.ITEMS,
-            'Launch configurations to set afterwards.',
-            items=_CONFIGURATION,
+        _items(
+            'keep', 'Launch configurations to set afterwards.', _CONFIGURATION
         ),
     ),
     _action(
@@ -453,12 +454,7 @@ _ACTIONS = (
             'Whether they see what was set before the group.',
             'true',
         ),
-        Attribute(
-            'keep',
-            Type.ITEMS,
-            'Launch configurations to set first.',
-            items=_CONFIGURATION,
-        ),
+        _items('keep', 'Launch configurations to set first.', _CONFIGURATION),
     ),
     _action(
         'timer',
@@ -504,19 +500,8 @@ _ACTIONS = (
             'looked up in the folder that the launch was started in, then '
             'beside this file.',
         ),
-        Attribute(
-            'arg',
-            Type.ITEMS,
-            'Launch arguments for it.',
-            items=_pair('The name.'),
-        ),
-        Attribute(
-            'let',
-            Type.ITEMS,
-            "The same as 'arg'.",
-            items=_pair('The name.'),
-            since='Jazzy',
-        ),
+        _items('arg', 'Launch arguments for it.', _pair('The name.')),
+        _items('let', "The same as 'arg'.", _pair('The name.'), 'Jazzy'),
     ),
     _action(
         'executable',
