@@ -82,7 +82,8 @@ def _for_each(walk: Walk, attributes: Attributes) -> None:
     pieces = values.split(';') if values.strip() else []
     if value.is_sure and not pieces:
         walk.warn(
-            "'for_each' has no values", text.position, length=text.length
+            "'for_each' has no values",
+            text,
         )
     rounds = (
         {
@@ -122,29 +123,12 @@ def _include(walk: Walk, attributes: Attributes) -> None:
 
 
 def _log(walk: Walk, attributes: Attributes) -> None:
-    level = (attributes.text('level') or '').upper()
-    _show(walk, attributes, _LEVELS.get(level, ''))
-
-
-def _show(walk: Walk, attributes: Attributes, level: str) -> None:
-    message = Message(level, attributes.text('message') or '')
-    walk.draft.entries.append(message)
-
-
-def _log_info(walk: Walk, attributes: Attributes) -> None:
-    _show(walk, attributes, 'INFO')
-
-
-def _log_warning(walk: Walk, attributes: Attributes) -> None:
-    _show(walk, attributes, 'WARNING')
-
-
-def _log_error(walk: Walk, attributes: Attributes) -> None:
-    _show(walk, attributes, 'ERROR')
-
-
-def _log_debug(walk: Walk, attributes: Attributes) -> None:
-    _show(walk, attributes, 'DEBUG')
+    # the others have their level in their name
+    level = attributes.name.removeprefix('log_')
+    if level == 'log':
+        level = attributes.text('level') or ''
+    message = attributes.text('message') or ''
+    walk.draft.entries.append(Message(_LEVELS.get(level.upper(), ''), message))
 
 
 def _shutdown(walk: Walk, attributes: Attributes) -> None:
@@ -162,9 +146,9 @@ FLOW_HANDLERS: Mapping[str, Handler] = {
 #: What does each action that shows a line or ends the launch.
 SIGN_HANDLERS: Mapping[str, Handler] = {
     'log': _log,
-    'log_info': _log_info,
-    'log_warning': _log_warning,
-    'log_error': _log_error,
-    'log_debug': _log_debug,
+    'log_info': _log,
+    'log_warning': _log,
+    'log_error': _log,
+    'log_debug': _log,
     'shutdown': _shutdown,
 }

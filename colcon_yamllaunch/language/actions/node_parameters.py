@@ -18,21 +18,15 @@ from colcon_yamllaunch.language.syntax.source_text import read_source
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
 from colcon_yamllaunch.language.tree.launch_tree import ParameterValue
 from colcon_yamllaunch.language.tree.text import Text
-from colcon_yamllaunch.language.vocabulary.parameter_value import coerce
-from colcon_yamllaunch.language.vocabulary.parameter_value import infer
-from colcon_yamllaunch.language.vocabulary.parameter_value import is_of_type
-from colcon_yamllaunch.language.vocabulary.parameter_value import Parameter
-from colcon_yamllaunch.language.vocabulary.parameter_value import (
-    parameter_file,
-)
-from colcon_yamllaunch.language.vocabulary.parameter_value import (
-    ParameterContent,
-)
-from colcon_yamllaunch.language.vocabulary.parameter_value import (
-    ParameterTypeError,
-)
-from colcon_yamllaunch.language.vocabulary.parameter_value import ScalarValue
-from colcon_yamllaunch.language.vocabulary.parameter_value import type_name
+from colcon_yamllaunch.language.vocabulary.parameter import coerce
+from colcon_yamllaunch.language.vocabulary.parameter import infer
+from colcon_yamllaunch.language.vocabulary.parameter import is_of_type
+from colcon_yamllaunch.language.vocabulary.parameter import Parameter
+from colcon_yamllaunch.language.vocabulary.parameter import parameter_file
+from colcon_yamllaunch.language.vocabulary.parameter import ParameterContent
+from colcon_yamllaunch.language.vocabulary.parameter import ParameterTypeError
+from colcon_yamllaunch.language.vocabulary.parameter import ScalarValue
+from colcon_yamllaunch.language.vocabulary.parameter import type_name
 import yaml
 
 _LIST = 'list_of_'
@@ -134,8 +128,7 @@ def _element(
     if isinstance(value, tuple):
         raise error(
             'a list cannot have a list in it',
-            text.position,
-            length=text.length,
+            text,
         )
     return value, origins
 
@@ -146,9 +139,8 @@ def _scalar(
     if kind is not None and kind.startswith(_LIST):
         raise error(
             f'the value is no list, but its type is {kind}',
-            text.position,
+            text,
             hint='write it as [first, second, …]',
-            length=text.length,
         )
     literal = text.literal
     is_typed = kind not in (None, 'yaml')
@@ -161,9 +153,8 @@ def _scalar(
     if is_typed and not is_of_type(value, str(kind)):
         raise error(
             f'the value is of type {type_name(value)}, not {kind}',
-            text.position,
+            text,
             hint=_retype_hint(text, str(kind)),
-            length=text.length,
         )
     return value, ()
 
@@ -177,9 +168,7 @@ def _evaluated(walk: Walk, text: Text, kind: str | None) -> Content:
             return infer(value.text), value.origins
         return coerce(value.text, kind), value.origins
     except ParameterTypeError as e:
-        raise error(
-            str(e), text.position, length=text.length, origins=value.origins
-        ) from e
+        raise error(str(e), text, origins=value.origins) from e
 
 
 def _retype_hint(text: Text, kind: str) -> str:
@@ -227,9 +216,8 @@ def _from_file(walk: Walk, entry: Attributes) -> str | ParameterFile | None:
             walk.warn(
                 f"the parameter file '{written}' does not exist; it is "
                 'skipped',
-                text.position,
-                hint=similar_file(walk, written),
-                length=text.length,
+                text,
+                similar_file(walk, written),
             )
     has_substitutions = entry.boolean('allow_substs')
     if has_substitutions is False:
@@ -261,9 +249,8 @@ def _substituted(walk: Walk, path: str, origin: Text) -> str | None:
             error(
                 f"the parameter file '{os.path.basename(path)}' is no "
                 f'parameter file once its substitutions are made: {reason}',
-                origin.position,
+                origin,
                 hint='it is a YAML mapping of nodes to parameters',
-                length=origin.length,
             )
         )
     return content

@@ -3,12 +3,14 @@
 
 """The actions that run a process."""
 
+from collections.abc import Callable
 from collections.abc import Mapping
 from functools import partial
 import os
 import re
 import shlex
 import shutil
+from typing import TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.node_parameters import (
@@ -33,13 +35,14 @@ from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.ros_names import node_name_problem
 from colcon_yamllaunch.language.tree.text import Text
-from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
+from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 
 #: The environment variable that replaces every `output`, as in ROS 2.
 OUTPUT_OVERRIDE = 'OVERRIDE_LAUNCH_PROCESS_OUTPUT'
 #: How many nodes of one name are compared with another one.
 MAXIMUM_NAMESAKES = 8
 
+Parsed = TypeVar('Parsed')
 # a text that is not known is None
 Arguments = list[str | ParameterFile | None]
 
@@ -172,11 +175,10 @@ def _check_unique(walk: Walk, attributes: Attributes, full_name: str) -> None:
             )
             walk.warn(
                 f"another node of this launch has the name '{full_name}' too",
-                text.position,
-                hint='this node is launched more than once'
+                text,
+                'this node is launched more than once'
                 if other.position == node.position
                 else f'the other one is in {place}',
-                length=text.length,
             )
             break
     if len(others) < MAXIMUM_NAMESAKES:
@@ -221,9 +223,8 @@ def _remaps(walk: Walk, attributes: Attributes) -> Arguments:
             text = remap.item.texts['from']
             walk.warn(
                 f"'{old}' is remapped {by} already, so this has no effect",
-                text.position,
-                hint='remove one of the two',
-                length=text.length,
+                text,
+                'remove one of the two',
             )
         seen.add(old)
         pairs.append((old, new or ''))
@@ -358,9 +359,8 @@ def _check_program(
     walk.fail(
         error(
             walk.no_program(name),
-            text.position,
+            text,
             hint=None if has_path else program.hint,
-            length=text.length,
             may_pass_after_build=True,
         )
     )
@@ -380,16 +380,10 @@ def _output(walk: Walk, attributes: Attributes) -> str:
 
 def _emulate_tty(walk: Walk, attributes: Attributes) -> bool:
     # the launch argument is stronger than every process, as in ROS 2
-    override = _configured(walk, 'emulate_tty')
-    if override is None:
+    general = _general(walk, 'emulate_tty', parse_boolean, 'true or false')
+    if general is None:
         return attributes.boolean('emulate_tty') is True
-    value = parse_boolean(override)
-    if value is None:
-        raise error(
-            f"launch argument 'emulate_tty' is '{override}'",
-            hint='it is true or false',
-        )
-    return value
+    return general
 
 
 def _timeout(walk: Walk, attributes: Attributes, name: str) -> float:
@@ -406,15 +400,19 @@ def general_timeout(walk: Walk, name: str, default: float) -> float:
     :param name: The launch configuration, as in ROS 2
     :raises LaunchError: when it is no number of seconds
     """
-    general = _configured(walk, name)
-    if general is None:
-        return default
-    value = parse_seconds(general)
-    if value is None:
-        raise error(
-            f"launch argument '{name}' is '{general}'",
-            hint='it is a number of seconds',
-        )
+    general = _general(walk, name, parse_seconds, 'a number of seconds')
+    return default if general is None else general
+
+
+def _general(
+    walk: Walk, name: str, parse: Callable[[str], Parsed | None], what: str
+) -> Parsed | None:
+    """Return the value that a launch configuration has for all processes."""
+    text = _configured(walk, name)
+    value = None if text is None else parse(text)
+    if text is not None and value is None:
+        message = f"launch argument '{name}' is '{text}'"
+        raise error(message, hint=f'it is {what}')
     return value
 
 

@@ -13,15 +13,13 @@ from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGTERM_TIMEOUT
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.position import Span
 
 #: The program that runs them.
 LAUNCHER = 'ros2'
 
 
-def add_python_launch_file(
-    walk: Walk, path: str, position: Position, length: int = 1
-) -> None:
+def add_python_launch(walk: Walk, path: str, origin: Span) -> None:
     """
     Run a launch file in Python as a process of its own.
 
@@ -30,8 +28,7 @@ def add_python_launch_file(
     launch configuration `ros_namespace`.
 
     :param path: The launch file
-    :param position: Where it is included, else its start
-    :param length: How many characters that takes
+    :param origin: Where it is included, else its start
     :raises LaunchError: when ROS 2's launcher is not there
     """
     program = shutil.which(LAUNCHER, path=walk.search_path())
@@ -39,20 +36,19 @@ def add_python_launch_file(
         raise error(
             f"a launch file in Python is run by '{LAUNCHER} launch', and "
             f"there is no '{LAUNCHER}' on the PATH",
-            position,
+            origin,
             hint='source a ROS 2 installation that has it, or write the '
             'launch file in YAML or XML, which need none',
-            length=length,
             may_pass_after_build=True,
         )
-    _warn_of_lost_changes(walk, position, length)
-    arguments = _arguments(walk, position, length)
+    _warn_of_lost_changes(walk, origin)
+    arguments = _arguments(walk, origin)
     walk.draft.entries.append(
         Process(
             label=walk.draft.label(os.path.basename(path)),
             argv=(LAUNCHER, 'launch', path, *arguments),
             cwd=walk.cwd,
-            position=position,
+            position=origin.position,
             environment=environment_changes(
                 walk.environment, walk.scope.environment
             ),
@@ -67,7 +63,7 @@ def add_python_launch_file(
     )
 
 
-def _arguments(walk: Walk, position: Position, length: int) -> list[str]:
+def _arguments(walk: Walk, origin: Span) -> list[str]:
     values = walk.scope.configurations.all()
     if walk.scope.namespace is not None:
         values['ros_namespace'] = walk.scope.namespace
@@ -76,14 +72,13 @@ def _arguments(walk: Walk, position: Position, length: int) -> list[str]:
             walk.warn(
                 f"the launch configuration '{name}' is empty; the launch file "
                 'in Python gets none, and uses its own default',
-                position,
-                hint=f"'{LAUNCHER} launch' takes no empty values",
-                length=length,
+                origin,
+                f"'{LAUNCHER} launch' takes no empty values",
             )
     return [f'{n}:={value.text}' for n, value in values.items() if value.text]
 
 
-def _warn_of_lost_changes(walk: Walk, position: Position, length: int) -> None:
+def _warn_of_lost_changes(walk: Walk, origin: Span) -> None:
     for action, changes in (
         ('set_parameter', walk.scope.parameters),
         ('set_remap', walk.scope.remaps),
@@ -92,8 +87,7 @@ def _warn_of_lost_changes(walk: Walk, position: Position, length: int) -> None:
             walk.warn(
                 f"what '{action}' has set does not reach the nodes of a "
                 'launch file in Python',
-                position,
-                hint='pass it as a launch argument, or write the launch file '
+                origin,
+                'pass it as a launch argument, or write the launch file '
                 'in YAML or XML',
-                length=length,
             )

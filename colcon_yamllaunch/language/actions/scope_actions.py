@@ -4,7 +4,9 @@
 """The actions that change the scope."""
 
 from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
+from contextlib import contextmanager
 import os
 
 from colcon_yamllaunch.common.suggestions import one_of
@@ -23,7 +25,7 @@ from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.ros_names import join_namespace
 from colcon_yamllaunch.language.syntax.ros_names import namespace_problem
-from colcon_yamllaunch.language.vocabulary.parameter_value import Parameter
+from colcon_yamllaunch.language.vocabulary.parameter import Parameter
 
 #: The values of a `bool_arg`, as ROS 2 lists them.
 BOOLEAN_CHOICES = ('true', 'false', 'True', 'False', 'TRUE', 'FALSE')
@@ -59,7 +61,7 @@ def _declare(
 
 def _default(walk: Walk, attributes: Attributes, name: str) -> Value:
     source = f'$(var {name})'
-    with _Setting(walk, name):
+    with _setting(walk, name):
         default = attributes.value('default')
         if default is None:
             walk.missing_argument(attributes, name)
@@ -75,26 +77,20 @@ def _default(walk: Walk, attributes: Attributes, name: str) -> Value:
     return value
 
 
-class _Setting:
-    """Sees to it that a name whose value cannot be had is not known."""
-
-    def __init__(self, walk: Walk, name: str | None) -> None:
-        self._walk = walk
-        self._name = name
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind in (LaunchError, AlreadyReportedError):
-            value = unknown(f'$(var {self._name})')
-            self._walk.scope.configurations.set(self._name, value)
+@contextmanager
+def _setting(walk: Walk, name: str | None) -> Iterator[None]:
+    """See to it that a name whose value cannot be had is not known."""
+    try:
+        yield
+    except (LaunchError, AlreadyReportedError):
+        walk.scope.configurations.set(name, unknown(f'$(var {name})'))
+        raise
 
 
 def set_configuration(walk: Walk, pair: Attributes) -> None:
     """Set a launch configuration, as a `let` and items of lists do."""
     name = pair.text('name')
-    with _Setting(walk, name):
+    with _setting(walk, name):
         value = evaluated(walk, pair)
     walk.scope.configurations.set(name, value)
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
 import math
+from typing import Any
 from typing import NamedTuple
 from typing import Protocol
 from typing import TypeVar
@@ -26,7 +27,7 @@ from colcon_yamllaunch.language.vocabulary.actions import Attribute
 from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
-from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
+from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 
 _T = TypeVar('_T')
 
@@ -37,8 +38,10 @@ class Reader(Protocol):
     def value(self, text: Text) -> Value:
         """Put the substitutions into a text."""
 
-    def part(self, text: Text, template: Template) -> Value:
-        """Put the substitutions into a piece of a text."""
+    def template(
+        self, template: Template, position_at: Callable[[int], Position]
+    ) -> Value:
+        """Put the substitutions into a template."""
 
     def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
         """Take note of an error."""
@@ -67,12 +70,12 @@ class Attributes:
     """
 
     __slots__ = (
-        '_length',
         '_reader',
         '_table',
         '_values',
         'children',
         'item',
+        'length',
         'name',
     )
 
@@ -91,7 +94,7 @@ class Attributes:
         self.name = name
         self.item = item
         self.children = children
-        self._length = length
+        self.length = length
 
     @classmethod
     def of_action(cls, reader: Reader, entity: Entity) -> 'Attributes':
@@ -165,24 +168,22 @@ class Attributes:
 
     def boolean(self, name: str) -> bool | None:
         """Return a boolean."""
-        value = self.value(name)
-        if value is None:
-            return self._table.booleans.get(name)
-        return None if value.text is None else parse_boolean(value.text)
+        return self._parsed(name, parse_boolean)
 
     def whole(self, name: str) -> int | None:
         """Return a whole number."""
-        value = self.value(name)
-        if value is None:
-            return self._table.wholes.get(name)
-        return None if value.text is None else _whole(value.text)
+        return self._parsed(name, _whole)
 
     def seconds(self, name: str) -> float | None:
         """Return a time in seconds."""
+        return self._parsed(name, parse_seconds)
+
+    def _parsed(self, name: str, parse: Callable[[str], _T]) -> _T | None:
         value = self.value(name)
         if value is None:
-            return self._table.seconds.get(name)
-        return None if value.text is None else parse_seconds(value.text)
+            default: _T | None = self._table.defaults.get(name)
+            return default
+        return None if value.text is None else parse(value.text)
 
     def items(self, name: str) -> Sequence['Attributes']:
         """Return the items of a list."""
@@ -210,7 +211,10 @@ class Attributes:
             )
             # what was meant for the program is not known now
             return [Word(text, reader.value(text).forgotten())]
-        return [Word(text, reader.part(text, piece)) for piece in pieces]
+        return [
+            Word(text, reader.template(piece, text.position_at))
+            for piece in pieces
+        ]
 
     def fail(
         self,
@@ -227,9 +231,8 @@ class Attributes:
         self._reader.fail(
             error(
                 message,
-                text.position,
+                text,
                 hint=hint,
-                length=text.length,
                 may_pass_after_build=may_pass_after_build,
                 origins=() if value is None else value.origins,
             ),
@@ -238,9 +241,7 @@ class Attributes:
 
     def fail_as_whole(self, message: str, hint: str | None = None) -> None:
         """Take note of an error in the action or item."""
-        length = self._length
-        problem = error(message, self.position, hint=hint, length=length)
-        self._reader.fail(problem)
+        self._reader.fail(error(message, self, hint=hint))
 
     def _check(self, attribute: Attribute, value: Value) -> None:
         name, written = attribute.name, value.text or ''
@@ -290,17 +291,13 @@ class _Table:
     :param entries: All of them
     :param attributes: By name
     :param checked: Those of them that cannot have any text
-    :param booleans: The defaults of those that are booleans
-    :param wholes: The defaults of those that are whole numbers
-    :param seconds: The defaults of those that are times
+    :param defaults: Those of booleans, whole numbers and times
     """
 
     entries: tuple[Attribute, ...]
     attributes: Mapping[str, Attribute]
     checked: frozenset[str]
-    booleans: Mapping[str, bool | None]
-    wholes: Mapping[str, int | None]
-    seconds: Mapping[str, float | None]
+    defaults: Mapping[str, Any]
 
 
 def _table(entries: tuple[Attribute, ...]) -> _Table:
@@ -313,14 +310,10 @@ def _table(entries: tuple[Attribute, ...]) -> _Table:
             frozenset(
                 a.name for a in entries if a.values or a.type in _WANTED
             ),
-            _defaults(entries, Type.BOOLEAN, parse_boolean),
-            _defaults(entries, Type.INTEGER, _whole),
-            _defaults(entries, Type.SECONDS, parse_seconds),
+            {
+                a.name: _WANTED[a.type][0](a.default or '')
+                for a in entries
+                if a.type in _WANTED
+            },
         )
     return table
-
-
-def _defaults(
-    entries: tuple[Attribute, ...], kind: Type, parse: Callable[[str], _T]
-) -> dict[str, _T]:
-    return {a.name: parse(a.default or '') for a in entries if a.type is kind}

@@ -3,12 +3,17 @@
 
 """What was found on the way: problems, packages, programs, nodes."""
 
+from collections.abc import Mapping
+
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.position import Span
+from colcon_yamllaunch.language.syntax.source_text import Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +47,28 @@ class NamedNode:
         )
 
 
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """
+    What was found in launch files, in the end.
+
+    :param diagnostics: Errors and warnings, in the order found
+    :param files: The launch files that were read, the given one first
+    :param packages: The packages that they name, and where first
+    :param executables: The packages' programs that they name
+    """
+
+    diagnostics: tuple[Diagnostic, ...]
+    files: tuple[Source, ...]
+    packages: Mapping[str, Position]
+    executables: tuple[ExecutableUse, ...]
+
+    @property
+    def errors(self) -> tuple[Diagnostic, ...]:
+        """The errors among the diagnostics."""
+        return tuple(d for d in self.diagnostics if d.severity == 'error')
+
+
 class Findings:
     """What was found so far, and the includes that led there."""
 
@@ -60,30 +87,17 @@ class Findings:
         return tuple(reversed(self._includes))
 
     def warn(
-        self,
-        message: str,
-        position: Position | None,
-        *,
-        hint: str | None = None,
-        length: int = 1,
+        self, message: str, at: Span | None, hint: str | None = None
     ) -> None:
-        """Note a warning; see :class:`Diagnostic`."""
-        self.report(
-            LaunchError(Diagnostic('warning', message, position, hint, length))
-        )
+        """Note a warning; see :func:`error`."""
+        self.report(error(message, at, hint=hint).as_warning())
 
     def fail_at(self, place: Place, message: str, hint: str) -> None:
         """Note an error at a place in a launch file that may be closed."""
-        self.diagnostics.append(
-            Diagnostic(
-                'error',
-                message,
-                place.position,
-                hint,
-                place.length,
-                place.includes,
-            )
-        )
+        problem = error(message, place, hint=hint)
+        for include in place.includes:
+            problem = problem.included_from(include)
+        self.diagnostics.extend(problem.diagnostics)
 
     def report(self, problem: LaunchError) -> None:
         """Note a problem, unless it is known."""

@@ -16,6 +16,7 @@ from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
@@ -72,16 +73,13 @@ class Policy(Findings, Surroundings, ABC):
         """
 
     @abstractmethod
-    def launch_python(
-        self, name: str, path: str, position: Position, length: int
-    ) -> None:
+    def launch_python(self, name: str, path: str, origin: Span) -> None:
         """
         Launch a file in Python.
 
         :param name: The path that it goes by
         :param path: The file to read
-        :param position: Where it is included, else its start
-        :param length: How many characters that takes
+        :param origin: Where it is included, else its start
         """
 
     def declare(

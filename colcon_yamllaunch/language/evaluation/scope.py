@@ -18,7 +18,7 @@ from colcon_yamllaunch.common import frozen
 from colcon_yamllaunch.language.evaluation.values import shortened
 from colcon_yamllaunch.language.evaluation.values import unknown
 from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.vocabulary.parameter_value import Parameter
+from colcon_yamllaunch.language.vocabulary.parameter import Parameter
 
 #: Stands for all names, of variables or parameters, when they are not known.
 ANY_NAME = ''

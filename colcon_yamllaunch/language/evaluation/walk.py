@@ -138,9 +138,8 @@ class Call:
         self.walk.fail(
             error(
                 message,
-                self.position,
+                self,
                 hint=hint,
-                length=self.length,
                 may_pass_after_build=may_pass_after_build,
             ),
             is_certain=is_certain,
@@ -216,7 +215,7 @@ class Walk(Policy):
         """
         try:
             if path.endswith(PYTHON_SUFFIX):
-                self.launch_python(name, path, Position(path, 1, 1), 1)
+                self.launch_python(name, path, Position(path, 1, 1))
             else:
                 self.visit_file(name, path, None)
         except LaunchError as e:
@@ -269,10 +268,9 @@ class Walk(Policy):
 
     def visit_file(self, name: str, path: str, origin: Text | None) -> bool:
         """
-        Do the actions of a launch file.
+        Do the actions of a launch file; return whether it could be read.
 
         :param origin: Where it is included, None for the outermost
-        :returns: Whether it could be read
         """
         file = self.read_file(name, path, origin)
         if file is None:
@@ -352,33 +350,29 @@ class Walk(Policy):
     def guard(self, entity: Entity) -> Guard | None:
         """Evaluate the condition of an action, None when it has none."""
         texts = entity.item.texts
-        if 'if' not in texts and 'unless' not in texts:
+        name = 'if' if 'if' in texts else 'unless'
+        text = texts.get(name)
+        if text is None:
             return None
-        for name, wanted in (('if', True), ('unless', False)):
-            text = texts.get(name)
-            if text is None:
-                continue
-            value = self.value(text)
-            result = _truth(text, value)
-            if result is None and value.text is not None:
-                self.fail(
-                    error(
-                        f"the condition '{name}' is '{value.text.strip()}'",
-                        text.position,
-                        hint='it must be true, 1, false or 0',
-                        length=text.length,
-                        origins=value.origins,
-                    )
-                )
-            if result is None:
-                sources = value.sources or frozenset((value.key,))
-                return Guard(value.key, wanted, sources, None)
+        value, wanted = self.value(text), name == 'if'
+        result = _truth(text, value)
+        if result is not None:
             is_taken = result is wanted
             self.draft.conditions.append(
                 Condition(f'{name}: {text.plain}', is_taken, text.position)
             )
             return Guard(value.key, wanted, value.sources, is_taken)
-        return None
+        if value.text is not None:
+            self.fail(
+                error(
+                    f"the condition '{name}' is '{value.text.strip()}'",
+                    text,
+                    hint='it must be true, 1, false or 0',
+                    origins=value.origins,
+                )
+            )
+        sources = value.sources or frozenset((value.key,))
+        return Guard(value.key, wanted, sources, None)
 
     def end(self, message: str, position: Position) -> None:
         """
@@ -390,11 +384,7 @@ class Walk(Policy):
         raise EndlessError
 
     def locate(self, attributes: Attributes) -> tuple[str, str] | None:
-        """
-        Find the file of an include.
-
-        :returns: The path that it goes by and the one to read
-        """
+        """Return the path that an include goes by and the one to read."""
         file, packages = attributes.item.texts['file'], self.packages
         written = attributes.text('file')
         if written is None:
@@ -427,14 +417,6 @@ class Walk(Policy):
         if literal is not None:
             return Value(literal, literal)
         return self.template(text.template, text.position_at)
-
-    def part(self, text: Text, template: Template) -> Value:
-        """
-        Put the substitutions into a piece of a text.
-
-        :param template: What splitting the text has made of it
-        """
-        return self.template(template, text.position_at)
 
     def template(
         self, template: Template, position_at: Callable[[int], Position]

@@ -3,7 +3,9 @@
 
 """Drawings of a plan: its launch files, groups and processes."""
 
+from collections.abc import Callable
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from colcon_yamllaunch.language.plan.plan import Block
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -17,9 +19,7 @@ def plan_as_mermaid(plan: Plan, cwd: str) -> str:
 
     :param cwd: The folder that paths are shown relative to
     """
-    lines = ['flowchart TB']
-    lines += _Drawing(plan, cwd).lines(_Mermaid())
-    return '\n'.join(lines)
+    return '\n'.join(['flowchart TB', *_Drawing(plan, cwd).lines(_MERMAID)])
 
 
 def plan_as_dot(plan: Plan, cwd: str) -> str:
@@ -29,45 +29,25 @@ def plan_as_dot(plan: Plan, cwd: str) -> str:
     :param cwd: The folder that paths are shown relative to
     """
     lines = ['digraph launch {', '  node [shape=box];']
-    lines += _Drawing(plan, cwd).lines(_Dot())
-    return '\n'.join([*lines, '}'])
+    return '\n'.join([*lines, *_Drawing(plan, cwd).lines(_DOT), '}'])
 
 
-class _Language:
-    """How a language of drawings writes what all have."""
+class _Language(NamedTuple):
+    """
+    How a language of drawings writes what all have.
 
-    def opening(self, number: int, title: str) -> str:
-        raise NotImplementedError
+    :param opening: The start of a block with a number and title
+    :param closing: The end of a block
+    :param process: A process with a number and text
+    :param line_end: What separates the lines of a text
+    :param escaped: Makes a text one that means nothing to the language
+    """
 
-    def closing(self) -> str:
-        raise NotImplementedError
-
-    def process(self, number: int, texts: list[str]) -> str:
-        raise NotImplementedError
-
-
-class _Mermaid(_Language):
-    def opening(self, number: int, title: str) -> str:
-        return f'subgraph block{number} ["{_escaped(title)}"]'
-
-    def closing(self) -> str:
-        return 'end'
-
-    def process(self, number: int, texts: list[str]) -> str:
-        text = '<br/>'.join(map(_escaped, texts))
-        return f'process{number}["{text}"]'
-
-
-class _Dot(_Language):
-    def opening(self, number: int, title: str) -> str:
-        return f'subgraph cluster{number} {{ label="{_quoted(title)}";'
-
-    def closing(self) -> str:
-        return '}'
-
-    def process(self, number: int, texts: list[str]) -> str:
-        text = '\\n'.join(map(_quoted, texts))
-        return f'process{number} [label="{text}"];'
+    opening: str
+    closing: str
+    process: str
+    line_end: str
+    escaped: Callable[[str], str]
 
 
 class _Drawing:
@@ -94,12 +74,13 @@ class _Drawing:
             texts = [process.label]
             if process.node_name is not None:
                 texts.append(process.node_name)
-            yield indent + language.process(number, texts)
+            text = language.line_end.join(map(language.escaped, texts))
+            yield indent + language.process.format(number, text)
         for child in self._children.get(index, ()):
-            title = self._title(self._blocks[child])
-            yield indent + language.opening(child, title)
+            title = language.escaped(self._title(self._blocks[child]))
+            yield indent + language.opening.format(child, title)
             yield from self._block(child, language, indent + '  ')
-            yield indent + language.closing()
+            yield indent + language.closing
 
     def _title(self, block: Block) -> str:
         if block.kind == 'file':
@@ -114,3 +95,15 @@ def _escaped(text: str) -> str:
 
 def _quoted(text: str) -> str:
     return text.replace('\\', '\\\\').replace('"', '\\"')
+
+
+_MERMAID = _Language(
+    'subgraph block{} ["{}"]', 'end', 'process{}["{}"]', '<br/>', _escaped
+)
+_DOT = _Language(
+    'subgraph cluster{} {{ label="{}";',
+    '}',
+    'process{} [label="{}"];',
+    '\\n',
+    _quoted,
+)

@@ -31,9 +31,9 @@ def plan_as_text(plan: Plan, cwd: str) -> str:
     """
     Describe what a plan would do, in order.
 
-    :param plan: The plan
+    Each command can be pasted into bash.
+
     :param cwd: The folder that paths are shown relative to
-    :returns: Lines; each command can be pasted into bash
     """
     lines = list(_entries(plan.entries, cwd, ''))
     if not lines:
@@ -159,11 +159,9 @@ def _parameters(process: Process) -> Iterator[SetParameter]:
 
 def parameters_in_file(path: str, cwd: str) -> tuple[SetParameter, ...]:
     """
-    Return the parameters in a file for nodes, with where they are set.
+    Return the parameters in a file for nodes, none when it is no such file.
 
-    :param path: The file
     :param cwd: The folder that a relative path starts from
-    :returns: None when it is no such file
     """
     absolute = path if path.startswith('/') else f'{cwd}/{path}'
     try:

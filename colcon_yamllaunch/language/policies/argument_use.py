@@ -8,20 +8,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from dataclasses import field
 
-from colcon_yamllaunch.language.evaluation.launch_arguments import (
+from colcon_yamllaunch.language.policies.launch_arguments import (
     ARGUMENT_ACTIONS,
 )
-from colcon_yamllaunch.language.evaluation.launch_arguments import (
+from colcon_yamllaunch.language.policies.launch_arguments import (
     PROCESS_ARGUMENTS,
 )
-from colcon_yamllaunch.language.evaluation.launch_arguments import (
+from colcon_yamllaunch.language.policies.launch_arguments import (
     undeclared_argument,
 )
-from colcon_yamllaunch.language.evaluation.launch_arguments import (
+from colcon_yamllaunch.language.policies.launch_arguments import (
     undeclared_hint,
 )
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.template import Substitution
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.tree.launch_tree import Item
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
@@ -47,20 +47,14 @@ class FileUse:
 
     def add_text(self, template: Template) -> None:
         """Note what a text reads."""
-        for part in template.parts:
-            if isinstance(part, str):
+        for substitution in template.substitutions():
+            if substitution.name != 'var':
                 continue
-            if part.name == 'var':
-                self._add_read(part)
-            for argument in part.arguments:
-                self.add_text(argument)
-
-    def _add_read(self, substitution: Substitution) -> None:
-        name = substitution.arguments[0].literal
-        if name is None:
-            self.is_open = True
-        else:
-            self.read.add(name)
+            name = substitution.arguments[0].literal
+            if name is None:
+                self.is_open = True
+            else:
+                self.read.add(name)
 
 
 class ArgumentUse:
@@ -94,11 +88,7 @@ class ArgumentUse:
         return found
 
     def unknown_argument(self, path: str, name: str) -> str | None:
-        """
-        Say that a launch file does not use an argument, if so.
-
-        :returns: A suggestion, or None when it has a use for it
-        """
+        """Return a hint when a launch file does not use an argument."""
         if name in PROCESS_ARGUMENTS:
             return None
         declared: set[str] = set()
@@ -110,14 +100,14 @@ class ArgumentUse:
 
     def unknown_given(
         self, path: str, arguments: Mapping[str, str]
-    ) -> Iterator[Diagnostic]:
+    ) -> Iterator[LaunchError]:
         """Report the given arguments that no launch file has a use for."""
         for name in arguments:
             hint = self.unknown_argument(path, name)
             if hint is not None:
                 yield undeclared_argument(name, hint)
 
-    def unused(self) -> Iterator[Diagnostic]:
+    def unused(self) -> Iterator[LaunchError]:
         """Report the arguments that are declared and not used."""
         users = self._readers_without_declaration()
         for path, use in self._files.items():
@@ -128,13 +118,11 @@ class ArgumentUse:
                 if name in users or name in PROCESS_ARGUMENTS:
                     continue
                 if not _is_used(name, path, reached):
-                    yield Diagnostic(
-                        'warning',
+                    yield error(
                         f"the launch argument '{name}' is never used",
-                        text.position,
+                        text,
                         hint=f'use it as $(var {name}), or remove it',
-                        length=text.length,
-                    )
+                    ).as_warning()
 
     def _readers_without_declaration(self) -> set[str]:
         # what an include sets, the file that includes it sees too

@@ -9,7 +9,6 @@ at, whatever its condition comes to, and every launch file that is included.
 """
 
 from collections.abc import Iterable
-from collections.abc import Mapping
 from itertools import islice
 import os
 import re
@@ -18,7 +17,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import expression_error
@@ -34,14 +33,12 @@ from colcon_yamllaunch.language.policies.argument_use import ArgumentUse
 from colcon_yamllaunch.language.policies.argument_use import FileUse
 from colcon_yamllaunch.language.policies.expression import compute
 from colcon_yamllaunch.language.policies.expression import ExpressionError
-from colcon_yamllaunch.language.policies.portability import (
-    portability_problems,
-)
+from colcon_yamllaunch.language.policies.portability import not_portable
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
@@ -54,28 +51,6 @@ MAXIMUM_ROUNDS = 50
 
 # where a package's programs are (ament, REP 122): PREFIX/lib/PACKAGE/PROGRAM
 _PROGRAM_PATH = re.compile(r'(.+)/lib/([^/]+)/([^/]+)')
-
-
-@dataclass(frozen=True, slots=True)
-class Checked:
-    """
-    What a check found.
-
-    :param diagnostics: Errors and warnings, in the order found
-    :param files: The launch files that were read, the given one first
-    :param packages: The packages that they name, and where first
-    :param executables: The packages' programs that they name
-    """
-
-    diagnostics: tuple[Diagnostic, ...]
-    files: tuple[Source, ...]
-    packages: Mapping[str, Position]
-    executables: tuple[ExecutableUse, ...]
-
-    @property
-    def errors(self) -> tuple[Diagnostic, ...]:
-        """The errors among the diagnostics."""
-        return tuple(d for d in self.diagnostics if d.severity == 'error')
 
 
 def check(request: Request, *, portable: bool) -> Checked:
@@ -135,11 +110,11 @@ class _Check(Walk):
 
     def check_arguments(self, request: Request) -> None:
         """Report arguments that are declared or given, and not used."""
-        for diagnostic in (
+        for problem in (
             *self._arguments.unused(),
             *self._arguments.unknown_given(request.path, request.arguments),
         ):
-            self.report(LaunchError(diagnostic))
+            self.report(problem)
 
     def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
         if not is_certain:
@@ -187,8 +162,8 @@ class _Check(Walk):
     def enter(self, path: str, file: LaunchFile) -> None:
         self._visits[path] = self._visits.get(path, 0) + 1
         if self._portable and self._visits[path] == 1:
-            for diagnostic in portability_problems(file):
-                self.report(LaunchError(diagnostic))
+            for problem in not_portable(file):
+                self.report(problem)
 
     def note_file(self, path: str, file: LaunchFile) -> None:
         self._arguments.add(path, file)
@@ -196,10 +171,8 @@ class _Check(Walk):
     def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
         self.report(problem)
 
-    def launch_python(
-        self, name: str, path: str, position: Position, length: int
-    ) -> None:
-        self.warn('a launch file in Python cannot be checked', position)
+    def launch_python(self, name: str, path: str, origin: Span) -> None:
+        self.warn('a launch file in Python cannot be checked', origin)
         # what it declares is not known
         self.files[path] = None
 
@@ -249,9 +222,8 @@ class _Check(Walk):
             self.warn(
                 f"'{os.path.basename(path)}' declares no launch argument "
                 f"'{name}'",
-                text.position,
-                hint=hint,
-                length=text.length,
+                text,
+                hint,
             )
 
     def missing_argument(self, attributes: Attributes, name: str) -> None:
@@ -314,9 +286,8 @@ class _Check(Walk):
             self.report(
                 error(
                     'ROS 2 looks up a relative path in the working directory',
-                    file.position,
+                    file,
                     hint=f'write $(dirname)/{written}',
-                    length=file.length,
                 )
             )
 
@@ -330,10 +301,9 @@ class _Check(Walk):
             self.warn(
                 f"behind an 'include', ROS 2 before Lyrical takes "
                 f'$({call.name}) for that of the included file',
-                call.position,
-                hint="set it before the 'include': let: {name: here, value: "
+                call,
+                "set it before the 'include': let: {name: here, value: "
                 f'$({call.name})}}',
-                length=call.length,
             )
 
     def note_text(self, template: Template | None) -> None:

@@ -9,7 +9,6 @@ and not by what a condition comes to, since another argument may change that.
 """
 
 from collections.abc import Iterable
-from collections.abc import Iterator
 from collections.abc import Mapping
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -28,8 +27,7 @@ from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.syntax.template import Substitution
-from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.text import Text
 
@@ -123,12 +121,7 @@ class _Listing(Walk):
         self._problem = self._problem or problem
 
     def warn(
-        self,
-        message: str,
-        position: Position | None,
-        *,
-        hint: str | None = None,
-        length: int = 1,
+        self, message: str, at: Span | None, hint: str | None = None
     ) -> None:
         pass
 
@@ -173,7 +166,9 @@ class _Listing(Walk):
         self._conditions -= 1
 
     def value(self, text: Text) -> Value:
-        if any(s.name in _ONLY_LAUNCHED for s in _walk(text.template)):
+        if any(
+            s.name in _ONLY_LAUNCHED for s in text.template.substitutions()
+        ):
             return unknown('only launched')
         return super().value(text)
 
@@ -207,9 +202,7 @@ class _Listing(Walk):
     def compute(self, expression: str, modules: str) -> str | None:
         return None
 
-    def launch_python(
-        self, name: str, path: str, position: Position, length: int
-    ) -> None:
+    def launch_python(self, name: str, path: str, origin: Span) -> None:
         raise error(
             'the launch arguments of a launch file in Python show only '
             'when it runs',
@@ -248,11 +241,3 @@ class _Listing(Walk):
 
     def _note(self, message: str, position: Position) -> None:
         self.not_followed.setdefault(position, message)
-
-
-def _walk(template: Template) -> Iterator[Substitution]:
-    for part in template.parts:
-        if isinstance(part, Substitution):
-            yield part
-            for argument in part.arguments:
-                yield from _walk(argument)

@@ -17,7 +17,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
@@ -28,36 +28,22 @@ from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.text import Text
 
 
 @dataclass(frozen=True, slots=True)
-class Evaluation:
+class Evaluation(Checked):
     """
     What a launch file comes to.
 
     :param plan: What to run; not complete when there are errors
-    :param packages: The packages that it names, and where first
-    :param executables: The packages' programs that it names
-    :param files: The launch files that were read, the given one first
-    :param diagnostics: Errors and warnings, in the order found
     """
 
     plan: Plan
-    packages: Mapping[str, Position]
-    executables: tuple[ExecutableUse, ...]
-    files: tuple[Source, ...]
-    diagnostics: tuple[Diagnostic, ...]
-
-    @property
-    def errors(self) -> tuple[Diagnostic, ...]:
-        """The errors among the diagnostics."""
-        return tuple(d for d in self.diagnostics if d.severity == 'error')
 
 
 def evaluate(request: Request) -> Evaluation:
@@ -74,11 +60,11 @@ def evaluate(request: Request) -> Evaluation:
         # what a launch file in Python declares is not known
         walk.warn_of_unknown_arguments(request.arguments)
     return Evaluation(
-        walk.draft.plan(),
+        tuple(walk.diagnostics),
+        tuple(f.source for f in walk.files.values() if f is not None),
         walk.packages_used,
         tuple(walk.executables),
-        tuple(f.source for f in walk.files.values() if f is not None),
-        tuple(walk.diagnostics),
+        walk.draft.plan(),
     )
 
 
@@ -115,21 +101,19 @@ class _Launch(Walk):
             return
         name, path = located
         if path.endswith(PYTHON_SUFFIX):
-            self.launch_python(name, path, file.position, file.length)
+            self.launch_python(name, path, file)
         else:
             self.visit_file(name, path, file)
 
-    def launch_python(
-        self, name: str, path: str, position: Position, length: int
-    ) -> None:
+    def launch_python(self, name: str, path: str, origin: Span) -> None:
         # before the package is built, only the file in its source is there
         file = name if os.path.isfile(name) else path
         self.has_python = True
         # most launch files are not in Python
         from colcon_yamllaunch.language.actions import python_launch
 
-        with self.draft.within_block('file', name, position):
-            python_launch.add_python_launch_file(self, file, position, length)
+        with self.draft.within_block('file', name, origin.position):
+            python_launch.add_python_launch(self, file, origin)
 
     def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
         raise problem
@@ -169,7 +153,7 @@ class _Launch(Walk):
     def warn_of_unknown_arguments(self, given: Mapping[str, str]) -> None:
         """Warn of arguments that no launch file declares or reads."""
         # most launches are given none
-        from colcon_yamllaunch.language.evaluation import launch_arguments
+        from colcon_yamllaunch.language.policies import launch_arguments
 
         known = {*self.read, *launch_arguments.PROCESS_ARGUMENTS}
         declared = {
@@ -182,5 +166,4 @@ class _Launch(Walk):
         for name in given:
             if name not in declared | known:
                 hint = launch_arguments.undeclared_hint(name, declared)
-                problem = launch_arguments.undeclared_argument(name, hint)
-                self.report(LaunchError(problem))
+                self.report(launch_arguments.undeclared_argument(name, hint))

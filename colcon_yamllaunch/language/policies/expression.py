@@ -65,9 +65,10 @@ class ExpressionError(Exception):
 
 def compute(expression: str) -> str | None:
     """
-    Compute an expression that has no effects and ends soon.
+    Compute an expression, None when only a launch may do so.
 
-    :returns: The result, or None when only a launch may compute it
+    What is computed has no effects and ends soon.
+
     :raises ExpressionError: when it fails; the message says how
     """
     if len(expression) > MAXIMUM_LENGTH:

@@ -13,15 +13,15 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 import shlex
 
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.template import Substitution
-from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import Item
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
@@ -45,14 +45,14 @@ _KIND_NAMES = {
 }
 
 
-def portability_problems(file: LaunchFile) -> Iterator[Diagnostic]:
+def not_portable(file: LaunchFile) -> Iterator[LaunchError]:
     """Report what ROS 2's own launcher does not accept in a launch file."""
     # in XML all values are texts, which ROS 2 reads as the type it wants
     is_typed = not is_xml(file.source)
     for entity in file.walk():
         yield from _newer_action(entity)
         yield from _missing_names(entity)
-        known = {a.name: a for a in entity.action.attributes}
+        known = by_name(entity.action.attributes)
         since = entity.action.since
         yield from _item(entity.item, known, since, is_typed)
         if entity.action.name == 'set_parameter':
@@ -61,78 +61,66 @@ def portability_problems(file: LaunchFile) -> Iterator[Diagnostic]:
 
 def _item(
     item: Item, known: Mapping[str, Attribute], since: str, is_typed: bool
-) -> Iterator[Diagnostic]:
+) -> Iterator[LaunchError]:
     for name, text in item.texts.items():
         attribute = known[name]
         if is_typed:
             yield from _TYPE_RULES.get(attribute.type, _text)(name, text)
         if attribute.type is Type.COMMAND:
             yield from _quotes(text)
-        if text.template.literal is None:
-            yield from _newer_substitutions(text, text.template)
+        yield from _newer_substitutions(text)
         yield from _newer_attribute(attribute, since, text)
     for name, texts in item.lists.items():
         yield from _list(name, texts)
     for value in item.values.values():
         for text in value.texts:
-            yield from _newer_substitutions(text, text.template)
+            yield from _newer_substitutions(text)
     for name, items in item.items.items():
         attribute = known[name]
-        inner_known = {a.name: a for a in items_of(attribute)}
+        inner_known = by_name(items_of(attribute))
         for inner in items:
             yield from _item(inner, inner_known, since, is_typed)
 
 
-def _newer_action(entity: Entity) -> Iterator[Diagnostic]:
+def _newer_action(entity: Entity) -> Iterator[LaunchError]:
     action = entity.action
     if action.since != OLDEST_RELEASE:
-        yield Diagnostic(
-            'warning',
+        yield error(
             f"ROS 2 has the action '{action.name}' since {action.since} only",
             entity.item.position,
             length=len(action.name),
-        )
+        ).as_warning()
 
 
 def _newer_attribute(
     attribute: Attribute, since: str, text: Text
-) -> Iterator[Diagnostic]:
+) -> Iterator[LaunchError]:
     if attribute.since not in (None, OLDEST_RELEASE, since):
-        yield Diagnostic(
-            'warning',
+        yield error(
             f"ROS 2 has the attribute '{attribute.name}' since "
             f'{attribute.since} only',
-            text.position,
-            length=text.length,
-        )
+            text,
+        ).as_warning()
 
 
-def _newer_substitutions(
-    text: Text, template: Template
-) -> Iterator[Diagnostic]:
-    for part in template.parts:
-        if not isinstance(part, Substitution):
-            continue
-        since = KINDS[part.name].since
+def _newer_substitutions(text: Text) -> Iterator[LaunchError]:
+    for found in text.template.substitutions():
+        since = KINDS[found.name].since
         if since != OLDEST_RELEASE:
-            yield Diagnostic(
-                'warning',
-                f'ROS 2 has the substitution $({part.name} …) since {since} '
+            yield error(
+                f'ROS 2 has the substitution $({found.name} …) since {since} '
                 'only',
-                text.position_at(part.start),
-                length=part.end - part.start,
-            )
-        for argument in part.arguments:
-            yield from _newer_substitutions(text, argument)
+                text.position_at(found.start),
+                length=found.end - found.start,
+            ).as_warning()
 
 
-def _missing_names(entity: Entity) -> Iterator[Diagnostic]:
+def _missing_names(entity: Entity) -> Iterator[LaunchError]:
     if entity.action.name != 'node_container':
         return
     for name in ('name', 'namespace'):
         if name not in entity.item.texts:
-            yield Diagnostic(
-                'error',
+            yield error(
                 f"ROS 2 wants a '{name}' for 'node_container'",
                 entity.item.position,
                 hint=f"add it, '{name}: /' for none"
@@ -142,11 +130,11 @@ def _missing_names(entity: Entity) -> Iterator[Diagnostic]:
             )
 
 
-def _problem(text: Text, message: str, hint: str) -> Iterator[Diagnostic]:
-    yield Diagnostic('error', message, text.position, hint, text.length)
+def _problem(text: Text, message: str, hint: str) -> Iterator[LaunchError]:
+    yield error(message, text, hint=hint)
 
 
-def _text(name: str, text: Text) -> Iterator[Diagnostic]:
+def _text(name: str, text: Text) -> Iterator[LaunchError]:
     if text.kind in _KIND_NAMES:
         yield from _problem(
             text,
@@ -156,7 +144,7 @@ def _text(name: str, text: Text) -> Iterator[Diagnostic]:
         )
 
 
-def _boolean(name: str, text: Text) -> Iterator[Diagnostic]:
+def _boolean(name: str, text: Text) -> Iterator[LaunchError]:
     if name in _TEXT_BOOLEANS:
         yield from _text(name, text)
     elif text.kind == 'bool':
@@ -178,7 +166,7 @@ def _boolean(name: str, text: Text) -> Iterator[Diagnostic]:
         )
 
 
-def _integer(name: str, text: Text) -> Iterator[Diagnostic]:
+def _integer(name: str, text: Text) -> Iterator[LaunchError]:
     if name == 'len':
         yield from _text(name, text)
     elif text.kind != 'int':
@@ -189,7 +177,7 @@ def _integer(name: str, text: Text) -> Iterator[Diagnostic]:
         )
 
 
-def _seconds(name: str, text: Text) -> Iterator[Diagnostic]:
+def _seconds(name: str, text: Text) -> Iterator[LaunchError]:
     if text.kind == 'float':
         return
     if text.kind == 'int':
@@ -207,29 +195,27 @@ def _seconds(name: str, text: Text) -> Iterator[Diagnostic]:
         )
 
 
-_TYPE_RULES: Mapping[Type, Callable[[str, Text], Iterator[Diagnostic]]] = {
+_TYPE_RULES: Mapping[Type, Callable[[str, Text], Iterator[LaunchError]]] = {
     Type.BOOLEAN: _boolean,
     Type.INTEGER: _integer,
     Type.SECONDS: _seconds,
 }
 
 
-def _list(name: str, texts: tuple[Text, ...]) -> Iterator[Diagnostic]:
+def _list(name: str, texts: tuple[Text, ...]) -> Iterator[LaunchError]:
     if texts:
-        yield Diagnostic(
-            'error',
+        yield error(
             f"ROS 2 wants one text for '{name}', not a list",
-            texts[0].position,
+            texts[0],
             hint=f'write one line: {shlex.join(t.plain for t in texts)}'
             if all(text.literal is not None for text in texts)
             else 'write the arguments in one line, with a space between',
-            length=texts[0].length,
         )
     for text in texts:
-        yield from _newer_substitutions(text, text.template)
+        yield from _newer_substitutions(text)
 
 
-def _quotes(text: Text) -> Iterator[Diagnostic]:
+def _quotes(text: Text) -> Iterator[LaunchError]:
     # ROS 2 splits each text between substitutions by itself
     for part in text.template.parts:
         if not isinstance(part, str):
@@ -245,11 +231,10 @@ def _quotes(text: Text) -> Iterator[Diagnostic]:
             return
 
 
-def _set_parameter(item: Item) -> Iterator[Diagnostic]:
+def _set_parameter(item: Item) -> Iterator[LaunchError]:
     value = item.values['value']
     if value.is_list:
-        yield Diagnostic(
-            'error',
+        yield error(
             "ROS 2 wants one text for the value of 'set_parameter'",
             value.position,
             hint="quote the whole list: '[…]'",

@@ -20,10 +20,10 @@ def show_arguments(request: Request) -> str:
 
     The layout is that of `ros2 launch --show-args`, with more lines in it:
     where each argument is declared, and which includes could not be followed.
+    There is no line end after the last line.
 
     :param request: The launch file; the launch arguments matter only for the
       paths of includes
-    :returns: Lines, without a line end after the last
     :raises LaunchError: when a launch file that is used in any case has
       mistakes
     """

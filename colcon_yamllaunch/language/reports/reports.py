@@ -17,7 +17,7 @@ from typing import Any
 from urllib.parse import quote
 
 from colcon_yamllaunch import __version__
-from colcon_yamllaunch.language.policies.check import Checked
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.reports.github_annotations import annotation
 from colcon_yamllaunch.language.reports.github_annotations import with_hint
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic

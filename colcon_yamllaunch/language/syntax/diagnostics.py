@@ -15,6 +15,7 @@ import unicodedata
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.position import Span
 
 Severity = Literal['error', 'warning']
 
@@ -87,19 +88,26 @@ class LaunchError(Exception):
 
 def error(
     message: str,
-    position: Position | None = None,
+    at: Span | None = None,
     *,
     hint: str | None = None,
-    length: int = 1,
+    length: int | None = None,
     may_pass_after_build: bool = False,
     origins: tuple[Position, ...] = (),
 ) -> LaunchError:
-    """Make an error of one diagnostic; see :class:`Diagnostic`."""
+    """
+    Make an error of one diagnostic; see :class:`Diagnostic`.
+
+    :param at: What is wrong, or None for the command line
+    :param length: How many characters of it are, if not all
+    """
+    if length is None:
+        length = 1 if at is None else at.length
     return LaunchError(
         Diagnostic(
             'error',
             message,
-            position,
+            None if at is None else at.position,
             hint,
             length,
             may_pass_after_build=may_pass_after_build,
@@ -116,11 +124,9 @@ def shown_path(path: str, cwd: str) -> str:
 
 def render(diagnostics: Iterable[Diagnostic], cwd: str) -> str:
     """
-    Lay the problems out as a compiler does.
+    Lay the problems out as a compiler does, without a line end at the end.
 
-    :param diagnostics: The problems, in the order to show
     :param cwd: The folder that paths are shown relative to
-    :returns: Lines, without a line end after the last
     """
     return '\n'.join(
         line

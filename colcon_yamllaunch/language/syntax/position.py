@@ -3,6 +3,8 @@
 
 """Where something is written."""
 
+from typing import Protocol
+
 from colcon_yamllaunch.common.frozen import dataclass
 
 
@@ -22,3 +24,25 @@ class Position:
 
     def __str__(self) -> str:
         return f'{self.path}:{self.line}:{self.column}'
+
+    @property
+    def position(self) -> 'Position':
+        """The position itself, which is a span, too."""
+        return self
+
+    @property
+    def length(self) -> int:
+        """One character."""
+        return 1
+
+
+class Span(Protocol):
+    """Something that is written somewhere."""
+
+    @property
+    def position(self) -> Position:
+        """Where it starts."""
+
+    @property
+    def length(self) -> int:
+        """How many characters it takes there, 1 if that does not matter."""

@@ -49,9 +49,13 @@ class Source:
 
     def position_at(self, index: int) -> Position:
         """Return the position of the character with this index."""
+        return self.position(*self.place_of(index))
+
+    def place_of(self, index: int) -> tuple[int, int]:
+        """Return the line and column of that, counted from 0."""
         starts = _line_starts(self.text)
         line = bisect_right(starts, index) - 1
-        return self.position(line, index - starts[line])
+        return line, index - starts[line]
 
     def index_of(self, line: int, column: int) -> int:
         """Return the index for a line and column counted from 0."""

@@ -8,6 +8,7 @@ ROS 2 defines it in `launch/frontend/grammar.lark`; this is the same language,
 read in one pass.
 """
 
+from collections.abc import Iterator
 import re
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -56,6 +57,14 @@ class Template:
         if len(self.parts) == 1 and isinstance(self.parts[0], str):
             return self.parts[0]
         return None
+
+    def substitutions(self) -> Iterator[Substitution]:
+        """Iterate over all substitutions, each before those inside of it."""
+        for part in self.parts:
+            if isinstance(part, Substitution):
+                yield part
+                for argument in part.arguments:
+                    yield from argument.substitutions()
 
 
 class TemplateSyntaxError(Exception):
@@ -153,60 +162,34 @@ class _Parser:
                 index - 1,
                 hint="an empty argument is written ''",
             )
-        if quote is None and character in ('"', "'"):
-            return self._quoted(index, character, depth)
-        return self._unquoted(index, start, quote, depth)
-
-    def _quoted(
-        self, start: int, quote: str, depth: int
-    ) -> tuple[Template, int]:
+        is_quoted = quote is None and character in ('"', "'")
+        own = character if is_quoted else ''
         parts: list[str | Substitution] = []
-        index = begin = start + 1
+        opening = index
+        begin = index = index + len(own)
         while True:
             character = self._text[index : index + 1]
-            if not character:
-                raise TemplateSyntaxError('this quote is not closed', start)
-            if character == '\\':
+            follower = self._text[index + 1 : index + 2]
+            if character == '\\' and (own or follower != ' '):
                 index += 2
-            elif self._text.startswith('$(', index):
+            elif character == '$' and follower == '(':
                 self._append_text(parts, begin, index)
-                nested = self.substitution(index, quote, depth + 1)
+                nested = self.substitution(index, own or quote, depth + 1)
                 parts.append(nested)
                 index = begin = nested.end
-            elif character == quote:
+            elif not character:
+                if own:
+                    message = 'this quote is not closed'
+                    raise TemplateSyntaxError(message, opening)
+                raise self._unexpected(start, index)
+            elif character == own or (not own and character in ' )'):
                 self._append_text(parts, begin, index)
-                return Template(tuple(parts)), index + 1
+                return Template(tuple(parts)), index + len(own)
+            # within quotes, the other kind of quote is plain text
+            elif not own and character in '(' + (quote or '\'"'):
+                raise self._unexpected(start, index)
             else:
                 index += 1
-
-    def _unquoted(
-        self, start: int, opened: int, quote: str | None, depth: int
-    ) -> tuple[Template, int]:
-        parts: list[str | Substitution] = []
-        index = begin = start
-        while True:
-            character = self._text[index : index + 1]
-            if character == '\\' and self._text[index + 1 : index + 2] != ' ':
-                index += 2
-            elif self._text.startswith('$(', index):
-                self._append_text(parts, begin, index)
-                nested = self.substitution(index, quote, depth + 1)
-                parts.append(nested)
-                index = begin = nested.end
-            elif character in (' ', ')', ''):
-                self._append_text(parts, begin, index)
-                if not character:
-                    raise self._unexpected(opened, index)
-                return Template(tuple(parts)), index
-            elif self._is_forbidden(character, quote):
-                raise self._unexpected(opened, index)
-            else:
-                index += 1
-
-    @staticmethod
-    def _is_forbidden(character: str, quote: str | None) -> bool:
-        # within quotes, the other kind of quote is plain text
-        return character == '(' or character in (quote or '\'"')
 
     def _append_text(
         self, parts: list[str | Substitution], begin: int, end: int

@@ -3,7 +3,6 @@
 
 """XML with the position of every element and attribute."""
 
-from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
 from dataclasses import field
@@ -13,10 +12,7 @@ from xml.parsers import expat
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.syntax.xml_errors import ExpatProblem
 from colcon_yamllaunch.language.syntax.xml_errors import explain
-from colcon_yamllaunch.language.syntax.xml_errors import Tag
-from colcon_yamllaunch.language.syntax.xml_scalar import line_starts
 from colcon_yamllaunch.language.syntax.xml_scalar import Written
 from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
 from colcon_yamllaunch.language.syntax.yaml_reader import MAXIMUM_DEPTH
@@ -50,9 +46,8 @@ class Element:
 
 def read_xml(source: Source) -> Element:
     """
-    Read the elements of a file.
+    Return the root element of a file.
 
-    :returns: The root element
     :raises LaunchError: when it is not XML, has a document type or exceeds a
       limit
     """
@@ -67,7 +62,6 @@ class _Reader:
         self._data = source.text.encode()
         self._is_ascii = len(self._data) == len(source.text)
         self._bytes = self._characters = 0
-        self._lines = [0, *line_starts(source.text)]
         self._root: Element | None = None
         self._open: list[Element] = []
         # the text is decoded already, whatever encoding the file declares
@@ -82,13 +76,9 @@ class _Reader:
         try:
             self._parser.Parse(self._data, True)
         except expat.ExpatError as e:
-            index = self._index(self._parser.ErrorByteIndex)
-            tags = [
-                Tag(element.name.text, element.name.position)
-                for element in self._open
-            ]
-            problem = ExpatProblem(e.code, index, tags, self._root is None)
-            raise explain(problem, self._source) from e
+            index = max(0, self._index(self._parser.ErrorByteIndex))
+            tags = [element.name for element in self._open]
+            raise explain(e.code, index, tags, self._source) from e
         assert self._root is not None
         return self._root
 
@@ -103,18 +93,13 @@ class _Reader:
         self._bytes = count
         return self._characters
 
-    def _place(self, index: int) -> tuple[int, int]:
-        line = bisect_right(self._lines, index) - 1
-        return line, index - self._lines[line]
-
     def _start(self, name: str, attributes: list[str]) -> None:
         index = self._index(self._parser.CurrentByteIndex) + 1
-        key = Scalar(self._source, *self._place(index), name)
+        key = Scalar(self._source, *self._source.place_of(index), name)
         if len(self._open) >= MAXIMUM_ELEMENT_DEPTH:
             raise error(
                 f'nested more than {MAXIMUM_ELEMENT_DEPTH} levels deep',
-                key.position,
-                length=len(name),
+                key,
             )
         found = self._attributes(index + len(name), attributes)
         element = Element(key, {pair[0].text: pair for pair in found})
@@ -134,12 +119,11 @@ class _Reader:
             assert written is not None, 'expat has read it before'
             start = text.index(name, at)
             at = written.end()
-            key = Scalar(self._source, *self._place(start), name)
+            key = Scalar(self._source, *self._source.place_of(start), name)
             quote = text[at - 1]
             start = text.index(quote, start + len(name)) + 1
-            place = self._place(start)
-            value_as_written = Written(self._source, start, at - 1, place)
-            yield key, XmlScalar(value_as_written, value)
+            written_value = Written(self._source, start, at - 1)
+            yield key, XmlScalar(written_value, value)
 
     def _end(self, _name: str) -> None:
         self._open.pop()
@@ -153,7 +137,7 @@ class _Reader:
         element.text = Diagnostic(
             'error',
             f"text stands inside of '{element.name.text}', where none belongs",
-            self._source.position(*self._place(index)),
+            self._source.position_at(index),
             'write a value as an attribute, name="value", and a comment as '
             '<!-- … -->',
             len(text.strip()),
@@ -166,7 +150,7 @@ class _Reader:
         index = self._source.text.rfind(opening, 0, end)
         raise error(
             'a launch file has no document type',
-            self._source.position(*self._place(index)),
+            self._source.position_at(index),
             hint="remove '<!DOCTYPE …>'; use <arg> or <let> for values that "
             'are used often',
             length=len(opening),

@@ -8,8 +8,6 @@ The reader of XML itself is imported for launch files in XML only.
 """
 
 from array import array
-from bisect import bisect_right
-from collections.abc import Iterator
 import re
 
 from colcon_yamllaunch.language.syntax.source_text import Source
@@ -36,30 +34,17 @@ class Written:
     :param source: The file
     :param start: The index in the file where the value starts
     :param end: The index behind it
-    :param place: The line and column of its start, counted from 0
     """
 
-    __slots__ = (
-        '_end',
-        '_indices',
-        '_is_plain',
-        '_lines',
-        '_place',
-        '_start',
-        'source',
-    )
+    __slots__ = ('_end', '_indices', '_is_plain', '_start', 'source')
 
-    def __init__(
-        self, source: Source, start: int, end: int, place: tuple[int, int]
-    ) -> None:
+    def __init__(self, source: Source, start: int, end: int) -> None:
         self.source = source
         self._start = start
         self._end = end
-        self._place = place
         raw = source.text[start:end]
         self._is_plain = '&' not in raw and '\n' not in raw
         self._indices: array[int] | None = None
-        self._lines: list[int] | None = None
 
     def index_of(self, count: int) -> int:
         """Return where the character of the value with this index stands."""
@@ -72,19 +57,6 @@ class Written:
             starts = (piece.start() for piece in pieces)
             self._indices = array('Q', [*starts, self._end])
         return self._indices[min(count, len(self._indices) - 1)]
-
-    def place_of(self, count: int) -> tuple[int, int]:
-        """Return the line and column of that, counted from 0."""
-        line, column = self._place
-        if self._is_plain:
-            return line, column + count
-        if self._lines is None:
-            raw = self.source.text[self._start : self._end]
-            later = (self._start + at for at in line_starts(raw))
-            self._lines = [self._start - column, *later]
-        index = self.index_of(count)
-        number = bisect_right(self._lines, index) - 1
-        return line + number, index - self._lines[number]
 
 
 class XmlScalar(Scalar):
@@ -113,9 +85,10 @@ class XmlScalar(Scalar):
     ) -> None:
         self._written = written
         self._offset = offset
-        start = written.place_of(offset)
-        end = written.place_of(offset + len(text))
-        super().__init__(written.source, *start, text, style, tag, end)
+        source = written.source
+        start = source.place_of(written.index_of(offset))
+        end = source.place_of(written.index_of(offset + len(text)))
+        super().__init__(source, *start, text, style, tag, end)
 
     def locate(self, index: int) -> int:
         """Return where a character of the text stands in the file."""
@@ -136,11 +109,3 @@ class XmlScalar(Scalar):
             style=style,
             tag=tag,
         )
-
-
-def line_starts(text: str) -> Iterator[int]:
-    """Iterate over the indices where lines start, but the first one."""
-    at = text.find('\n') + 1
-    while at:
-        yield at
-        at = text.find('\n', at) + 1

@@ -77,6 +77,11 @@ class Scalar(Value):
         return self._kind
 
     @property
+    def length(self) -> int:
+        """How many characters its text has."""
+        return len(self.text)
+
+    @property
     def value(self) -> str | int | float | bool | None:
         """The scalar as a Python object; a timestamp stays a text."""
         return construct(self.kind, self.text)
@@ -119,9 +124,8 @@ def construct(kind: Kind, text: str) -> str | int | float | bool | None:
 
 def read_yaml(source: Source) -> Value | None:
     """
-    Read the one document of a file.
+    Return the one document of a file, None when it has none.
 
-    :returns: The document, or None when the file has none
     :raises LaunchError: when it is not YAML, has duplicate keys or exceeds a
       limit
     """
@@ -150,18 +154,17 @@ def _resolve(scalar: Scalar) -> Kind:
         if scalar.style is None and scalar.tag is None:
             return plain_kind(scalar.text)
         return 'str'
-    kind = scalar.tag.removeprefix(_PREFIX)
-    for known in (*_KINDS, 'str'):
-        if kind == known and scalar.tag.startswith(_PREFIX):
-            try:
-                construct(known, scalar.text)  # type: ignore[arg-type]
-            except (ValueError, KeyError, IndexError) as e:
-                raise error(
-                    f"'{scalar.text}' is no value for the tag !!{kind}",
-                    scalar.position,
-                ) from e
-            return known  # type: ignore[return-value]
-    raise error(f"the YAML tag '{scalar.tag}' is not known", scalar.position)
+    prefix, _, name = scalar.tag.rpartition(':')
+    if f'{prefix}:' != _PREFIX or name not in (*_KINDS, 'str'):
+        message = f"the YAML tag '{scalar.tag}' is not known"
+        raise error(message, scalar.position)
+    kind: Kind = name  # type: ignore[assignment]
+    try:
+        construct(kind, scalar.text)
+    except (ValueError, KeyError, IndexError) as e:
+        message = f"'{scalar.text}' is no value for the tag !!{kind}"
+        raise error(message, scalar.position) from e
+    return kind
 
 
 class _Reader:
@@ -324,9 +327,8 @@ def _add_pair(mapping: Mapping, key: Scalar, value: Value) -> None:
         raise error(
             f"the key '{key.text}' stands twice in this mapping, first in "
             f'line {first.line + 1}',
-            key.position,
+            key,
             hint='remove one, or start a new list item with "-"',
-            length=len(key.text),
         )
     mapping.pairs[key.text] = (key, value)
 

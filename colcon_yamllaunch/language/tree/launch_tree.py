@@ -12,6 +12,7 @@ from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
@@ -155,9 +156,8 @@ class _TreeReader:
             if name != 'launch':
                 raise error(
                     f"'{name}' stands where only 'launch' is known",
-                    key.position,
+                    key,
                     hint=did_you_mean(name, ['launch']) or hint,
-                    length=len(name),
                 )
         if 'launch' not in document.pairs:
             raise error('the launch file is empty', start, hint=hint)
@@ -178,9 +178,8 @@ class _TreeReader:
                     hint = 'put "- " before it: the actions are a list'
                 raise error(
                     f"'launch' has no attribute '{name}'",
-                    key.position,
+                    key,
                     hint=hint,
-                    length=len(name),
                 )
         if children is None:
             raise error(
@@ -199,7 +198,7 @@ class _TreeReader:
             self._report(
                 f'{what} wants a list of actions',
                 position if is_empty else value.position,
-                hint="write '[]' if there are none" if is_empty else hint,
+                "write '[]' if there are none" if is_empty else hint,
             )
             return ()
         found = (self._entity(item) for item in value.items)
@@ -210,7 +209,7 @@ class _TreeReader:
             self._report(
                 'an action is a name with attributes',
                 value.position,
-                hint='for example: node: {pkg: my_pkg, exec: my_node}',
+                'for example: node: {pkg: my_pkg, exec: my_node}',
             )
             return None
         pairs = iter(value.pairs.items())
@@ -232,9 +231,8 @@ class _TreeReader:
             hint = f"indent it deeper than '{name}' if it is its attribute"
         self._report(
             f"'{other}' stands beside '{name}' in one list item",
-            key.position,
-            hint=hint,
-            length=len(other),
+            key,
+            hint,
         )
 
     def _action(self, name: str, key: Scalar) -> Action | None:
@@ -249,43 +247,38 @@ class _TreeReader:
             hint = did_you_mean(name, ACTIONS) or (
                 f'the actions are {listing(ACTIONS)}'
             )
-        self._report(message, key.position, hint=hint, length=len(name))
+        self._report(message, key, hint)
         return None
 
     def _read_action(
         self, action: Action, key: Scalar, value: Value
     ) -> Entity | None:
-        children: tuple[Entity, ...] = ()
-        if isinstance(value, Sequence) and action.has_children:
+        children: tuple[Entity, ...] | None = None
+        if not action.has_children:
+            pass
+        elif isinstance(value, Sequence):
             children = self._entities(value, f"'{action.name}'", key.position)
             value = Mapping(self._source, value.line, value.column)
-            has_children = True
-        else:
-            has_children = False
+        elif isinstance(value, Mapping) and 'children' in value.pairs:
+            inner_key, inner = value.pairs['children']
+            children = self._entities(inner, "'children'", inner_key.position)
+            value = _without_children(value)
         if not isinstance(value, Mapping):
             self._report(
                 f"'{action.name}' wants its attributes",
-                key.position,
-                hint='indent them deeper than the action',
-                length=len(key.text),
+                key,
+                'indent them deeper than the action',
             )
             return None
-        if 'children' in value.pairs and action.has_children:
-            child_key, child_value = value.pairs['children']
-            children = self._entities(
-                child_value, "'children'", child_key.position
-            )
-            value = _without_children(value)
-            has_children = True
         item = self._item(
             f"'{action.name}'",
             action.attributes,
             key.position,
             value,
-            'children' if has_children else None,
+            None if children is None else 'children',
         )
         self._check_conditions(item)
-        return Entity(action, item, children)
+        return Entity(action, item, children or ())
 
     def _check_conditions(self, item: Item) -> None:
         if 'if' in item.texts and 'unless' in item.texts:
@@ -338,9 +331,8 @@ class _TreeReader:
         if name == 'composable_node':
             self._report(
                 "'composable_node' needs a running ROS graph",
-                key.position,
-                hint=UNSUPPORTED[name],
-                length=len(name),
+                key,
+                UNSUPPORTED[name],
             )
             return
         if isinstance(value, Scalar) and value.kind == 'null' and not hint:
@@ -349,9 +341,8 @@ class _TreeReader:
             hint = f'the attributes are {listing(known)}'
         self._report(
             f"{what} has no attribute '{name}'",
-            key.position,
-            hint=hint,
-            length=len(name),
+            key,
+            hint,
         )
 
     def _attribute(
@@ -406,19 +397,17 @@ class _TreeReader:
         names = set(parameter.pairs) & {a.name for a in PARAMETER}
         problem = parameter_problem(names)
         if problem is not None:
-            self._report(problem[0], parameter.position, hint=problem[1])
+            self._report(problem[0], parameter.position, problem[1])
 
     def _report(
         self,
         message: str,
-        position: Position,
-        *,
+        at: Span,
         hint: str | None = None,
-        length: int = 1,
+        length: int | None = None,
     ) -> None:
-        self._problems.append(
-            Diagnostic('error', message, position, hint, length)
-        )
+        problem = error(message, at, hint=hint, length=length)
+        self._problems.extend(problem.diagnostics)
 
 
 def _without_children(value: Mapping) -> Mapping:
@@ -434,11 +423,7 @@ def _place(problem: Diagnostic) -> tuple[int, int]:
 
 
 def parameter_problem(names: set[str]) -> tuple[str, str] | None:
-    """
-    Say what is wrong with a parameter that has these attributes.
-
-    :returns: The problem and the way out, or None
-    """
+    """Return what is wrong with a parameter's attributes, and the way out."""
     if 'from' in names:
         others = names - {'from', 'allow_substs'}
         if others:
@@ -478,9 +463,8 @@ def _read_text(attribute: Attribute, value: Value) -> Text:
         raise error(
             f"YAML reads {value.text} as a boolean, but '{attribute.name}' "
             'is a name',
-            value.position,
+            value,
             hint=f"quote it: '{value.text}'",
-            length=len(value.text),
         )
     text = Text(value, plain=attribute.type is Type.PLAIN)
     problem = None
@@ -488,8 +472,7 @@ def _read_text(attribute: Attribute, value: Value) -> Text:
         problem = attribute.choice_problem(text.plain)
     if problem is not None:
         message, hint = problem
-        length = len(text.plain)
-        raise error(message, text.position, hint=hint, length=length)
+        raise error(message, text.position, hint=hint, length=len(text.plain))
     return text
 
 

@@ -62,9 +62,9 @@ class Text:
             ) from e
         #: The text when it has no substitutions, else None.
         self.literal = self.template.literal
-        for part in self.template.parts:
-            if isinstance(part, Substitution):
-                self._check(part)
+        if self.literal is None:
+            for substitution in self.template.substitutions():
+                self._check(substitution)
 
     @property
     def plain(self) -> str:
@@ -122,10 +122,6 @@ class Text:
                 hint=f'it is written {kind.usage}',
                 length=substitution.end - substitution.start,
             )
-        for argument in substitution.arguments:
-            for part in argument.parts:
-                if isinstance(part, Substitution):
-                    self._check(part)
 
 
 def _locate(scalar: Scalar, index: int) -> int:

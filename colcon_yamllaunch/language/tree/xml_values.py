@@ -3,7 +3,7 @@
 
 """From the elements of an XML launch file to the values that YAML has."""
 
-from itertools import accumulate
+from collections.abc import Mapping as AbstractMapping
 import re
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
@@ -24,12 +24,12 @@ from colcon_yamllaunch.language.syntax.yaml_reader import Value
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
+from colcon_yamllaunch.language.vocabulary.actions import SCALAR_TYPES
 from colcon_yamllaunch.language.vocabulary.actions import Type
 
 _SEPARATOR = 'value-sep'
-#: The types of a parameter whose text YAML has no say in.
-_SCALAR_TYPES = ('str', 'bool', 'int', 'float')
 # a text that is one plain scalar in YAML, most parameters are
 _PLAIN = re.compile(r'[\w./$()](?:[\w./$()+-]|,(?=\S)|[ ](?=[\w./$()+-]))*')
 
@@ -49,9 +49,8 @@ def read_xml_document(source: Source, problems: list[Diagnostic]) -> Mapping:
     if root.name.text != 'launch':
         raise error(
             f"the root element is '{root.name.text}', not 'launch'",
-            root.name.position,
+            root.name,
             hint='a launch file is <launch> … </launch>',
-            length=len(root.name.text),
         )
     return _Converter(source, problems).document(root)
 
@@ -92,7 +91,7 @@ class _Converter:
     ) -> Mapping:
         """Return what an element has as the mapping that says the same."""
         value = self._mapping(element)
-        known = {attribute.name: attribute for attribute in attributes}
+        known = by_name(attributes)
         for name, (key, text) in element.attributes.items():
             self._attribute(value, element, known.get(name), key, text)
         self._check_text(element)
@@ -158,7 +157,10 @@ class _Converter:
             self._problems.append(element.text)
 
     def _report_element(
-        self, parent: Element, child: Element, known: dict[str, Attribute]
+        self,
+        parent: Element,
+        child: Element,
+        known: AbstractMapping[str, Attribute],
     ) -> None:
         name, outer = child.name.text, parent.name.text
         lists = [a.name for a in known.values() if a.type is Type.ITEMS]
@@ -173,9 +175,7 @@ class _Converter:
         self._report(f"'{outer}' has no element '{name}'", child.name, hint)
 
     def _report(self, message: str, key: Scalar, hint: str | None) -> None:
-        self._problems.append(
-            Diagnostic('error', message, key.position, hint, len(key.text))
-        )
+        self._problems.extend(error(message, key, hint=hint).diagnostics)
 
     def _pair(self, element: Element, value: Value) -> Mapping:
         mapping = self._mapping(element)
@@ -208,7 +208,8 @@ def parameter_value(element: Element, text: XmlScalar) -> Value:
     if separator is not None:
         is_text = kind == 'list_of_str'
         return _separated(element, text, separator, is_text)
-    if kind in _SCALAR_TYPES:
+    if kind in SCALAR_TYPES:
+        # YAML has no say in their text
         return text
     return _as_yaml(text)
 
@@ -250,26 +251,19 @@ def _as_yaml(text: XmlScalar) -> Value:
     if isinstance(value, Mapping):
         raise error(
             'YAML reads this value as a mapping, which no parameter can be',
-            text.position,
+            text,
             hint='add type="str" to keep it a text, or nest <param> elements',
-            length=len(text.text),
         )
     if isinstance(value, Sequence):
         sequence = Sequence(source, text.line, text.column)
-        starts = _line_starts(text.text)
-        sequence.items = [_inside(text, i, starts) for i in value.items]
+        sequence.items = [_inside(text, item) for item in value.items]
         return sequence
-    return _inside(text, value, _line_starts(text.text))
+    return _inside(text, value)
 
 
-def _line_starts(text: str) -> list[int]:
-    lengths = (len(line) + 1 for line in text.split('\n'))
-    return [0, *accumulate(lengths)]
-
-
-def _inside(text: XmlScalar, value: Value, starts: list[int]) -> Value:
+def _inside(text: XmlScalar, value: Value) -> Value:
     """Place a value of YAML in the attribute that it was read from."""
-    offset = starts[value.line] + value.column
+    offset = value.source.index_of(value.line, value.column)
     if not isinstance(value, Scalar):
         place = text.piece(offset, '', None)
         return Sequence(place.source, place.line, place.column)

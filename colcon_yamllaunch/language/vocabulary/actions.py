@@ -117,10 +117,7 @@ class Action:
 
     def attribute(self, name: str) -> Attribute | None:
         """Return the attribute with that name, or None."""
-        for attribute in self.attributes:
-            if attribute.name == name:
-                return attribute
-        return None
+        return by_name(self.attributes).get(name)
 
     @property
     def has_children(self) -> bool:
@@ -146,46 +143,52 @@ def _required(name: str, kind: Type, text: str) -> Attribute:
     return Attribute(name, kind, text, required=True)
 
 
+def _items(
+    name: str,
+    text: str,
+    items: tuple[Attribute, ...],
+    since: str | None = None,
+) -> Attribute:
+    return Attribute(name, Type.ITEMS, text, items=items, since=since)
+
+
 def _flag(
     name: str, text: str, default: str, since: str | None = None
 ) -> Attribute:
     return Attribute(name, Type.BOOLEAN, text, default=default, since=since)
 
 
-# rmw's rules for names, as in names.py
+# rmw's rules for names, as in ros_names.py
 _NODE_NAME_PATTERN = '[A-Za-z_][A-Za-z0-9_]*'
 _NAMESPACE_PATTERN = (
     '/*|/?[A-Za-z_~{}][A-Za-z0-9_~{}]*(/[A-Za-z_~{}][A-Za-z0-9_~{}]*)*/*'
 )
 
-_PAIR = (
-    _required('name', Type.NAME, 'The name.'),
-    _required('value', Type.TEXT, 'The value.'),
-)
-_VARIABLE = (
-    _required('name', Type.NAME, 'The name of the environment variable.'),
-    _required('value', Type.TEXT, 'The value.'),
-)
-_CONFIGURATION = (
-    _required('name', Type.NAME, 'The name of the launch configuration.'),
-    _required('value', Type.TEXT, 'The value.'),
-)
+
+def _pair(name: str) -> tuple[Attribute, ...]:
+    return (
+        _required('name', Type.NAME, name),
+        _required('value', Type.TEXT, 'The value.'),
+    )
+
+
+_VARIABLE = _pair('The name of the environment variable.')
+_CONFIGURATION = _pair('The name of the launch configuration.')
 _REMAP = (
     _required('from', Type.NAME, 'The name that the node uses.'),
     _required('to', Type.NAME, 'The name that it gets instead.'),
 )
-_PARAMETER_TYPES = (
-    'str',
-    'bool',
-    'int',
-    'float',
-    'list_of_str',
-    'list_of_bool',
-    'list_of_int',
-    'list_of_float',
-    'yaml',
-)
-_PARAMETER_SCALARS = (
+#: The types of a parameter that is no list.
+SCALAR_TYPES = ('str', 'bool', 'int', 'float')
+_LIST_TYPES = tuple(f'list_of_{kind}' for kind in SCALAR_TYPES)
+
+
+@dataclass(frozen=True, slots=True)
+class _NestedParameters(Attribute):
+    """The attribute whose items have the attributes of their parent."""
+
+
+PARAMETER: tuple[Attribute, ...] = (
     Attribute(
         'name',
         Type.TEXT,
@@ -203,7 +206,7 @@ _PARAMETER_SCALARS = (
         Type.PLAIN,
         'The type that the value has, or is turned into after its '
         'substitutions.',
-        values=_PARAMETER_TYPES,
+        values=(*SCALAR_TYPES, *_LIST_TYPES, 'yaml'),
     ),
     Attribute(
         'from',
@@ -215,16 +218,6 @@ _PARAMETER_SCALARS = (
         "Make the substitutions in the file of 'from' first.",
         'false',
     ),
-)
-
-
-@dataclass(frozen=True, slots=True)
-class _NestedParameters(Attribute):
-    """The attribute whose items have the attributes of their parent."""
-
-
-PARAMETER: tuple[Attribute, ...] = (
-    *_PARAMETER_SCALARS,
     _NestedParameters(
         'param',
         Type.ITEMS,
@@ -240,11 +233,10 @@ _PROCESS = (
         'The working directory; when left out, the folder that the launch '
         'was started in.',
     ),
-    Attribute(
+    _items(
         'env',
-        Type.ITEMS,
         'Environment variables for this process, besides those of the scope.',
-        items=_VARIABLE,
+        _VARIABLE,
     ),
     Attribute(
         'output',
@@ -337,15 +329,12 @@ _NODE = (
     Attribute(
         'ros_args', Type.COMMAND, 'Arguments that stand behind --ros-args.'
     ),
-    Attribute(
+    _items(
         'param',
-        Type.ITEMS,
         'Parameters; the last of several with one name counts.',
-        items=PARAMETER,
+        PARAMETER,
     ),
-    Attribute(
-        'remap', Type.ITEMS, 'Names to replace by others.', items=_REMAP
-    ),
+    _items('remap', 'Names to replace by others.', _REMAP),
     *_PROCESS,
 )
 _LOG = (_required('message', Type.TEXT, 'The line.'),)
@@ -372,11 +361,10 @@ _ACTIONS = (
         'Declare a launch argument, which the command line or an include may '
         'give.',
         *_ARGUMENT,
-        Attribute(
+        _items(
             'choice',
-            Type.ITEMS,
             'The values that it may have.',
-            items=(_required('value', Type.PLAIN, 'One of them.'),),
+            (_required('value', Type.PLAIN, 'One of them.'),),
         ),
     ),
     _action(
@@ -394,11 +382,8 @@ _ACTIONS = (
         'reset',
         'Forget all launch configurations, and the namespace, parameters and '
         'remappings of the scope.',
-        Attribute(
-            'keep',
-            Type.ITEMS,
-            'Launch configurations to set afterwards.',
-            items=_CONFIGURATION,
+        _items(
+            'keep', 'Launch configurations to set afterwards.', _CONFIGURATION
         ),
     ),
     _action(
@@ -469,12 +454,7 @@ _ACTIONS = (
             'Whether they see what was set before the group.',
             'true',
         ),
-        Attribute(
-            'keep',
-            Type.ITEMS,
-            'Launch configurations to set first.',
-            items=_CONFIGURATION,
-        ),
+        _items('keep', 'Launch configurations to set first.', _CONFIGURATION),
     ),
     _action(
         'timer',
@@ -520,19 +500,8 @@ _ACTIONS = (
             'looked up in the folder that the launch was started in, then '
             'beside this file.',
         ),
-        Attribute(
-            'arg',
-            Type.ITEMS,
-            'Launch arguments for it.',
-            items=_PAIR,
-        ),
-        Attribute(
-            'let',
-            Type.ITEMS,
-            "The same as 'arg'.",
-            items=_PAIR,
-            since='Jazzy',
-        ),
+        _items('arg', 'Launch arguments for it.', _pair('The name.')),
+        _items('let', "The same as 'arg'.", _pair('The name.'), 'Jazzy'),
     ),
     _action(
         'executable',

@@ -16,6 +16,7 @@ from colcon_yamllaunch.language.vocabulary.actions import Action
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
 from colcon_yamllaunch.language.vocabulary.actions import RELEASES
@@ -106,18 +107,14 @@ def _any_action() -> Schema:
 
 
 def _action(action: Action) -> Schema:
-    mapping = {
+    schema = {
         **_object(action.attributes),
         'not': {'required': ['if', 'unless']},
     }
-    needed = {a.name for a in action.attributes if a.required}
-    if needed != {'children'}:
-        return {'description': _description(action), **mapping}
-    # it may be written as the list of its children
-    return {
-        'description': _description(action),
-        'anyOf': [_ref('actions'), mapping],
-    }
+    if {a.name for a in action.attributes if a.required} == {'children'}:
+        # it may be written as the list of its children
+        schema = {'anyOf': [_ref('actions'), schema]}
+    return {'description': _description(action), **schema}
 
 
 def _object(attributes: tuple[Attribute, ...]) -> Schema:
@@ -186,28 +183,21 @@ def _value_definitions() -> dict[str, Schema]:
     )
     binary: Schema = {'enum': [0, 1, True, False]}
     return {
-        _name(Type.CONDITION): {
-            'anyOf': [binary, _text(rf'\s*({true}|0|1)\s*')]
-        },
-        _name(Type.BOOLEAN): {
-            'anyOf': [binary, _text(rf'\s*({yaml_11}|0|1)\s*')]
-        },
-        _name(Type.INTEGER): {
-            'anyOf': [
+        _name(kind): {'anyOf': forms}
+        for kind, forms in {
+            Type.CONDITION: [binary, _text(rf'\s*({true}|0|1)\s*')],
+            Type.BOOLEAN: [binary, _text(rf'\s*({yaml_11}|0|1)\s*')],
+            Type.INTEGER: [
                 {'type': 'integer'},
                 _text(r'\s*[+-]?[0-9][0-9_]*\s*'),
-            ]
-        },
-        _name(Type.SECONDS): {
-            'anyOf': [
+            ],
+            Type.SECONDS: [
                 {'type': 'number', 'minimum': 0},
                 _text(rf'\s*{_NUMBER}\s*'),
-            ]
-        },
-        _name(Type.COMMAND): {
-            'anyOf': [scalar, {'type': 'array', 'items': scalar}]
-        },
-        _name(Type.VALUE): {'anyOf': [scalar, *_uniform_lists()]},
+            ],
+            Type.COMMAND: [scalar, {'type': 'array', 'items': scalar}],
+            Type.VALUE: [scalar, *_uniform_lists()],
+        }.items()
     }
 
 
@@ -231,7 +221,7 @@ def _parameter() -> Schema:
         (('name', 'value'), ('name', 'value', 'type')),
         (('name', 'param'), ('name', 'param')),
     )
-    attributes = {a.name: a for a in PARAMETER}
+    attributes = by_name(PARAMETER)
     return {
         'anyOf': [
             {

@@ -32,11 +32,11 @@ class Packages(Protocol):
 
     def locate(self, path: str) -> tuple[str, str] | None:
         """
-        Find a launch file that may not be installed yet.
+        Return the path that a launch file goes by and the path to read.
+
+        It may not be installed yet; None when there is no such file.
 
         :param path: The absolute path as a launch file writes it
-        :returns: The path that the file goes by and the path to read, or
-          None when there is no such file
         """
 
     def may_appear(self, path: str) -> bool:

@@ -8,7 +8,12 @@ To add a substitution is to add an entry here, and what makes it to
 `actions/substitution_makers.py`.
 """
 
+import re
+
 from colcon_yamllaunch.common.frozen import dataclass
+
+# one argument as `Kind.arguments` names it, in quotes if it has spaces
+_ARGUMENT = re.compile(r"'[^']*'|[^ …]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,9 +22,8 @@ class Kind:
     A kind of substitution.
 
     :param name: Its name
-    :param arguments: How its arguments are written; optional ones in brackets
-    :param minimum: How many arguments it needs
-    :param maximum: How many it takes, or None without limit
+    :param arguments: How its arguments are written: optional ones in brackets,
+      `…` behind one that may stand several times
     :param help: What it comes to, in one sentence
     :param example: How it may be used
     :param since: The first ROS 2 release that has it, as in `actions.py`
@@ -27,8 +31,6 @@ class Kind:
 
     name: str
     arguments: str
-    minimum: int
-    maximum: int | None
     help: str
     example: str
     since: str = 'Humble'
@@ -38,17 +40,28 @@ class Kind:
         """How it is written."""
         return f'$({" ".join((self.name, self.arguments)).rstrip()})'
 
+    @property
+    def minimum(self) -> int:
+        """How many arguments it needs."""
+        needed = self.arguments.partition('[')[0]
+        return len(_ARGUMENT.findall(needed))
+
+    @property
+    def maximum(self) -> int | None:
+        """How many arguments it takes, None without limit."""
+        is_limited = '…' not in self.arguments
+        return len(_ARGUMENT.findall(self.arguments)) if is_limited else None
+
     def arity_problem(self, count: int) -> str | None:
         """Say what is wrong with a number of arguments, if anything."""
-        if self.minimum <= count and (
-            self.maximum is None or count <= self.maximum
-        ):
+        minimum, maximum = self.minimum, self.maximum
+        if minimum <= count and (maximum is None or count <= maximum):
             return None
-        wanted = str(self.minimum)
-        if self.maximum is None:
-            wanted = f'at least {self.minimum}'
-        elif self.maximum != self.minimum:
-            wanted = f'{self.minimum} to {self.maximum}'
+        wanted = str(minimum)
+        if maximum is None:
+            wanted = f'at least {minimum}'
+        elif maximum != minimum:
+            wanted = f'{minimum} to {maximum}'
         plural = '' if wanted == '1' else 's'
         return f"'{self.name}' takes {wanted} argument{plural}, not {count}"
 
@@ -57,24 +70,18 @@ _KINDS = (
     Kind(
         'var',
         'name [default]',
-        1,
-        2,
         'The value of a launch argument or other launch configuration.',
         '$(var rate 10)',
     ),
     Kind(
         'env',
         'NAME [default]',
-        1,
-        2,
         'The value of an environment variable.',
         "$(env ROBOT_NAME '')",
     ),
     Kind(
         'eval',
         "'expression' [modules]",
-        1,
-        2,
         'What a Python expression comes to, with the names of the `math` '
         'module, or those of other modules, separated by commas (the modules '
         'since Iron).',
@@ -83,8 +90,6 @@ _KINDS = (
     Kind(
         'command',
         "'command line' [stderr]",
-        1,
-        2,
         'The output of a command, run while the launch file is read; the '
         'command may not fail, and what it writes to stderr is an error '
         '(`fail`), dropped (`ignore`), a warning (`warn`) or part of the '
@@ -94,40 +99,30 @@ _KINDS = (
     Kind(
         'find-exec',
         'name',
-        1,
-        1,
         'The path of a program on the PATH.',
         '$(find-exec sh)',
     ),
     Kind(
         'find-pkg-prefix',
         'package',
-        1,
-        1,
         'The folder that a package is installed to.',
         '$(find-pkg-prefix my_pkg)',
     ),
     Kind(
         'find-pkg-share',
         'package',
-        1,
-        1,
         'The share folder of a package.',
         '$(find-pkg-share my_pkg)/config/rates.yaml',
     ),
     Kind(
         'exec-in-pkg',
         'executable package',
-        2,
-        2,
         'The path of a program of a package.',
         '$(exec-in-pkg my_node my_pkg)',
     ),
     Kind(
         'anon',
         'id',
-        1,
-        1,
         'A name that no other launch has; the same for the same id in one '
         'scope.',
         '$(anon viewer)',
@@ -135,32 +130,24 @@ _KINDS = (
     Kind(
         'dirname',
         '',
-        0,
-        0,
         'The folder of the launch file that it is written in.',
         '$(dirname)/driver.yaml',
     ),
     Kind(
         'filename',
         '',
-        0,
-        0,
         'The path of the launch file that it is written in.',
         '$(filename)',
     ),
     Kind(
         'log_dir',
         '',
-        0,
-        0,
         'The folder for the logs of this launch.',
         '$(log_dir)/rosbag',
     ),
     Kind(
         'launch_log_dir',
         '',
-        0,
-        0,
         'The same as `log_dir`.',
         '$(launch_log_dir)/rosbag',
         'Iron',
@@ -168,8 +155,6 @@ _KINDS = (
     Kind(
         'file-content',
         'path',
-        1,
-        1,
         'The text of a file, its last line end included.',
         '$(file-content $(dirname)/arm.urdf)',
         'Iron',
@@ -177,41 +162,31 @@ _KINDS = (
     Kind(
         'not',
         'condition',
-        1,
-        1,
         '`true` if the condition is false, else `false`.',
         '$(not $(var sim true))',
     ),
     Kind(
         'and',
         'condition condition',
-        2,
-        2,
         '`true` if both are true, else `false`.',
         '$(and $(var sim true) $(var gui true))',
     ),
     Kind(
         'or',
         'condition condition',
-        2,
-        2,
         '`true` if one or both are true, else `false`.',
         '$(or $(var sim true) $(var gui true))',
     ),
     Kind(
         'any',
-        'condition …',
-        0,
-        None,
+        '[condition …]',
         '`true` if one or more are true, else `false`.',
         '$(any $(var a true) $(var b true) $(var c true))',
         'Iron',
     ),
     Kind(
         'all',
-        'condition …',
-        0,
-        None,
+        '[condition …]',
         '`true` if all are true, else `false`.',
         '$(all $(var a true) $(var b true) $(var c true))',
         'Iron',
@@ -219,8 +194,6 @@ _KINDS = (
     Kind(
         'equals',
         'left right',
-        2,
-        2,
         '`true` if both are equal as booleans, as numbers or as texts, else '
         '`false`.',
         '$(equals $(var mode fast) fast)',
@@ -229,8 +202,6 @@ _KINDS = (
     Kind(
         'not-equals',
         'left right',
-        2,
-        2,
         'The opposite of `equals`.',
         '$(not-equals $(var mode fast) slow)',
         'Iron',
@@ -238,8 +209,6 @@ _KINDS = (
     Kind(
         'if',
         'condition then [else]',
-        2,
-        3,
         'One of two texts; empty if the condition is false and there is no '
         'second.',
         '$(if $(var sim true) gazebo driver)',
@@ -248,8 +217,6 @@ _KINDS = (
     Kind(
         'param',
         'name [default]',
-        1,
-        2,
         'The value of a parameter that `set_parameter` has set before (the '
         'default since Iron).',
         '$(param use_sim_time false)',
@@ -257,8 +224,6 @@ _KINDS = (
     Kind(
         'for-var',
         'name [default]',
-        1,
-        2,
         'The value of a variable of the `for_each` around it.',
         '$(for-var robot r2d2)',
         'Kilted',
@@ -266,8 +231,6 @@ _KINDS = (
     Kind(
         'index',
         'name',
-        1,
-        1,
         'The index of the `for` around it.',
         '$(index i)',
         'Kilted',
@@ -275,8 +238,6 @@ _KINDS = (
     Kind(
         'string-join',
         'delimiter text …',
-        2,
-        None,
         'The texts, with the delimiter between them.',
         '$(string-join _ left $(var camera front) raw)',
         'Lyrical',
@@ -284,8 +245,6 @@ _KINDS = (
     Kind(
         'path-join',
         'path …',
-        1,
-        None,
         'The paths, one within the other.',
         '$(path-join $(dirname) config rates.yaml)',
         'Lyrical',
@@ -293,8 +252,6 @@ _KINDS = (
     Kind(
         'string-strip',
         'text',
-        1,
-        1,
         'The text without the white space at its ends.',
         '$(string-strip $(file-content $(dirname)/version))',
         'Rolling',

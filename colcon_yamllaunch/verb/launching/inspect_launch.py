@@ -7,13 +7,13 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import replace
 
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan_graph import plan_as_dot
 from colcon_yamllaunch.language.plan.plan_graph import plan_as_mermaid
 from colcon_yamllaunch.language.plan.plan_json import plan_to_json
 from colcon_yamllaunch.language.plan.plan_text import plan_as_text
 from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.language.policies.check import Checked
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.show_args import show_arguments
 from colcon_yamllaunch.language.reports.reports import as_github

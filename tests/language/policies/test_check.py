@@ -5,9 +5,9 @@
 
 from pathlib import Path
 
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.check import check
-from colcon_yamllaunch.language.policies.check import Checked
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 import pytest
 

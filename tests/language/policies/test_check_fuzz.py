@@ -10,7 +10,7 @@ Whatever is in a launch file, a check ends with diagnostics and no traceback.
 import json
 from pathlib import Path
 
-from colcon_yamllaunch.language.policies.check import Checked
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.reports.reports import as_github
 from colcon_yamllaunch.language.reports.reports import as_json
 from colcon_yamllaunch.language.reports.reports import as_sarif

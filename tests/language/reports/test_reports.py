@@ -6,7 +6,7 @@
 import json
 from typing import Any
 
-from colcon_yamllaunch.language.policies.check import Checked
+from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.reports.reports import as_github
 from colcon_yamllaunch.language.reports.reports import as_json
 from colcon_yamllaunch.language.reports.reports import as_sarif

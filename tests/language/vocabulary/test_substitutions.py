@@ -3,7 +3,7 @@
 
 """What each substitution comes to."""
 
-from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
+from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 import pytest
 

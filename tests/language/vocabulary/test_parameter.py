@@ -6,17 +6,13 @@
 import math
 
 from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.vocabulary.parameter_value import coerce
-from colcon_yamllaunch.language.vocabulary.parameter_value import infer
-from colcon_yamllaunch.language.vocabulary.parameter_value import is_of_type
-from colcon_yamllaunch.language.vocabulary.parameter_value import Parameter
-from colcon_yamllaunch.language.vocabulary.parameter_value import (
-    parameter_file,
-)
-from colcon_yamllaunch.language.vocabulary.parameter_value import (
-    ParameterTypeError,
-)
-from colcon_yamllaunch.language.vocabulary.parameter_value import to_yaml
+from colcon_yamllaunch.language.vocabulary.parameter import coerce
+from colcon_yamllaunch.language.vocabulary.parameter import infer
+from colcon_yamllaunch.language.vocabulary.parameter import is_of_type
+from colcon_yamllaunch.language.vocabulary.parameter import Parameter
+from colcon_yamllaunch.language.vocabulary.parameter import parameter_file
+from colcon_yamllaunch.language.vocabulary.parameter import ParameterTypeError
+from colcon_yamllaunch.language.vocabulary.parameter import to_yaml
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

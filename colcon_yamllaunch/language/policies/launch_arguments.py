@@ -6,7 +6,8 @@
 from collections.abc import Collection
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 
 #: The actions that declare one.
 ARGUMENT_ACTIONS = ('arg', 'bool_arg')
@@ -20,13 +21,10 @@ PROCESS_ARGUMENTS = (
 )
 
 
-def undeclared_argument(name: str, hint: str) -> Diagnostic:
+def undeclared_argument(name: str, hint: str) -> LaunchError:
     """Return the warning of a given argument that no launch file declares."""
-    return Diagnostic(
-        'warning',
-        f"no launch file declares the launch argument '{name}'",
-        hint=hint,
-    )
+    message = f"no launch file declares the launch argument '{name}'"
+    return error(message, hint=hint).as_warning()
 
 
 def undeclared_hint(name: str, declared: Collection[str]) -> str:
