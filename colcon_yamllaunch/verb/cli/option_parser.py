@@ -48,7 +48,6 @@ def add_options(parser: Any, verb: Verb) -> None:
 
 
 def _add(group: Any, option: Option) -> None:
-    flags = [flag for flag in (option.short, option.name) if flag is not None]
     value = option.value
     settings: dict[str, Any] = {'help': option.help, 'dest': option.key}
     if value is None:
@@ -60,7 +59,7 @@ def _add(group: Any, option: Option) -> None:
         elif value.choices:
             settings['choices'] = value.choices
             settings['default'] = value.choices[0]
-    group.add_argument(*flags, **settings)
+    group.add_argument(*option.flags, **settings)
 
 
 def parse_more(
@@ -72,20 +71,20 @@ def parse_more(
     Return the values of all options, and the words that belong to none,
     options that do not exist among them.
 
-    :param words: The words
     :param known: What colcon's parser has made of the words in front
-    :param verb: The verb
     :raises UserError: when an option lacks its value
     """
     parser = _Parser(add_help=False, allow_abbrev=False)
-    add_options(parser, verb)
-    values = argparse.Namespace(
-        **{
-            action.dest: getattr(known, action.dest, action.default)
-            for action in parser._actions
-        }
-    )
-    return parser.parse_known_args(words, values)
+    named = {word.partition('=')[0] for word in words}
+    options = {option.name: option for option in options_of(verb).values()}
+    for option in options.values():
+        # most command lines have few, and to add one takes long; those with a
+        # short form may stand together, as in -sf
+        if option.short or option.name in named:
+            _add(parser, option)
+    keys = (option.key for option in options.values())
+    values = {key: getattr(known, key, None) for key in keys}
+    return parser.parse_known_args(words, argparse.Namespace(**values))
 
 
 def given_options(values: Any, verb: Verb) -> dict[str, Option]:
@@ -128,27 +127,20 @@ def unknown_option(word: str, verb: Verb) -> str:
     return f"there is no option '{word}': {hint}"
 
 
-def _lacking(option: Option) -> str:
-    """Return what to say of an option without one that it needs."""
-    written = option.short or option.name
-    if option.value is not None:
-        written = f'{written} {option.value.name}'
-    return f'{written} goes with {enumeration(option.needs)}'
-
-
 def _refuse_unfit(given: Mapping[str, Option], values: Any) -> None:
     """Refuse options that do not fit together."""
+    for one, option in given.items():
+        for other, error in option.excludes.items():
+            if other in given:
+                raise UserError(error.format(one=one, other=other))
     for option in given.values():
-        for exclusion in option.excludes:
-            for other in exclusion.options:
-                if other in given:
-                    raise UserError(
-                        exclusion.error.format(one=option.name, other=other)
-                    )
-    for option in given.values():
-        if option.needs and not any(name in given for name in option.needs):
-            raise UserError(_lacking(option))
         value = option.value
+        if option.needs and given.keys().isdisjoint(option.needs):
+            written = option.flags[0]
+            if value is not None:
+                written = f'{written} {value.name}'
+            needed = enumeration(option.needs)
+            raise UserError(f'{written} goes with {needed}')
         if value is None or value.arity != 'choice':
             continue
         given_value = getattr(values, option.key)

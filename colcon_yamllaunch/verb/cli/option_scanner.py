@@ -10,6 +10,7 @@ And some things are to be known before it reads the command line.
 """
 
 from collections.abc import Iterator
+from collections.abc import Mapping
 from collections.abc import Sequence
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -46,12 +47,7 @@ class Item:
 
 
 def scan(words: Sequence[str], verb: Verb) -> Iterator[Item]:
-    """
-    Split the words of a verb.
-
-    :param words: The words behind the verb
-    :param verb: The verb
-    """
+    """Split the words behind a verb."""
     options = options_of(verb)
     index = 0
     while index < len(words):
@@ -95,7 +91,7 @@ def program_index(words: Sequence[str]) -> int:
 
 
 def _count_values(
-    words: Sequence[str], option: Option, options: dict[str, Option]
+    words: Sequence[str], option: Option, options: Mapping[str, Option]
 ) -> int:
     """Return how many words behind an option are its values."""
     if option.value is None:
