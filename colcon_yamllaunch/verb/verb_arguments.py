@@ -13,12 +13,7 @@ from colcon_yamllaunch.verb.cli.standard_streams import open_standard_streams
 
 
 def add_verb_arguments(parser: Any, verb: Verb) -> dict[str, str]:
-    """
-    Add the options of a verb; return the user's environment.
-
-    :param parser: The parser of the verb, with its positionals
-    :param verb: The verb
-    """
+    """Add the options of a verb; return the user's environment."""
     open_standard_streams()
     # what colcon adds to the environment is not the user's
     environment = dict(os.environ)

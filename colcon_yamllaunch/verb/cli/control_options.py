@@ -60,7 +60,6 @@ def control_options(
     """
     Return what is asked of running launches; None for a new launch.
 
-    :param values: The values of all options
     :param positionals: The words that belong to no option
     :raises UserError: when it makes no sense
     """

@@ -16,11 +16,7 @@ _USAGE = 'Usage: colcon create PKG [options]'
 
 @dataclass(frozen=True, slots=True)
 class CreateOptions:
-    """
-    What the user asks for; the options by their keys in the table.
-
-    :param package: The name of the package
-    """
+    """What the user asks for; the options by their keys in the table."""
 
     package: str
     build_type: str

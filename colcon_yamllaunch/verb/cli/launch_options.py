@@ -36,7 +36,6 @@ class LaunchOptions:
     What the user asks for; the options by their keys in the table.
 
     :param positionals: The package and the launch file, or a path
-    :param arguments: The launch arguments
     :param control: What is asked of running launches, if anything is; then
       there is nothing else
     """

@@ -41,8 +41,6 @@ def default_log_base(verb: Verb) -> Path | None:
     Return the log folder of the workspace that the command line is about.
 
     None stands for no workspace, or nothing to log.
-
-    :param verb: The verb that it calls
     """
     if verb == 'create':
         # maybe there is no workspace yet

@@ -48,7 +48,6 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
 
     Return the exit code.
 
-    :param verb: The name of the verb
     :param action: What it does; returns the exit code
     """
     try:

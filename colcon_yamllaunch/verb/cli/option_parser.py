@@ -102,8 +102,6 @@ def read_options(
     """
     Return the options that were given, read, by their keys.
 
-    :param values: The values of all options
-    :param verb: The verb
     :param without: An option that is not looked at
     :raises UserError: when a value makes no sense, or options do not fit
       together

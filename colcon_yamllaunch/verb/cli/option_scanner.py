@@ -32,7 +32,6 @@ class Item:
     :param index: The index of its first word
     :param words: Its words
     :param option: The option; None for any other word
-    :param values: The values of the option
     """
 
     index: int

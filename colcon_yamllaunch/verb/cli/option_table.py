@@ -75,7 +75,6 @@ class Option:
     An option.
 
     :param name: How it is written; the table refers to it by this
-    :param help: What it is for
     :param value: What it takes; None for nothing
     :param short: How it is written in short, if it may be
     :param excludes: Options that it must not be given with, and what to say,
@@ -108,8 +107,6 @@ class Section:
     Options that belong together.
 
     :param title: What `--help` shows them below; sections may share one
-    :param verbs: The verbs that have them
-    :param options: The options
     """
 
     title: str

@@ -28,7 +28,6 @@ def read_value(option: Option, given: Any) -> Any:
     """
     Read what argparse has got for an option.
 
-    :param option: The option
     :param given: A text or texts, or for an option without a value True
     :raises UserError: when it makes no sense
     """

@@ -19,9 +19,7 @@ class RunOptions:
     """
     What the user asks for; the options by their keys in the table.
 
-    :param package: The package
     :param executable: The program as the user names it, or None
-    :param arguments: The arguments of the program
     """
 
     package: str

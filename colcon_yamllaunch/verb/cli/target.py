@@ -23,7 +23,6 @@ class Target:
     A launch file.
 
     :param name: The path that it goes by: where it is, or will be, installed
-    :param path: The file to read
     :param package: The package that was named, if one was
     """
 
@@ -36,7 +35,6 @@ def path_target(positionals: tuple[str, ...], cwd: Path) -> Target | None:
     """
     Return the launch file that is given by its path; None for a package.
 
-    :param positionals: What the user gave
     :param cwd: The folder that relative paths start from
     :raises UserError: when it is a path, but not one of a file
     """
@@ -64,7 +62,6 @@ def package_target(
     Return the launch file of a package.
 
     :param positionals: The package and the file
-    :param locator: The packages
     :param broken: The manifests in the workspace that make no package
     :raises UserError: when there is no such package or file
     """
@@ -96,8 +93,6 @@ def unknown_package(
     """
     Return what to say of a package that does not exist.
 
-    :param package: Its name
-    :param locator: The packages that there are
     :param broken: The manifests in the workspace that make no package
     """
     for manifest in broken:

@@ -41,8 +41,6 @@ class _Cursor:
 
     :param prefix: The word up to the cursor
     :param known: What the parser has made of the words in front
-    :param parser: The parser of the verb
-    :param environment: The user's environment
     """
 
     prefix: str
@@ -64,7 +62,6 @@ class _Completer:
     What argcomplete asks.
 
     :param find: Finds what may stand at the cursor
-    :param environment: The user's environment
     """
 
     def __init__(self, find: _Find, environment: Mapping[str, str]) -> None:
@@ -103,8 +100,6 @@ def complete(verb: Verb, parser: Any, environment: Mapping[str, str]) -> None:
     """
     Say how the arguments of a verb are completed.
 
-    :param verb: The name of the verb
-    :param parser: Its parser, with all arguments
     :param environment: The user's environment, with what argcomplete added
     """
     word = _word_at_cursor(environment)

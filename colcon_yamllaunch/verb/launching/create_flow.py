@@ -43,12 +43,7 @@ _DEPENDENCY = re.compile(r'[a-zA-Z0-9][a-zA-Z0-9_.+-]*')
 
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
-    """
-    Make a package, and return the exit code.
-
-    :param known: What colcon's parser has made of the command line
-    :param environment: The user's environment
-    """
+    """Make a package, and return the exit code."""
     return report_errors('create', lambda: _create(known, environment))
 
 
@@ -81,7 +76,6 @@ def new_package(
     """
     Fill in what the user did not say.
 
-    :param options: What the user asks for
     :param setting: Returns a setting of git, or None
     :raises UserError: when something cannot be, or is not known
     """
@@ -115,8 +109,6 @@ def git_setting(
     Return a setting of git, or None where there is none or no git.
 
     :param name: Such as `user.name`
-    :param cwd: The folder that it should hold for
-    :param environment: The user's environment
     """
     try:
         done = subprocess.run(
@@ -140,9 +132,6 @@ def destination(given: Path | None, cwd: Path) -> Path:
 
     In the root of a workspace, and in a folder that is going to be one, this
     is `src`.
-
-    :param given: What the user says
-    :param cwd: Where the user is
     """
     if given is not None:
         return Path(os.path.normpath(cwd / given))

@@ -69,9 +69,6 @@ class LaunchFlow:
     """
     One launch.
 
-    :param options: What the user asks for
-    :param cwd: Where the user is
-    :param environment: The user's environment
     :param log_folder: The folder for the logs, or None to keep none
     """
 

@@ -18,7 +18,6 @@ class LaunchPackages:
     """
     The packages of a workspace and its underlays.
 
-    :param locator: Where they are
     :param built: Whether all that was to be built has been built
     """
 

@@ -35,9 +35,6 @@ class PlanRun:
     """
     The run of a launch, and its reports.
 
-    :param options: What the user asks for
-    :param cwd: Where the user is
-    :param environment: The user's environment
     :raises UserError: when the file for a report cannot be written
     """
 

@@ -31,7 +31,6 @@ def undeclared_packages(
     They are built all the same; but other tools would not know of them.
 
     :param packages: The packages that are used, and where first
-    :param locator: The packages that there are
     """
     for name, position in packages.items():
         owner = locator.package_of(position.path)

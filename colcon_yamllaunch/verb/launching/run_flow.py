@@ -32,12 +32,7 @@ from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
-    """
-    Build, source and become the program; return only when that fails.
-
-    :param known: What colcon's parser has made of the command line
-    :param environment: The user's environment
-    """
+    """Build, source and become the program; return only when that fails."""
     if asks_for_help(known):
         known.verb_parser.print_help()
         return 0
@@ -73,7 +68,6 @@ def find_program(
     Return the path of a program of a package, found as `ros2 run` does.
 
     :param locator: The packages, built
-    :param package: The package
     :param name: The program: its name, also if it is in a subfolder of
       `lib/PACKAGE`, or its path from there; or None
     :raises UserError: when there is none, or more than one

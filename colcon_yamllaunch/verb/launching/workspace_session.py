@@ -32,7 +32,6 @@ class WorkspaceSession:
 
     :param root: The root of the workspace, or None
     :param build_arguments: Further arguments for `colcon build`
-    :param environment: The user's environment
     :param announce: Is called with a line that the user should see at once
     """
 

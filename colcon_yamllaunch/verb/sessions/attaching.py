@@ -73,7 +73,6 @@ def attach(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
     """
     Connect the terminal to a process of a launch; return the exit code.
 
-    :param chosen: The launch
     :param processes: The process that is meant
     :raises UserError: when there are more of them, or no keyboard
     :raises LaunchError: when the launch refuses

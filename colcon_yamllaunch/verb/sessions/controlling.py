@@ -37,7 +37,6 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
     """
     Do what was asked, and return the exit code.
 
-    :param environment: The user's environment
     :raises UserError: when no launch or no process is meant
     """
     candidates = find_launches(environment, options.launch)
