@@ -22,7 +22,7 @@ Verb = Literal['launch', 'run', 'create']
 #: How many values an option takes: one; one each time that it is given; maybe
 #: one of its choices, behind '='; any number; at least one.
 Arity = Literal['one', 'each', 'choice', 'any', 'some']
-#: What a value is read as, see `option_values.py`.
+#: What a value is read as, see `option_parser.py`.
 Kind = Literal['text', 'file', 'path', 'pattern', 'seconds', 'size', 'words']
 #: What Tab offers for a value, see `completion/completing.py`.
 Completer = Literal[

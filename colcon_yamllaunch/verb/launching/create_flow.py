@@ -6,7 +6,7 @@
 from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
-import importlib.util
+from importlib.util import find_spec
 import os
 from pathlib import Path
 import re
@@ -15,13 +15,14 @@ import subprocess
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.verb.cli.create_options import CreateOptions
-from colcon_yamllaunch.verb.cli.create_options import parse_create_options
 from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import show_versions
+from colcon_yamllaunch.verb.cli.option_parser import read_options
+from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
 from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
 from colcon_yamllaunch.workspace.create.new_package import LICENSES
 from colcon_yamllaunch.workspace.create.new_package import make_package
@@ -39,7 +40,46 @@ from colcon_yamllaunch.workspace.packages.workspace_root import is_package
 #: How long git may take to tell a setting (seconds).
 GIT_TIMEOUT = 10.0
 
+_USAGE = 'Usage: colcon create PKG [options]'
 _DEPENDENCY = re.compile(r'[a-zA-Z0-9][a-zA-Z0-9_.+-]*')
+
+
+@dataclass(frozen=True, slots=True)
+class CreateOptions:
+    """What the user asks for; the options by their keys in the table."""
+
+    package: str
+    build_type: str
+    dependencies: tuple[str, ...] = ()
+    node: str | None = None
+    license: str | None = None
+    description: str | None = None
+    maintainer_name: str | None = None
+    maintainer_email: str | None = None
+    destination: Path | None = None
+
+
+def parse_create_options(known: Any) -> CreateOptions:
+    """
+    Read what colcon's parser has made of the command line.
+
+    :param known: The values of the options, and `positionals`
+    :raises UserError: when it makes no sense
+    """
+    words = known.positionals
+    refuse_unknown(words, 'create')
+    if not words:
+        swallowed = ''
+        if known.dependencies:
+            swallowed = '--dependencies took all that follows it: put it '
+            swallowed += 'behind the name of the package. '
+        raise UserError(f'{swallowed}Which package? {_USAGE}')
+    if len(words) > 1:
+        raise UserError(
+            f"'{words[1]}' is one word too many: one package is made at a "
+            f'time. {_USAGE}'
+        )
+    return CreateOptions(words[0], **read_options(known, 'create'))
 
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
@@ -57,7 +97,8 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
     )
     folder = destination(options.destination, cwd) / package.name
     try:
-        root = find_root(_existing(folder))
+        there = next(p for p in (folder, *folder.parents) if p.is_dir())
+        root = find_root(there)
         _refuse_place(folder, root)
     except OSError as e:
         raise UserError(f'cannot read {e.filename}: {e.strerror}') from e
@@ -194,10 +235,6 @@ def _refuse_known_package(name: str, root: Path) -> None:
             )
 
 
-def _existing(folder: Path) -> Path:
-    return next(p for p in (folder, *folder.parents) if p.is_dir())
-
-
 def _warnings(
     package: NewPackage,
     options: CreateOptions,
@@ -219,7 +256,8 @@ def _warnings(
             f'there is a package {package.name} in {prefix} already: in this '
             'workspace, the new one takes its place'
         )
-    if package.is_ros and not _has_ros(environment):
+    has_ros = environment.get('AMENT_PREFIX_PATH') or find_spec('rclpy')
+    if package.is_ros and not has_ros:
         yield (
             'ROS 2 is not to be found here, and the package needs it: source '
             'its setup.bash, or make one of --build-type cmake'
@@ -241,12 +279,6 @@ def _license_warnings(
             f"the text of the license '{package.license}' is not known, so "
             f'there is no file LICENSE: {hint}'
         )
-
-
-def _has_ros(environment: Mapping[str, str]) -> bool:
-    if environment.get('AMENT_PREFIX_PATH'):
-        return True
-    return importlib.util.find_spec('rclpy') is not None
 
 
 def _made(package: NewPackage, folder: Path, cwd: Path) -> str:

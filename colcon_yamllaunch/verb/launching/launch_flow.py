@@ -6,6 +6,8 @@
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import nullcontext
+from contextlib import redirect_stdout
+import io
 from pathlib import Path
 import signal
 
@@ -31,7 +33,6 @@ from colcon_yamllaunch.verb.launching.launch_packages import LaunchPackages
 from colcon_yamllaunch.verb.launching.log_folders import locked
 from colcon_yamllaunch.verb.launching.log_folders import prune
 from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
-from colcon_yamllaunch.verb.launching.plan_run import captured_output
 from colcon_yamllaunch.verb.launching.plan_run import PlanRun
 from colcon_yamllaunch.verb.launching.preflight import preflight
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
@@ -41,20 +42,6 @@ from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: How often what a build brought may make more packages necessary.
 MAXIMUM_ROUNDS = 5
-
-
-def _leave_ctrl_c_to_the_launch() -> None:
-    """
-    Ignore SIGINT except where the launch takes it.
-
-    Who types Ctrl-C once more just when the launch has ended gets its exit
-    code all the same.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _say_nothing(_text: str) -> None:
-    """Keep to what `--quiet` allows."""
 
 
 class _GiveUpError(Exception):
@@ -89,12 +76,11 @@ class LaunchFlow:
         self._environment = environment
         self.log_folder = log_folder
         self._is_quiet = options.quiet
-        announce = _say_nothing if self._is_quiet else say
         self._workspace = WorkspaceSession(
             workspace_root(options.workspace, options.positionals),
             options.build_args,
             environment,
-            announce,
+            (lambda _: None) if self._is_quiet else say,
         )
         self._packages = LaunchPackages(self._workspace.locator, built=False)
         self._builds = Builds(
@@ -138,7 +124,9 @@ class LaunchFlow:
             from colcon_yamllaunch.verb.sessions.attaching import with_terminal
 
             plan, label = with_terminal(plan, self._options.attach)
-        _leave_ctrl_c_to_the_launch()
+        # who types Ctrl-C once more just when the launch has ended gets its
+        # exit code all the same: from here on only the launch takes SIGINT
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         return plan_run.run(
             plan, environment, self.log_folder, self._about(), label
         )
@@ -251,18 +239,16 @@ class LaunchFlow:
             return set(workspace.package_names)
         if self._options.paths is not None:
             return set(workspace.select(self._options.paths, self.cwd))
-        wanted = set(evaluation.packages)
-        if target.package is not None:
-            wanted.add(target.package)
-        return wanted & workspace.package_names
+        return self._needed(target, evaluation)
 
     def _update(self, wanted: set[str], target: Target) -> bool:
         """Build what is stale, and return whether that changed anything."""
-        with captured_output() if self._is_quiet else nullcontext() as output:
+        output = io.StringIO()
+        with redirect_stdout(output) if self._is_quiet else nullcontext():
             update = self._builds.update(wanted, Path(target.name).name)
         if update.returncode:
             say(failure(update))
-            if output is not None:
+            if self._is_quiet:
                 say(output.getvalue().rstrip())
             raise _GiveUpError(update.returncode)
         return update.changed
@@ -282,13 +268,15 @@ class LaunchFlow:
         self._builds.explain(wanted, Path(target.name).name)
 
     def _check_sourced(self, target: Target, evaluation: Evaluation) -> None:
-        names = set(evaluation.packages)
-        if target.package is not None:
-            names.add(target.package)
         self._workspace.check_sourced(
-            sorted(names & self._workspace.package_names),
+            sorted(self._needed(target, evaluation)),
             may_build=not self._options.no_build,
         )
+
+    def _needed(self, target: Target, evaluation: Evaluation) -> set[str]:
+        """Return the packages of the workspace that the launch names."""
+        names = {target.package, *evaluation.packages}
+        return self._workspace.package_names & names
 
     def _check_before_start(self, evaluation: Evaluation) -> None:
         locator = self._workspace.locator

@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import contextmanager
-from contextlib import redirect_stdout
-import io
 from pathlib import Path
 import time
 from typing import TYPE_CHECKING
@@ -38,6 +36,8 @@ class PlanRun:
     :raises UserError: when the file for a report cannot be written
     """
 
+    _report: 'JUnitReport | None' = None
+
     def __init__(
         self, options: LaunchOptions, cwd: Path, environment: Mapping[str, str]
     ) -> None:
@@ -48,9 +48,11 @@ class PlanRun:
         self._title = ' '.join(positionals)
         self._ended: Ended | None = None
         self._started = time.monotonic()
-        self._report: JUnitReport | None = None
         if self._options.junit is not None:
-            self._report = _report(self._title, positionals)
+            from colcon_yamllaunch.runtime.record.junit import JUnitReport
+
+            name = _class_name(positionals)
+            self._report = JUnitReport(self._title, name, time.time())
             # now rather than after a launch of an hour
             self._write_report(b'')
 
@@ -133,20 +135,6 @@ class PlanRun:
             raise UserError(
                 f"--junit: '{path}' cannot be written: {reason}"
             ) from e
-
-
-@contextmanager
-def captured_output() -> Iterator[io.StringIO]:
-    """Collect what is printed inside."""
-    collected = io.StringIO()
-    with redirect_stdout(collected):
-        yield collected
-
-
-def _report(title: str, positionals: Iterable[str]) -> 'JUnitReport':
-    from colcon_yamllaunch.runtime.record.junit import JUnitReport
-
-    return JUnitReport(title, _class_name(positionals), time.time())
 
 
 def _class_name(positionals: Iterable[str]) -> str:

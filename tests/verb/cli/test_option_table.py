@@ -10,19 +10,19 @@ import re
 from typing import get_args
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.cli.create_options import CreateOptions
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
 from colcon_yamllaunch.verb.cli.option_parser import add_options
+from colcon_yamllaunch.verb.cli.option_parser import READERS
 from colcon_yamllaunch.verb.cli.option_table import Completer
 from colcon_yamllaunch.verb.cli.option_table import Kind
 from colcon_yamllaunch.verb.cli.option_table import Option
 from colcon_yamllaunch.verb.cli.option_table import options_of
 from colcon_yamllaunch.verb.cli.option_table import SECTIONS
 from colcon_yamllaunch.verb.cli.option_table import Verb
-from colcon_yamllaunch.verb.cli.option_values import READERS
-from colcon_yamllaunch.verb.cli.run_options import RunOptions
 from colcon_yamllaunch.verb.completion.completing import COMPLETERS
+from colcon_yamllaunch.verb.launching.create_flow import CreateOptions
+from colcon_yamllaunch.verb.launching.run_flow import RunOptions
 import pytest
 from support.user import User
 
