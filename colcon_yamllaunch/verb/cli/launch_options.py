@@ -120,14 +120,13 @@ def parse_launch_options(known: Any) -> LaunchOptions:
         read_options(values, 'launch')
         return LaunchOptions(control=control)
     # the process of a new launch is no request to a running one
-    read = read_options(values, 'launch', without='--attach')
+    attach, values.attach = values.attach, None
+    read = read_options(values, 'launch')
     meant = dict(map(_named, arguments))
     for key in _PREFIXES:
         if key in read:
             meant[key.replace('_', '-')] = read.pop(key)
-    options = LaunchOptions(
-        tuple(positionals), meant, attach=values.attach, **read
-    )
+    options = LaunchOptions(tuple(positionals), meant, attach=attach, **read)
     _refuse_unclear(options)
     return options
 
@@ -139,7 +138,6 @@ def split_line(known: Any) -> tuple[Any, list[str], list[str]]:
     Return the values of all options, the words that belong to none (and
     options that do not exist), and the launch arguments.
 
-    :param known: As for :func:`parse_launch_options`
     :raises UserError: when an option lacks its value
     """
     words = [word for word in known.positionals if word != SEPARATOR]

@@ -99,8 +99,6 @@ def is_control(items: Iterable[Item]) -> bool:
 
     This is known before the command line is parsed, since then colcon has
     made a folder for logs already.
-
-    :param items: What stands behind `launch`
     """
     # without an option: something to launch
     given = {

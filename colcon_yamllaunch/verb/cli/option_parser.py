@@ -25,6 +25,11 @@ from colcon_yamllaunch.verb.cli.option_table import options_of
 from colcon_yamllaunch.verb.cli.option_table import SECTIONS
 from colcon_yamllaunch.verb.cli.option_table import Verb
 
+#: Bytes that a limit for logs has at least.
+SMALLEST_LOG_LIMIT = 1_000_000
+
+_SIZE = r'(\d+(?:\.\d+)?) ?([kmgt]?)(i?b?)'
+_POWERS = ('', 'k', 'm', 'g', 't')
 _ARITIES: Mapping[str, Mapping[str, str]] = {
     'one': {},
     'each': {'action': 'append'},
@@ -104,19 +109,15 @@ def given_options(values: Any, verb: Verb) -> dict[str, Option]:
     }
 
 
-def read_options(
-    values: Any, verb: Verb, *, without: str | None = None
-) -> dict[str, Any]:
+def read_options(values: Any, verb: Verb) -> dict[str, Any]:
     """
     Return the options that were given, read, by their keys.
 
-    :param without: An option that is not looked at
     :raises UserError: when a value makes no sense, or options do not fit
       together
     """
     given = given_options(values, verb)
-    given.pop(without or '', None)
-    _refuse_unfit(given, values)
+    _refuse_unfit(given)
     return {
         option.key: read_value(option, getattr(values, option.key))
         for option in given.values()
@@ -139,35 +140,19 @@ def refuse_unknown(words: Iterable[str], verb: Verb) -> None:
             raise UserError(f"there is no option '{word}': {hint}")
 
 
-def _refuse_unfit(given: Mapping[str, Option], values: Any) -> None:
+def _refuse_unfit(given: Mapping[str, Option]) -> None:
     """Refuse options that do not fit together."""
     for one, option in given.items():
         for other, error in option.excludes.items():
             if other in given:
                 raise UserError(error.format(one=one, other=other))
     for option in given.values():
-        value = option.value
         if option.needs and given.keys().isdisjoint(option.needs):
             written = option.flags[0]
-            if value is not None:
-                written = f'{written} {value.name}'
+            if option.value is not None:
+                written = f'{written} {option.value.name}'
             needed = enumeration(option.needs)
             raise UserError(f'{written} goes with {needed}')
-        if value is None or value.arity != 'choice':
-            continue
-        given_value = getattr(values, option.key)
-        if given_value not in value.choices:
-            raise UserError(
-                f"{option.name} has no format '{given_value}': it is one of "
-                f'{", ".join(value.choices)}'
-            )
-
-
-#: Bytes that a limit for logs has at least.
-SMALLEST_LOG_LIMIT = 1_000_000
-
-_SIZE = re.compile(r'(\d+(?:\.\d+)?) ?([kmgt]?)(i?b?)', re.IGNORECASE)
-_POWERS = ('', 'k', 'm', 'g', 't')
 
 
 def read_value(option: Option, given: Any) -> Any:
@@ -179,6 +164,12 @@ def read_value(option: Option, given: Any) -> Any:
     """
     if option.value is None:
         return given
+    choices = option.value.choices
+    if choices and given not in choices:
+        raise UserError(
+            f"{option.name} has no format '{given}': it is one of "
+            f'{", ".join(choices)}'
+        )
     read = READERS[option.value.kind]
     if isinstance(given, str):
         return read(option.name, given)
@@ -228,7 +219,7 @@ def _size(option: str, text: str) -> int | None:
     """Return a number of bytes, or None for no limit."""
     if text == NO_LIMIT:
         return None
-    match = _SIZE.fullmatch(text.strip())
+    match = re.fullmatch(_SIZE, text.strip(), re.IGNORECASE)
     if match is None:
         raise UserError(
             f"{option} takes a size such as 500MB or 2GB, or '{NO_LIMIT}', "

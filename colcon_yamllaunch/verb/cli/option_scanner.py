@@ -78,11 +78,7 @@ def normalised(words: Sequence[str], verb: Verb) -> list[str]:
 
 
 def program_index(words: Sequence[str]) -> int:
-    """
-    Return where the words of a program begin, its package in front of it.
-
-    :param words: The words behind `run`, those of the program among them
-    """
+    """Return where the words of a program begin, its package in front."""
     for item in scan(words, 'run'):
         if item.is_positional or item.words[0] == SEPARATOR:
             return item.index

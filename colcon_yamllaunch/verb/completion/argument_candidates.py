@@ -35,7 +35,7 @@ def launch_arguments(
     """
     cwd = Path.cwd()
     target = path_target(tuple(positionals), cwd) or package_target(
-        tuple(positionals), locator, ()
+        tuple(positionals), locator, tuple
     )
     values = dict(word.split(':=', 1) for word in given)
     known = LaunchPackages(locator, built=False)

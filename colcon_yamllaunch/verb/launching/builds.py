@@ -87,11 +87,7 @@ class Builds:
             say(after_build(list(self._built.values()), len(fresh)))
 
     def explain(self, wanted: Collection[str], launch: str) -> None:
-        """
-        Say what would be built and why, and build nothing.
-
-        The parameters are those of :meth:`update`.
-        """
+        """Say what would be built and why, and build nothing."""
         if self._session.root is None:
             return
         decisions = decide(

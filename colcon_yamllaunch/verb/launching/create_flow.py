@@ -59,13 +59,7 @@ class CreateOptions:
     destination: Path | None = None
 
 
-def parse_create_options(known: Any) -> CreateOptions:
-    """
-    Read what colcon's parser has made of the command line.
-
-    :param known: The values of the options, and `positionals`
-    :raises UserError: when it makes no sense
-    """
+def _read(known: Any) -> CreateOptions:
     words = known.positionals
     refuse_unknown(words, 'create')
     if not words:
@@ -90,7 +84,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
 def _create(known: Any, environment: Mapping[str, str]) -> int:
     if known.version:
         return show_versions()
-    options = parse_create_options(known)
+    options = _read(known)
     cwd = Path.cwd()
     package = new_package(
         options, lambda name: git_setting(name, cwd, environment)
@@ -102,8 +96,12 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
         _refuse_place(folder, root)
     except OSError as e:
         raise UserError(f'cannot read {e.filename}: {e.strerror}') from e
-    if root is not None:
-        _refuse_known_package(package.name, root)
+    for known_package in () if root is None else Colcon(root).packages():
+        if known_package.name == package.name:
+            raise UserError(
+                f'the workspace has a package {package.name} already, in '
+                f'{known_package.path}: nothing was written'
+            )
     make_package(package, folder)
     for warning in _warnings(package, options, environment):
         say(f'colcon create: warning: {warning}')
@@ -121,9 +119,8 @@ def new_package(
     :raises UserError: when something cannot be, or is not known
     """
     check_package_name(options.package, options.build_type)
-    node = (options.node or default_node_name(options.package)).removesuffix(
-        '.py'
-    )
+    node = options.node or default_node_name(options.package)
+    node = node.removesuffix('.py')
     check_node_name(node, options.build_type)
     name = options.maintainer_name or setting('user.name')
     email = options.maintainer_email or setting('user.email')
@@ -226,15 +223,6 @@ def _refuse_place(folder: Path, root: Path | None) -> None:
             )
 
 
-def _refuse_known_package(name: str, root: Path) -> None:
-    for package in Colcon(root).packages():
-        if package.name == name:
-            raise UserError(
-                f'the workspace has a package {name} already, in '
-                f'{package.path}: nothing was written'
-            )
-
-
 def _warnings(
     package: NewPackage,
     options: CreateOptions,
@@ -248,7 +236,18 @@ def _warnings(
             f"the name '{package.name}' works, but REP 144 asks for "
             f'{enumeration(disliked)}{hint}'
         )
-    yield from _license_warnings(package, options)
+    if options.license is None:
+        yield (
+            'package.xml names no license yet: say which one there, or '
+            'create the package with --license'
+        )
+    elif package.license not in LICENSES:
+        known = f'those of {enumeration(LICENSES)} are'
+        yield (
+            f"the text of the license '{package.license}' is not known, so "
+            'there is no file LICENSE: '
+            f'{did_you_mean(package.license, LICENSES) or known}'
+        )
     underlays = PackageLocator((), Path(os.devnull), False, environment)
     prefix = underlays.prefix(package.name)
     if prefix is not None:
@@ -261,23 +260,6 @@ def _warnings(
         yield (
             'ROS 2 is not to be found here, and the package needs it: source '
             'its setup.bash, or make one of --build-type cmake'
-        )
-
-
-def _license_warnings(
-    package: NewPackage, options: CreateOptions
-) -> Iterator[str]:
-    if options.license is None:
-        yield (
-            'package.xml names no license yet: say which one there, or '
-            'create the package with --license'
-        )
-    elif package.license not in LICENSES:
-        hint = did_you_mean(package.license, LICENSES)
-        hint = hint or f'those of {enumeration(LICENSES)} are'
-        yield (
-            f"the text of the license '{package.license}' is not known, so "
-            f'there is no file LICENSE: {hint}'
         )
 
 

@@ -51,7 +51,9 @@ class PlanRun:
         if self._options.junit is not None:
             from colcon_yamllaunch.runtime.record.junit import JUnitReport
 
-            name = _class_name(positionals)
+            # the package and the launch file
+            names = [Path(word).name for word in positionals]
+            name = '.'.join(n.partition('.')[0] or n for n in names)
             self._report = JUnitReport(self._title, name, time.time())
             # now rather than after a launch of an hour
             self._write_report(b'')
@@ -135,9 +137,3 @@ class PlanRun:
             raise UserError(
                 f"--junit: '{path}' cannot be written: {reason}"
             ) from e
-
-
-def _class_name(positionals: Iterable[str]) -> str:
-    """Return the package and the launch file, separated by a dot."""
-    names = [Path(word).name for word in positionals]
-    return '.'.join(name.partition('.')[0] or name for name in names)

@@ -104,9 +104,8 @@ def _run(known: Any, environment: Mapping[str, str]) -> int:
         returncode = _prepare(workspace, options)
     if returncode:
         return returncode
-    program = find_program(
-        workspace.locator, options.package, options.executable
-    )
+    locator = workspace.locator
+    program = find_program(locator, options.package, options.executable)
     argv = [*options.prefix, program, *options.arguments]
     try:
         exec_program(argv, workspace.environment)
@@ -152,7 +151,7 @@ def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
     """Build what is needed and not up to date; return the exit code."""
     package = options.package
     if workspace.locator.prefix(package) is None and options.paths is None:
-        broken = workspace.broken_manifests()
+        broken = workspace.broken_manifests
         raise UserError(unknown_package(package, workspace.locator, broken))
     if not options.no_build and workspace.root is not None:
         wanted = _wanted(workspace, options)
@@ -161,7 +160,7 @@ def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
         if returncode:
             return returncode
     if workspace.locator.prefix(package) is None:
-        raise UserError(unknown_package(package, workspace.locator, ()))
+        raise UserError(unknown_package(package, workspace.locator, tuple))
     if package in workspace.package_names:
         workspace.check_sourced([package], may_build=not options.no_build)
     return 0
