@@ -73,10 +73,9 @@ def find_workspace(
         return folder if folder.is_dir() else None
     root = find_root(Path.cwd())
     for word in positionals if root is None else ():
-        if word.endswith(PATH_SUFFIXES):
-            path = Path(word)
-            if path.is_file():
-                return find_root(path.absolute().parent)
+        path = Path(word)
+        if word.endswith(PATH_SUFFIXES) and path.is_file():
+            return find_root(path.absolute().parent)
     return root
 
 

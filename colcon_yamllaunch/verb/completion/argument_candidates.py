@@ -29,7 +29,6 @@ def launch_arguments(
     Return the launch arguments, or the values of the one that is begun.
 
     :param positionals: A package and a launch file, or the path of one
-    :param prefix: What there is of the word
     :raises UserError: when there is no such launch file
     :raises LaunchError: when a launch file has mistakes
     """

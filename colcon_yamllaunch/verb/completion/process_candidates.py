@@ -34,7 +34,6 @@ def processes(
     their full names when one is begun.
 
     :param launch: Which launch is meant, as `--of` takes it
-    :param prefix: What there is of the word
     :param only_terminals: Whether keys must be able to get there
     """
     found = [

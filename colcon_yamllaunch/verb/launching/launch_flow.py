@@ -5,11 +5,13 @@
 
 from collections.abc import Iterable
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import nullcontext
 from contextlib import redirect_stdout
 import io
 from pathlib import Path
 import signal
+from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.evaluation.request import Request
@@ -219,9 +221,7 @@ class LaunchFlow:
             may_build = not self._options.no_build
             self._workspace.check_sourced(needed, may_build=may_build)
         if errors:
-            self.report(evaluation.diagnostics)
-            self._annotate(evaluation.diagnostics)
-            raise _GiveUpError(1)
+            self._fail(evaluation.diagnostics)
 
     def _wanted(self, target: Target, evaluation: Evaluation) -> set[str]:
         """Return the packages of the workspace to bring up to date."""
@@ -269,15 +269,16 @@ class LaunchFlow:
             *undeclared_packages(evaluation.packages, locator),
             *preflight(evaluation, self._packages.not_installed, locator),
         ]
-        self.report(found)
         if any(d.severity == 'error' for d in found):
-            self._annotate(found)
-            raise _GiveUpError(1)
+            self._fail(found)
+        self.report(found)
 
-    def _annotate(self, diagnostics: Iterable[Diagnostic]) -> None:
+    def _fail(self, diagnostics: Sequence[Diagnostic]) -> NoReturn:
         from colcon_yamllaunch.verb.launching.annotations import annotate
 
+        self.report(diagnostics)
         annotate(diagnostics, self._environment)
+        raise _GiveUpError(1)
 
     def report(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Show problems to the user."""

@@ -119,7 +119,6 @@ def find_program(
     """
     Return the path of a program of a package, found as `ros2 run` does.
 
-    :param locator: The packages, built
     :param name: The program: its name, also if it is in a subfolder of
       `lib/PACKAGE`, or its path from there; or None
     :raises UserError: when there is none, or more than one
