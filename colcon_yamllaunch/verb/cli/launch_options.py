@@ -11,7 +11,6 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.runtime.core.events import Verbosity
 from colcon_yamllaunch.runtime.core.limits import LOG_LIMIT
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
 from colcon_yamllaunch.verb.cli.option_parser import parse_more
@@ -84,13 +83,6 @@ class LaunchOptions:
     for_: float | None = None
     junit: Path | None = None
     attach: str | None = None
-
-    @property
-    def verbosity(self) -> Verbosity:
-        """How much is shown."""
-        if self.quiet:
-            return 'quiet'
-        return 'verbose' if self.verbose else 'normal'
 
     @property
     def inspects(self) -> bool:

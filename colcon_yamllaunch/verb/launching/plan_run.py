@@ -18,6 +18,7 @@ from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Listener
+from colcon_yamllaunch.runtime.core.events import Verbosity
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.run_plan import run_plan
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
@@ -79,6 +80,7 @@ class PlanRun:
             self._report.expect(plan.processes())
             observers.insert(0, self._report.handle)
         options = self._options
+        verbosity: Verbosity = 'verbose' if options.verbose else 'normal'
         code = run_plan(
             plan,
             environment=environment,
@@ -90,7 +92,7 @@ class PlanRun:
                 options.until, options.timeout, options.for_
             ),
             presentation=Presentation(
-                options.verbosity,
+                'quiet' if options.quiet else verbosity,
                 f'{self._title} - colcon launch',
                 self._describe,
             ),
