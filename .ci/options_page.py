@@ -9,11 +9,14 @@ usage: python .ci/options_page.py > docs/options.md
 
 import argparse
 from collections.abc import Iterator
+from functools import partial
 from importlib.metadata import entry_points
 import sys
 from typing import Any
 
 _PACKAGE = 'colcon_yamllaunch.'
+# knows no terminal, so that the page is the same everywhere
+_FORMATTER = partial(argparse.HelpFormatter, width=79)
 
 
 def reference_page() -> str:
@@ -34,7 +37,7 @@ def _page() -> Iterator[str]:
 
 def _verb(name: str, verb: Any) -> Iterator[str]:
     parser = argparse.ArgumentParser(
-        prog=f'colcon {name}', formatter_class=_Formatter
+        prog=f'colcon {name}', formatter_class=_FORMATTER
     )
     verb.add_arguments(parser=parser)
     yield f'## colcon {name}'
@@ -69,19 +72,12 @@ def _group(group: Any, prog: str) -> Iterator[str]:
         yield f'| {cells} |'
 
 
-class _Formatter(argparse.HelpFormatter):
-    """Knows no terminal, so that the page is the same everywhere."""
-
-    def __init__(self, prog: str) -> None:
-        super().__init__(prog, width=79)
-
-
 def _usage(action: argparse.Action) -> str:
     """Return how an option is written."""
     if not action.option_strings:
         return f'`{action.metavar or action.dest}`'
     # up to Python 3.12, --help has the value behind each form of the option
-    value = _Formatter('')._format_args(action, action.dest.upper())
+    value = _FORMATTER('')._format_args(action, action.dest.upper())
     return f'`{" ".join([", ".join(action.option_strings), value]).strip()}`'
 
 

@@ -4,21 +4,16 @@
 """What each verb does when colcon asks for its arguments."""
 
 import os
+import sys
 from typing import Any
 
 from colcon_yamllaunch.verb.cli.log_base import choose_log_base
 from colcon_yamllaunch.verb.cli.option_parser import add_options
 from colcon_yamllaunch.verb.cli.option_table import Verb
-from colcon_yamllaunch.verb.cli.standard_streams import open_standard_streams
 
 
 def add_verb_arguments(parser: Any, verb: Verb) -> dict[str, str]:
-    """
-    Add the options of a verb; return the user's environment.
-
-    :param parser: The parser of the verb, with its positionals
-    :param verb: The verb
-    """
+    """Add the options of a verb; return the user's environment."""
     open_standard_streams()
     # what colcon adds to the environment is not the user's
     environment = dict(os.environ)
@@ -29,3 +24,22 @@ def add_verb_arguments(parser: Any, verb: Verb) -> dict[str, str]:
 
         complete(verb, parser, environment)
     return environment
+
+
+def open_standard_streams() -> None:
+    """
+    Open what is closed of standard input, output and error on nothing.
+
+    Otherwise the next file that is opened would take its place, and there
+    would be nothing to print to: for Python, the stream is then None.
+    """
+    streams = (sys.stdin, sys.stdout, sys.stderr)
+    if all(stream is not None for stream in streams):
+        return
+    descriptor = os.open(os.devnull, os.O_RDWR)
+    while descriptor <= 2:
+        descriptor = os.dup(descriptor)
+    os.close(descriptor)
+    sys.stdin = sys.stdin or os.fdopen(0, closefd=False)
+    sys.stdout = sys.stdout or os.fdopen(1, 'w', closefd=False)
+    sys.stderr = sys.stderr or os.fdopen(2, 'w', closefd=False)

@@ -69,20 +69,18 @@ def rewritten(argv: Sequence[str] | None = None) -> list[str]:
     words = list(sys.argv[1:] if argv is None else argv)
     start = _verb_index(words) + 1
     front, own = words[:start], words[start:]
-    if front[-1:] == ['launch']:
-        from colcon_yamllaunch.verb.cli.option_scanner import normalised
+    if front[-1:] not in (['launch'], ['run']):
+        return words
+    from colcon_yamllaunch.verb.cli.option_scanner import normalised
+    from colcon_yamllaunch.verb.cli.option_scanner import program_index
 
+    if front[-1] == 'launch':
         return front + normalised(own, 'launch')
-    if front[-1:] == ['run']:
-        from colcon_yamllaunch.verb.cli.option_scanner import normalised
-        from colcon_yamllaunch.verb.cli.option_scanner import program_index
-
-        package = program_index(own)
-        own, program = own[:package], own[package:]
-        if program and program[0] != _SEPARATOR:
-            program.insert(0, _SEPARATOR)
-        return front + normalised(own, 'run') + program
-    return words
+    package = program_index(own)
+    own, program = own[:package], own[package:]
+    if program and program[0] != _SEPARATOR:
+        program.insert(0, _SEPARATOR)
+    return front + normalised(own, 'run') + program
 
 
 def words_behind(verb: str) -> list[str]:

@@ -11,23 +11,39 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.runtime.core.events import Verbosity
 from colcon_yamllaunch.runtime.core.limits import LOG_LIMIT
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
-from colcon_yamllaunch.verb.cli.control_options import control_options
-from colcon_yamllaunch.verb.cli.control_options import ControlOptions
 from colcon_yamllaunch.verb.cli.option_parser import parse_more
 from colcon_yamllaunch.verb.cli.option_parser import read_options
-from colcon_yamllaunch.verb.cli.option_parser import unknown_option
+from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
 from colcon_yamllaunch.verb.cli.option_scanner import normalised
 from colcon_yamllaunch.verb.cli.option_scanner import SEPARATOR
+from colcon_yamllaunch.verb.cli.option_table import REQUESTS
+from colcon_yamllaunch.verb.cli.option_table import TEXT
 
 _ARGUMENT = re.compile(r'[^-][^\s]*?:=|:=')
 #: The launch arguments that options stand for, by their keys.
-_PREFIXES = {
-    'launch_prefix': 'launch-prefix',
-    'launch_prefix_filter': 'launch-prefix-filter',
-}
+_PREFIXES = ('launch_prefix', 'launch_prefix_filter')
+
+
+@dataclass(frozen=True, slots=True)
+class ControlOptions:
+    """
+    What the user asks of running launches.
+
+    :param action: `status`, `stop`, `restart`, `logs` or `attach`
+    :param names: The processes, by name or glob
+    :param launch: Which launch is meant: its package, launch file, title or
+      process id; None when that is clear
+    :param follow: Whether `logs` waits for more
+    :param status_format: How `status` is shown
+    """
+
+    action: str
+    names: tuple[str, ...] = ()
+    launch: str | None = None
+    follow: bool = False
+    status_format: str = TEXT
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +52,6 @@ class LaunchOptions:
     What the user asks for; the options by their keys in the table.
 
     :param positionals: The package and the launch file, or a path
-    :param arguments: The launch arguments
     :param control: What is asked of running launches, if anything is; then
       there is nothing else
     """
@@ -70,13 +85,6 @@ class LaunchOptions:
     attach: str | None = None
 
     @property
-    def verbosity(self) -> Verbosity:
-        """How much is shown."""
-        if self.quiet:
-            return 'quiet'
-        return 'verbose' if self.verbose else 'normal'
-
-    @property
     def inspects(self) -> bool:
         """Whether something is shown instead of running."""
         formats = self.check, self.plan
@@ -94,26 +102,23 @@ def parse_launch_options(known: Any) -> LaunchOptions:
     values, positionals, arguments = split_line(known)
     if values.version:
         return LaunchOptions(version=True)
-    for word in positionals:
-        if word.startswith('-'):
-            raise UserError(unknown_option(word, 'launch'))
+    refuse_unknown(positionals, 'launch')
     if values.paths is not None:
         # it takes whatever follows
         more, values.paths = _split_arguments(values.paths)
         arguments = more + arguments
-    control = control_options(values, positionals)
+    control = _control_options(values, positionals)
     if control is not None:
         read_options(values, 'launch')
         return LaunchOptions(control=control)
     # the process of a new launch is no request to a running one
-    read = read_options(values, 'launch', without='--attach')
+    attach, values.attach = values.attach, None
+    read = read_options(values, 'launch')
     meant = dict(map(_named, arguments))
-    for key, name in _PREFIXES.items():
+    for key in _PREFIXES:
         if key in read:
-            meant[name] = read.pop(key)
-    options = LaunchOptions(
-        tuple(positionals), meant, attach=values.attach, **read
-    )
+            meant[key.replace('_', '-')] = read.pop(key)
+    options = LaunchOptions(tuple(positionals), meant, attach=attach, **read)
     _refuse_unclear(options)
     return options
 
@@ -125,7 +130,6 @@ def split_line(known: Any) -> tuple[Any, list[str], list[str]]:
     Return the values of all options, the words that belong to none (and
     options that do not exist), and the launch arguments.
 
-    :param known: As for :func:`parse_launch_options`
     :raises UserError: when an option lacks its value
     """
     words = [word for word in known.positionals if word != SEPARATOR]
@@ -133,6 +137,37 @@ def split_line(known: Any) -> tuple[Any, list[str], list[str]]:
     arguments, words = _split_arguments(normalised(words, 'launch'))
     values, positionals = parse_more(words, known, 'launch')
     return values, positionals, arguments
+
+
+def _control_options(
+    values: Any, positionals: Sequence[str]
+) -> ControlOptions | None:
+    """Return what is asked of running launches; None for a new launch."""
+    actions = [name.removeprefix('--') for name in REQUESTS]
+    given = [name for name in actions if getattr(values, name) is not None]
+    launches = positionals or values.from_plan is not None
+    if values.attach is not None and not launches:
+        given.append('attach')
+    if not given:
+        return None
+    action = given[0]
+    if action == 'status' and positionals:
+        raise UserError(
+            f"--status takes no '{positionals[0]}': it shows all running "
+            'launches; one of them with --of LAUNCH'
+        )
+    if action == 'restart' and not (values.restart or positionals):
+        raise UserError(
+            "--restart needs the NAME of a process; '*' means all of them"
+        )
+    names: Sequence[str] = ()
+    if action == 'attach':
+        names = (values.attach,)
+    elif action != 'status':
+        names = (*getattr(values, action), *positionals)
+    return ControlOptions(
+        action, tuple(names), values.of, values.follow, values.status or TEXT
+    )
 
 
 def _split_arguments(words: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -156,7 +191,14 @@ def _refuse_unclear(options: LaunchOptions) -> None:
         if options.inspects or options.positionals:
             raise UserError('--from-plan FILE takes nothing else to launch')
     elif not options.positionals and not options.schema:
-        raise UserError(_nothing_to_launch(options.paths))
+        usage = 'colcon launch PKG FILE, or colcon launch path/to/file.yaml'
+        reason = 'there is nothing to launch.'
+        if options.paths:
+            reason = (
+                '--paths took all that follows it: put it behind PKG and '
+                "FILE, or '--' after the paths."
+            )
+        raise UserError(f'{reason} Usage: {usage}')
     if options.until or options.timeout is None or options.for_ is None:
         return
     raise UserError(
@@ -164,13 +206,3 @@ def _refuse_unclear(options: LaunchOptions) -> None:
         'with success, the other with failure. With --until, --timeout is '
         'for what comes before, and --for for what comes after'
     )
-
-
-def _nothing_to_launch(paths: Sequence[str] | None) -> str:
-    usage = 'colcon launch PKG FILE, or colcon launch path/to/file.yaml'
-    if paths:
-        return (
-            '--paths took all that follows it: put it behind PKG and FILE, '
-            f"or '--' after the paths. Usage: {usage}"
-        )
-    return f'there is nothing to launch. Usage: {usage}'

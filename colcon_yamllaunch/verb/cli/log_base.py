@@ -15,9 +15,10 @@ from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.cli.argv import words_behind
-from colcon_yamllaunch.verb.cli.control_options import is_control
+from colcon_yamllaunch.verb.cli.option_scanner import Item
 from colcon_yamllaunch.verb.cli.option_scanner import program_index
 from colcon_yamllaunch.verb.cli.option_scanner import scan
+from colcon_yamllaunch.verb.cli.option_table import REQUESTS
 from colcon_yamllaunch.verb.cli.option_table import Verb
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 
@@ -41,8 +42,6 @@ def default_log_base(verb: Verb) -> Path | None:
     Return the log folder of the workspace that the command line is about.
 
     None stands for no workspace, or nothing to log.
-
-    :param verb: The verb that it calls
     """
     if verb == 'create':
         # maybe there is no workspace yet
@@ -74,10 +73,9 @@ def find_workspace(
         return folder if folder.is_dir() else None
     root = find_root(Path.cwd())
     for word in positionals if root is None else ():
-        if word.endswith(PATH_SUFFIXES):
-            path = Path(word)
-            if path.is_file():
-                return find_root(path.absolute().parent)
+        path = Path(word)
+        if word.endswith(PATH_SUFFIXES) and path.is_file():
+            return find_root(path.absolute().parent)
     return root
 
 
@@ -92,6 +90,24 @@ def workspace_root(
     if given is not None and not given.is_dir():
         raise UserError(f"there is no workspace folder '{given}'")
     return find_workspace(given, positionals)
+
+
+def is_control(items: Iterable[Item]) -> bool:
+    """
+    Tell whether a command line launches nothing, but is about what runs.
+
+    This is known before the command line is parsed, since then colcon has
+    made a folder for logs already.
+    """
+    # without an option: something to launch
+    given = {
+        None if item.option is None else item.option.name
+        for item in items
+        if item.option is not None or item.is_positional
+    }
+    if given.intersection(REQUESTS):
+        return True
+    return '--attach' in given and given.isdisjoint(('--from-plan', None))
 
 
 def _is_writable(folder: Path) -> bool:

@@ -47,9 +47,6 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
     Do what a verb does, and say in one message what went wrong.
 
     Return the exit code.
-
-    :param verb: The name of the verb
-    :param action: What it does; returns the exit code
     """
     try:
         return action()

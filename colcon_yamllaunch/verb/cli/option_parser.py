@@ -1,22 +1,35 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Parsers of the options, and what to say of those that do not fit."""
+"""Parsers and readers of options, and what to say of those that do not fit."""
 
 import argparse
+from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
+import math
+from pathlib import Path
+import re
+import shlex
 from typing import Any
 from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
 from colcon_yamllaunch.verb.cli.messages import enumeration
+from colcon_yamllaunch.verb.cli.option_table import Kind
+from colcon_yamllaunch.verb.cli.option_table import NO_LIMIT
 from colcon_yamllaunch.verb.cli.option_table import Option
 from colcon_yamllaunch.verb.cli.option_table import options_of
 from colcon_yamllaunch.verb.cli.option_table import SECTIONS
 from colcon_yamllaunch.verb.cli.option_table import Verb
-from colcon_yamllaunch.verb.cli.option_values import read_value
 
+#: Bytes that a limit for logs has at least.
+SMALLEST_LOG_LIMIT = 1_000_000
+
+_SIZE = r'(\d+(?:\.\d+)?) ?([kmgt]?)(i?b?)'
+_POWERS = ('', 'k', 'm', 'g', 't')
 _ARITIES: Mapping[str, Mapping[str, str]] = {
     'one': {},
     'each': {'action': 'append'},
@@ -48,7 +61,6 @@ def add_options(parser: Any, verb: Verb) -> None:
 
 
 def _add(group: Any, option: Option) -> None:
-    flags = [flag for flag in (option.short, option.name) if flag is not None]
     value = option.value
     settings: dict[str, Any] = {'help': option.help, 'dest': option.key}
     if value is None:
@@ -60,7 +72,7 @@ def _add(group: Any, option: Option) -> None:
         elif value.choices:
             settings['choices'] = value.choices
             settings['default'] = value.choices[0]
-    group.add_argument(*flags, **settings)
+    group.add_argument(*option.flags, **settings)
 
 
 def parse_more(
@@ -72,20 +84,20 @@ def parse_more(
     Return the values of all options, and the words that belong to none,
     options that do not exist among them.
 
-    :param words: The words
     :param known: What colcon's parser has made of the words in front
-    :param verb: The verb
     :raises UserError: when an option lacks its value
     """
     parser = _Parser(add_help=False, allow_abbrev=False)
-    add_options(parser, verb)
-    values = argparse.Namespace(
-        **{
-            action.dest: getattr(known, action.dest, action.default)
-            for action in parser._actions
-        }
-    )
-    return parser.parse_known_args(words, values)
+    named = {word.partition('=')[0] for word in words}
+    options = {option.name: option for option in options_of(verb).values()}
+    for option in options.values():
+        # most command lines have few, and to add one takes long; those with a
+        # short form may stand together, as in -sf
+        if option.short or option.name in named:
+            _add(parser, option)
+    keys = (option.key for option in options.values())
+    values = {key: getattr(known, key, None) for key in keys}
+    return parser.parse_known_args(words, argparse.Namespace(**values))
 
 
 def given_options(values: Any, verb: Verb) -> dict[str, Option]:
@@ -97,63 +109,140 @@ def given_options(values: Any, verb: Verb) -> dict[str, Option]:
     }
 
 
-def read_options(
-    values: Any, verb: Verb, *, without: str | None = None
-) -> dict[str, Any]:
+def read_options(values: Any, verb: Verb) -> dict[str, Any]:
     """
     Return the options that were given, read, by their keys.
 
-    :param values: The values of all options
-    :param verb: The verb
-    :param without: An option that is not looked at
     :raises UserError: when a value makes no sense, or options do not fit
       together
     """
     given = given_options(values, verb)
-    given.pop(without or '', None)
-    _refuse_unfit(given, values)
+    _refuse_unfit(given)
     return {
         option.key: read_value(option, getattr(values, option.key))
         for option in given.values()
     }
 
 
-def unknown_option(word: str, verb: Verb) -> str:
-    """Return what to say of an option that does not exist."""
-    from colcon_yamllaunch.common.suggestions import did_you_mean
+def refuse_unknown(words: Iterable[str], verb: Verb) -> None:
+    """
+    Refuse words that look like options.
 
-    hint = did_you_mean(word, options_of(verb)) or (
-        f"'colcon {verb} --help' lists the options"
-    )
-    return f"there is no option '{word}': {hint}"
+    :raises UserError: when there is one
+    """
+    for word in words:
+        if word.startswith('-'):
+            from colcon_yamllaunch.common.suggestions import did_you_mean
 
-
-def _lacking(option: Option) -> str:
-    """Return what to say of an option without one that it needs."""
-    written = option.short or option.name
-    if option.value is not None:
-        written = f'{written} {option.value.name}'
-    return f'{written} goes with {enumeration(option.needs)}'
-
-
-def _refuse_unfit(given: Mapping[str, Option], values: Any) -> None:
-    """Refuse options that do not fit together."""
-    for option in given.values():
-        for exclusion in option.excludes:
-            for other in exclusion.options:
-                if other in given:
-                    raise UserError(
-                        exclusion.error.format(one=option.name, other=other)
-                    )
-    for option in given.values():
-        if option.needs and not any(name in given for name in option.needs):
-            raise UserError(_lacking(option))
-        value = option.value
-        if value is None or value.arity != 'choice':
-            continue
-        given_value = getattr(values, option.key)
-        if given_value not in value.choices:
-            raise UserError(
-                f"{option.name} has no format '{given_value}': it is one of "
-                f'{", ".join(value.choices)}'
+            hint = did_you_mean(word, options_of(verb)) or (
+                f"'colcon {verb} --help' lists the options"
             )
+            raise UserError(f"there is no option '{word}': {hint}")
+
+
+def _refuse_unfit(given: Mapping[str, Option]) -> None:
+    """Refuse options that do not fit together."""
+    for one, option in given.items():
+        for other, error in option.excludes.items():
+            if other in given:
+                raise UserError(error.format(one=one, other=other))
+    for option in given.values():
+        if option.needs and given.keys().isdisjoint(option.needs):
+            written = option.flags[0]
+            if option.value is not None:
+                written = f'{written} {option.value.name}'
+            needed = enumeration(option.needs)
+            raise UserError(f'{written} goes with {needed}')
+
+
+def read_value(option: Option, given: Any) -> Any:
+    """
+    Read what argparse has got for an option.
+
+    :param given: A text or texts, or for an option without a value True
+    :raises UserError: when it makes no sense
+    """
+    if option.value is None:
+        return given
+    choices = option.value.choices
+    if choices and given not in choices:
+        raise UserError(
+            f"{option.name} has no format '{given}': it is one of "
+            f'{", ".join(choices)}'
+        )
+    read = READERS[option.value.kind]
+    if isinstance(given, str):
+        return read(option.name, given)
+    return tuple(read(option.name, text) for text in given)
+
+
+def _file(option: str, text: str) -> Path:
+    if not text:
+        raise UserError(f'{option} needs the name of a file')
+    return Path(text).expanduser()
+
+
+def _words(option: str, text: str) -> tuple[str, ...]:
+    """Split a text as a shell would."""
+    try:
+        return tuple(shlex.split(text))
+    except ValueError as e:
+        raise UserError(f'{option} has an open quote: {e}') from e
+
+
+def _pattern(option: str, text: str) -> LinePattern:
+    if not text:
+        raise UserError(
+            f'{option} needs a regular expression, and this one is empty'
+        )
+    try:
+        return LinePattern(text)
+    except (re.error, OverflowError, RecursionError) as e:
+        raise UserError(
+            f"{option}: '{text}' is no regular expression: {e}"
+        ) from e
+
+
+def _seconds(option: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise UserError(
+            f"{option} needs a number of seconds above 0, not '{text}'"
+        )
+    return value
+
+
+def _size(option: str, text: str) -> int | None:
+    """Return a number of bytes, or None for no limit."""
+    if text == NO_LIMIT:
+        return None
+    match = re.fullmatch(_SIZE, text.strip(), re.IGNORECASE)
+    if match is None:
+        raise UserError(
+            f"{option} takes a size such as 500MB or 2GB, or '{NO_LIMIT}', "
+            f"not '{text}'"
+        )
+    number, prefix, unit = match.groups()
+    # as in coreutils: kB is 1000 bytes, KiB and K are 1024
+    base = 1000 if unit.lower() == 'b' else 1024
+    size = int(float(number) * base ** _POWERS.index(prefix.lower()))
+    if size < SMALLEST_LOG_LIMIT:
+        raise UserError(
+            f"{option} is at least 1MB, not '{text}'; '{NO_LIMIT}' means no "
+            'limit'
+        )
+    return size
+
+
+READERS: Mapping[Kind, Callable[[str, str], Any]] = {
+    'text': lambda _, text: text,
+    'file': _file,
+    'path': lambda _, text: Path(text).expanduser(),
+    'pattern': _pattern,
+    'seconds': _seconds,
+    'size': _size,
+    'words': _words,
+}

@@ -10,6 +10,7 @@ And some things are to be known before it reads the command line.
 """
 
 from collections.abc import Iterator
+from collections.abc import Mapping
 from collections.abc import Sequence
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -31,7 +32,6 @@ class Item:
     :param index: The index of its first word
     :param words: Its words
     :param option: The option; None for any other word
-    :param values: The values of the option
     """
 
     index: int
@@ -46,12 +46,7 @@ class Item:
 
 
 def scan(words: Sequence[str], verb: Verb) -> Iterator[Item]:
-    """
-    Split the words of a verb.
-
-    :param words: The words behind the verb
-    :param verb: The verb
-    """
+    """Split the words behind a verb."""
     options = options_of(verb)
     index = 0
     while index < len(words):
@@ -83,11 +78,7 @@ def normalised(words: Sequence[str], verb: Verb) -> list[str]:
 
 
 def program_index(words: Sequence[str]) -> int:
-    """
-    Return where the words of a program begin, its package in front of it.
-
-    :param words: The words behind `run`, those of the program among them
-    """
+    """Return where the words of a program begin, its package in front."""
     for item in scan(words, 'run'):
         if item.is_positional or item.words[0] == SEPARATOR:
             return item.index
@@ -95,7 +86,7 @@ def program_index(words: Sequence[str]) -> int:
 
 
 def _count_values(
-    words: Sequence[str], option: Option, options: dict[str, Option]
+    words: Sequence[str], option: Option, options: Mapping[str, Option]
 ) -> int:
     """Return how many words behind an option are its values."""
     if option.value is None:

@@ -8,6 +8,9 @@ The parsers with their help, the errors for options that do not fit together,
 completion and docs/options.md are made from this table.
 """
 
+from collections.abc import Mapping
+from dataclasses import field
+from functools import cache
 from keyword import iskeyword
 from typing import Literal
 
@@ -19,7 +22,7 @@ Verb = Literal['launch', 'run', 'create']
 #: How many values an option takes: one; one each time that it is given; maybe
 #: one of its choices, behind '='; any number; at least one.
 Arity = Literal['one', 'each', 'choice', 'any', 'some']
-#: What a value is read as, see `option_values.py`.
+#: What a value is read as, see `option_parser.py`.
 Kind = Literal['text', 'file', 'path', 'pattern', 'seconds', 'size', 'words']
 #: What Tab offers for a value, see `completion/completing.py`.
 Completer = Literal[
@@ -67,29 +70,15 @@ class Value:
 
 
 @dataclass(frozen=True, slots=True)
-class Exclusion:
-    """
-    Options that must not be given together with another one.
-
-    :param options: Their names
-    :param error: What to say, with `{one}` for the option that excludes them
-      and `{other}` for that of them which is given
-    """
-
-    options: tuple[str, ...]
-    error: str = '{one} and {other} exclude one another'
-
-
-@dataclass(frozen=True, slots=True)
 class Option:
     """
     An option.
 
     :param name: How it is written; the table refers to it by this
-    :param help: What it is for
     :param value: What it takes; None for nothing
     :param short: How it is written in short, if it may be
-    :param excludes: What it must not be given with
+    :param excludes: Options that it must not be given with, and what to say,
+      with `{one}` for this option and `{other}` for that one
     :param needs: Options, one of which must be given with it, if any must
     """
 
@@ -97,8 +86,13 @@ class Option:
     help: str
     value: Value | None = None
     short: str | None = None
-    excludes: tuple[Exclusion, ...] = ()
+    excludes: Mapping[str, str] = field(default_factory=dict)
     needs: tuple[str, ...] = ()
+
+    @property
+    def flags(self) -> list[str]:
+        """All ways to write it."""
+        return [flag for flag in (self.short, self.name) if flag is not None]
 
     @property
     def key(self) -> str:
@@ -113,8 +107,6 @@ class Section:
     Options that belong together.
 
     :param title: What `--help` shows them below; sections may share one
-    :param verbs: The verbs that have them
-    :param options: The options
     """
 
     title: str
@@ -122,13 +114,25 @@ class Section:
     options: tuple[Option, ...]
 
 
-_RUNS_NONE = Exclusion(
-    INSPECTIONS, '{one} is about a launch that runs, and {other} runs none'
+def _not(
+    *options: str, error: str = '{one} and {other} exclude one another'
+) -> Mapping[str, str]:
+    return dict.fromkeys(options, error)
+
+
+def _formats(*others: str) -> Value:
+    choices = (TEXT, *others)
+    return Value('FORMAT', 'choices', arity='choice', choices=choices)
+
+
+_RUNS_NONE = _not(
+    *INSPECTIONS,
+    error='{one} is about a launch that runs, and {other} runs none',
 )
-_MADE_ALREADY = Exclusion(
-    ('--from-plan',),
-    '{one} goes with a launch file: the command lines of a saved plan are '
-    'made already',
+_MADE_ALREADY = _not(
+    '--from-plan',
+    error='{one} goes with a launch file: the command lines of a saved plan '
+    'are made already',
 )
 
 _COMMON = (
@@ -142,19 +146,14 @@ _INSPECTION = (
         '--show-args',
         'Show the launch arguments',
         short='-s',
-        excludes=(Exclusion(('--check', '--plan', '--schema')),),
+        excludes=_not('--check', '--plan', '--schema'),
     ),
     Option(
         '--check',
         'Check every branch of the launch file and of its includes; written '
         '--check=json, --check=github or --check=sarif for programs',
-        Value(
-            'FORMAT',
-            'choices',
-            arity='choice',
-            choices=(TEXT, 'json', 'github', 'sarif'),
-        ),
-        excludes=(Exclusion(('--plan', '--schema')),),
+        _formats('json', 'github', 'sarif'),
+        excludes=_not('--plan', '--schema'),
     ),
     Option(
         '--portable',
@@ -165,13 +164,8 @@ _INSPECTION = (
         '--plan',
         'Show what would run; --plan=json can be saved and run, '
         '--plan=mermaid and --plan=dot are drawings',
-        Value(
-            'FORMAT',
-            'choices',
-            arity='choice',
-            choices=(TEXT, 'json', 'mermaid', 'dot'),
-        ),
-        excludes=(Exclusion(('--schema',)),),
+        _formats('json', 'mermaid', 'dot'),
+        excludes=_not('--schema'),
     ),
     Option(
         '--from-plan',
@@ -204,12 +198,12 @@ _BUILD = (
     Option(
         '--no-build',
         'Build nothing',
-        excludes=(Exclusion(('--build-all', '--paths', '--force')),),
+        excludes=_not('--build-all', '--paths', '--force'),
     ),
     Option(
         '--build-all',
         'Build all packages of the workspace',
-        excludes=(Exclusion(('--paths',)),),
+        excludes=_not('--paths'),
     ),
     Option(
         '--build-args',
@@ -222,7 +216,7 @@ _LAUNCH_BUILD = (
         '--why',
         'Say of each package that the launch needs why it is built or not, '
         'and what needs it; with --plan or --no-build: why it would be',
-        excludes=(Exclusion(('--show-args', '--check', '--schema')),),
+        excludes=_not('--show-args', '--check', '--schema'),
     ),
     Option(
         '--force',
@@ -234,13 +228,13 @@ _SHOWN = (
     Option(
         '--quiet',
         'Show only the output of the processes, warnings and failures',
-        excludes=(_RUNS_NONE, Exclusion(('--verbose',))),
+        excludes={**_RUNS_NONE, **_not('--verbose')},
     ),
     Option(
         '--verbose',
         'Show also the command line of each process, the variables that it '
         'gets, its parameters, and where each of them comes from',
-        excludes=(_RUNS_NONE,),
+        excludes=_RUNS_NONE,
     ),
     Option(
         '--tty',
@@ -261,13 +255,13 @@ _PREFIX = (
         'A command to start executables with, such as "gdb -ex run --args"; '
         'in one word',
         Value('COMMAND', 'nothing'),
-        excludes=(_MADE_ALREADY,),
+        excludes=_MADE_ALREADY,
     ),
     Option(
         '--launch-prefix-filter',
         'Use the prefix for executables whose name matches from its start',
         Value('REGEX', 'nothing'),
-        excludes=(_MADE_ALREADY,),
+        excludes=_MADE_ALREADY,
     ),
 )
 _ENDING = (
@@ -276,27 +270,27 @@ _ENDING = (
         'End with success as soon as a line of a process matches; given '
         'several times, all must have matched',
         Value('REGEX', 'nothing', 'pattern', arity='each', takes_dash=True),
-        excludes=(_RUNS_NONE,),
+        excludes=_RUNS_NONE,
     ),
     Option(
         '--timeout',
         'End with failure when --until takes longer; without --until, when '
         'the launch does',
         Value('SECONDS', 'nothing', 'seconds'),
-        excludes=(_RUNS_NONE,),
+        excludes=_RUNS_NONE,
     ),
     Option(
         '--for',
         'Run for a time, and end with failure as soon as a process fails; '
         'with --until, the time starts when all has matched',
         Value('SECONDS', 'nothing', 'seconds'),
-        excludes=(_RUNS_NONE,),
+        excludes=_RUNS_NONE,
     ),
     Option(
         '--junit',
         'Write a JUnit report with a case for each process and --until',
         Value('FILE', 'files', 'file'),
-        excludes=(_RUNS_NONE,),
+        excludes=_RUNS_NONE,
     ),
 )
 _SESSIONS = (
@@ -304,26 +298,26 @@ _SESSIONS = (
         '--status',
         'Show all running launches and their processes; --status=json for '
         'programs',
-        Value('FORMAT', 'choices', arity='choice', choices=(TEXT, 'json')),
-        excludes=(Exclusion(('--stop', '--restart', '--logs', '--attach')),),
+        _formats('json'),
+        excludes=_not('--stop', '--restart', '--logs', '--attach'),
     ),
     Option(
         '--stop',
         'Stop processes, by name or glob; without a name, the launch',
         Value('NAME', 'processes', arity='any'),
-        excludes=(Exclusion(('--restart', '--logs', '--attach')),),
+        excludes=_not('--restart', '--logs', '--attach'),
     ),
     Option(
         '--restart',
         'Start processes anew, by name or glob',
         Value('NAME', 'processes', arity='any'),
-        excludes=(Exclusion(('--logs', '--attach')),),
+        excludes=_not('--logs', '--attach'),
     ),
     Option(
         '--logs',
         'Show what processes wrote, by name or glob',
         Value('NAME', 'processes', arity='any'),
-        excludes=(Exclusion(('--attach',)),),
+        excludes=_not('--attach'),
     ),
     Option(
         '--follow',
@@ -406,17 +400,13 @@ SECTIONS = (
 )
 
 
-def options_of(verb: Verb) -> dict[str, Option]:
+@cache
+def options_of(verb: Verb) -> Mapping[str, Option]:
     """Return the options of a verb by each way to write them."""
-    options = [
-        option
+    return {
+        flag: option
         for section in SECTIONS
         if verb in section.verbs
         for option in section.options
-    ]
-    return {
-        flag: option
-        for option in options
-        for flag in (option.short, option.name)
-        if flag is not None
+        for flag in option.flags
     }

@@ -3,6 +3,8 @@
 
 """Which launch file the user means."""
 
+from collections.abc import Callable
+from collections.abc import Iterable
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
@@ -23,7 +25,6 @@ class Target:
     A launch file.
 
     :param name: The path that it goes by: where it is, or will be, installed
-    :param path: The file to read
     :param package: The package that was named, if one was
     """
 
@@ -36,8 +37,6 @@ def path_target(positionals: tuple[str, ...], cwd: Path) -> Target | None:
     """
     Return the launch file that is given by its path; None for a package.
 
-    :param positionals: What the user gave
-    :param cwd: The folder that relative paths start from
     :raises UserError: when it is a path, but not one of a file
     """
     word = positionals[0]
@@ -58,14 +57,13 @@ def path_target(positionals: tuple[str, ...], cwd: Path) -> Target | None:
 def package_target(
     positionals: tuple[str, ...],
     locator: PackageLocator,
-    broken: tuple[BrokenManifest, ...],
+    broken: Callable[[], Iterable[BrokenManifest]],
 ) -> Target:
     """
     Return the launch file of a package.
 
     :param positionals: The package and the file
-    :param locator: The packages
-    :param broken: The manifests in the workspace that make no package
+    :param broken: Returns the manifests in the workspace that make no package
     :raises UserError: when there is no such package or file
     """
     package, *rest = positionals
@@ -91,16 +89,16 @@ def package_target(
 
 
 def unknown_package(
-    package: str, locator: PackageLocator, broken: tuple[BrokenManifest, ...]
+    package: str,
+    locator: PackageLocator,
+    broken: Callable[[], Iterable[BrokenManifest]],
 ) -> str:
     """
     Return what to say of a package that does not exist.
 
-    :param package: Its name
-    :param locator: The packages that there are
-    :param broken: The manifests in the workspace that make no package
+    :param broken: Returns the manifests in the workspace that make no package
     """
-    for manifest in broken:
+    for manifest in broken():
         if package in (manifest.name, manifest.path.name):
             return (
                 f'{manifest.path / "package.xml"} is invalid, so '

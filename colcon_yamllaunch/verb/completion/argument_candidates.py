@@ -29,16 +29,12 @@ def launch_arguments(
     Return the launch arguments, or the values of the one that is begun.
 
     :param positionals: A package and a launch file, or the path of one
-    :param locator: The packages
-    :param given: The launch arguments that are given
-    :param environment: The user's environment
-    :param prefix: What there is of the word
     :raises UserError: when there is no such launch file
     :raises LaunchError: when a launch file has mistakes
     """
     cwd = Path.cwd()
     target = path_target(tuple(positionals), cwd) or package_target(
-        tuple(positionals), locator, ()
+        tuple(positionals), locator, tuple
     )
     values = dict(word.split(':=', 1) for word in given)
     known = LaunchPackages(locator, built=False)

@@ -48,8 +48,6 @@ def paths(prefix: str, suffixes: Sequence[str]) -> Candidates:
     """
     Return folders, and files with given endings.
 
-    :param prefix: What there is of the path
-    :param suffixes: The endings of the files
     :raises OSError: when the folder cannot be read
     """
     head = prefix[: prefix.rfind('/') + 1]

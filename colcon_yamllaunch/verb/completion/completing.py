@@ -41,8 +41,6 @@ class _Cursor:
 
     :param prefix: The word up to the cursor
     :param known: What the parser has made of the words in front
-    :param parser: The parser of the verb
-    :param environment: The user's environment
     """
 
     prefix: str
@@ -64,12 +62,15 @@ class _Completer:
     What argcomplete asks.
 
     :param find: Finds what may stand at the cursor
-    :param environment: The user's environment
+    :param parser: The parser of the positionals that this is for, if it is
     """
 
-    def __init__(self, find: _Find, environment: Mapping[str, str]) -> None:
+    def __init__(
+        self, find: _Find, environment: Mapping[str, str], parser: Any = None
+    ) -> None:
         self._find = find
         self._environment = environment
+        self._parser = parser
 
     def __call__(
         self, *, prefix: str, parsed_args: Any, parser: Any, **_: Any
@@ -80,31 +81,20 @@ class _Completer:
             return self._find(cursor)
         return {}
 
-
-class _PositionalsCompleter(_Completer):
-    """What argcomplete asks about the positionals."""
-
-    def __init__(
-        self, find: _Find, environment: Mapping[str, str], parser: Any
-    ) -> None:
-        super().__init__(find, environment)
-        self._parser = parser
-
     def __bool__(self) -> bool:
         # argcomplete asks for the first word, too, where the value of an
         # option is begun (--check=), and would take it for such a value
         word = _word_at_cursor(self._environment)
         known = getattr(self._parser, '_argcomplete_namespace', None)
         is_value = word.startswith('-') and '=' in word
-        return not is_value or bool(getattr(known, 'positionals', None))
+        is_begun = bool(getattr(known, 'positionals', None))
+        return self._parser is None or not is_value or is_begun
 
 
 def complete(verb: Verb, parser: Any, environment: Mapping[str, str]) -> None:
     """
     Say how the arguments of a verb are completed.
 
-    :param verb: The name of the verb
-    :param parser: Its parser, with all arguments
     :param environment: The user's environment, with what argcomplete added
     """
     word = _word_at_cursor(environment)
@@ -119,7 +109,7 @@ def complete(verb: Verb, parser: Any, environment: Mapping[str, str]) -> None:
             action.completer = _Completer(find, environment)
         if action.dest == 'positionals':
             find = _POSITIONALS[verb]
-            action.completer = _PositionalsCompleter(find, environment, parser)
+            action.completer = _Completer(find, environment, parser)
         if action.option_strings and not word.startswith('-'):
             # dozens of options would hide what is looked for
             action.help = argparse.SUPPRESS
@@ -210,7 +200,7 @@ def _finder(option: Option) -> _Find:
     """Return what finds the values of an option."""
     if option.value is None:
         return _nothing
-    if option.value.completer == 'choices':
+    if option.value.choices:
         choices = dict.fromkeys(option.value.choices, '')
         return lambda _: choices
     return COMPLETERS[option.value.completer]

@@ -33,9 +33,7 @@ def processes(
     They are those of their output, shortened where that is clear; nodes by
     their full names when one is begun.
 
-    :param environment: The user's environment
     :param launch: Which launch is meant, as `--of` takes it
-    :param prefix: What there is of the word
     :param only_terminals: Whether keys must be able to get there
     """
     found = [

@@ -27,8 +27,12 @@ def annotate(
         return
     root = environment.get('GITHUB_WORKSPACE') or os.getcwd()
     for diagnostic in diagnostics:
-        line = annotation(_in_source(diagnostic), os.path.realpath(root))
-        print(line, flush=True)
+        position = diagnostic.position
+        if position is not None:
+            # from an installed launch file to that in the repository
+            source = replace(position, path=os.path.realpath(position.path))
+            diagnostic = replace(diagnostic, position=source)
+        print(annotation(diagnostic, os.path.realpath(root)), flush=True)
 
 
 def failures_of(ended: Ended) -> Iterator[Diagnostic]:
@@ -39,12 +43,3 @@ def failures_of(ended: Ended) -> Iterator[Diagnostic]:
     for verdict in ended.verdicts:
         if verdict.failure is not None:
             yield Diagnostic('error', verdict.failure)
-
-
-def _in_source(diagnostic: Diagnostic) -> Diagnostic:
-    """Lead from an installed launch file to that in the repository."""
-    position = diagnostic.position
-    if position is None:
-        return diagnostic
-    path = os.path.realpath(position.path)
-    return replace(diagnostic, position=replace(position, path=path))

@@ -28,7 +28,6 @@ class Builds:
     What one build brings may make more packages necessary, so there may be
     several; the user gets one line about all of them.
 
-    :param session: The workspace that it is built in
     :param exactly: Whether what packages need is left as it is
     :param force: Whether to build those that are up to date as well
     :param why: Whether to tell of all packages why they are built or not
@@ -55,7 +54,6 @@ class Builds:
         """
         Build packages that are stale, with what they need, and source again.
 
-        :param wanted: Their names
         :param launch: What the launch file is called in explanations
         :raises WorkspaceError: when a package cannot be built
         """
@@ -89,11 +87,7 @@ class Builds:
             say(after_build(list(self._built.values()), len(fresh)))
 
     def explain(self, wanted: Collection[str], launch: str) -> None:
-        """
-        Say what would be built and why, and build nothing.
-
-        The parameters are those of :meth:`update`.
-        """
+        """Say what would be built and why, and build nothing."""
         if self._session.root is None:
             return
         decisions = decide(

@@ -6,7 +6,7 @@
 from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
-import importlib.util
+from importlib.util import find_spec
 import os
 from pathlib import Path
 import re
@@ -15,13 +15,14 @@ import subprocess
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
-from colcon_yamllaunch.verb.cli.create_options import CreateOptions
-from colcon_yamllaunch.verb.cli.create_options import parse_create_options
 from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import show_versions
+from colcon_yamllaunch.verb.cli.option_parser import read_options
+from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
 from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
 from colcon_yamllaunch.workspace.create.new_package import LICENSES
 from colcon_yamllaunch.workspace.create.new_package import make_package
@@ -39,35 +40,68 @@ from colcon_yamllaunch.workspace.packages.workspace_root import is_package
 #: How long git may take to tell a setting (seconds).
 GIT_TIMEOUT = 10.0
 
+_USAGE = 'Usage: colcon create PKG [options]'
 _DEPENDENCY = re.compile(r'[a-zA-Z0-9][a-zA-Z0-9_.+-]*')
 
 
-def main(known: Any, environment: Mapping[str, str]) -> int:
-    """
-    Make a package, and return the exit code.
+@dataclass(frozen=True, slots=True)
+class CreateOptions:
+    """What the user asks for; the options by their keys in the table."""
 
-    :param known: What colcon's parser has made of the command line
-    :param environment: The user's environment
-    """
+    package: str
+    build_type: str
+    dependencies: tuple[str, ...] = ()
+    node: str | None = None
+    license: str | None = None
+    description: str | None = None
+    maintainer_name: str | None = None
+    maintainer_email: str | None = None
+    destination: Path | None = None
+
+
+def _read(known: Any) -> CreateOptions:
+    words = known.positionals
+    refuse_unknown(words, 'create')
+    if not words:
+        swallowed = ''
+        if known.dependencies:
+            swallowed = '--dependencies took all that follows it: put it '
+            swallowed += 'behind the name of the package. '
+        raise UserError(f'{swallowed}Which package? {_USAGE}')
+    if len(words) > 1:
+        raise UserError(
+            f"'{words[1]}' is one word too many: one package is made at a "
+            f'time. {_USAGE}'
+        )
+    return CreateOptions(words[0], **read_options(known, 'create'))
+
+
+def main(known: Any, environment: Mapping[str, str]) -> int:
+    """Make a package, and return the exit code."""
     return report_errors('create', lambda: _create(known, environment))
 
 
 def _create(known: Any, environment: Mapping[str, str]) -> int:
     if known.version:
         return show_versions()
-    options = parse_create_options(known)
+    options = _read(known)
     cwd = Path.cwd()
     package = new_package(
         options, lambda name: git_setting(name, cwd, environment)
     )
     folder = destination(options.destination, cwd) / package.name
     try:
-        root = find_root(_existing(folder))
+        there = next(p for p in (folder, *folder.parents) if p.is_dir())
+        root = find_root(there)
         _refuse_place(folder, root)
     except OSError as e:
         raise UserError(f'cannot read {e.filename}: {e.strerror}') from e
-    if root is not None:
-        _refuse_known_package(package.name, root)
+    for known_package in () if root is None else Colcon(root).packages():
+        if known_package.name == package.name:
+            raise UserError(
+                f'the workspace has a package {package.name} already, in '
+                f'{known_package.path}: nothing was written'
+            )
     make_package(package, folder)
     for warning in _warnings(package, options, environment):
         say(f'colcon create: warning: {warning}')
@@ -81,14 +115,12 @@ def new_package(
     """
     Fill in what the user did not say.
 
-    :param options: What the user asks for
     :param setting: Returns a setting of git, or None
     :raises UserError: when something cannot be, or is not known
     """
     check_package_name(options.package, options.build_type)
-    node = (options.node or default_node_name(options.package)).removesuffix(
-        '.py'
-    )
+    node = options.node or default_node_name(options.package)
+    node = node.removesuffix('.py')
     check_node_name(node, options.build_type)
     name = options.maintainer_name or setting('user.name')
     email = options.maintainer_email or setting('user.email')
@@ -115,8 +147,6 @@ def git_setting(
     Return a setting of git, or None where there is none or no git.
 
     :param name: Such as `user.name`
-    :param cwd: The folder that it should hold for
-    :param environment: The user's environment
     """
     try:
         done = subprocess.run(
@@ -140,9 +170,6 @@ def destination(given: Path | None, cwd: Path) -> Path:
 
     In the root of a workspace, and in a folder that is going to be one, this
     is `src`.
-
-    :param given: What the user says
-    :param cwd: Where the user is
     """
     if given is not None:
         return Path(os.path.normpath(cwd / given))
@@ -196,19 +223,6 @@ def _refuse_place(folder: Path, root: Path | None) -> None:
             )
 
 
-def _refuse_known_package(name: str, root: Path) -> None:
-    for package in Colcon(root).packages():
-        if package.name == name:
-            raise UserError(
-                f'the workspace has a package {name} already, in '
-                f'{package.path}: nothing was written'
-            )
-
-
-def _existing(folder: Path) -> Path:
-    return next(p for p in (folder, *folder.parents) if p.is_dir())
-
-
 def _warnings(
     package: NewPackage,
     options: CreateOptions,
@@ -222,7 +236,18 @@ def _warnings(
             f"the name '{package.name}' works, but REP 144 asks for "
             f'{enumeration(disliked)}{hint}'
         )
-    yield from _license_warnings(package, options)
+    if options.license is None:
+        yield (
+            'package.xml names no license yet: say which one there, or '
+            'create the package with --license'
+        )
+    elif package.license not in LICENSES:
+        known = f'those of {enumeration(LICENSES)} are'
+        yield (
+            f"the text of the license '{package.license}' is not known, so "
+            'there is no file LICENSE: '
+            f'{did_you_mean(package.license, LICENSES) or known}'
+        )
     underlays = PackageLocator((), Path(os.devnull), False, environment)
     prefix = underlays.prefix(package.name)
     if prefix is not None:
@@ -230,34 +255,12 @@ def _warnings(
             f'there is a package {package.name} in {prefix} already: in this '
             'workspace, the new one takes its place'
         )
-    if package.is_ros and not _has_ros(environment):
+    has_ros = environment.get('AMENT_PREFIX_PATH') or find_spec('rclpy')
+    if package.is_ros and not has_ros:
         yield (
             'ROS 2 is not to be found here, and the package needs it: source '
             'its setup.bash, or make one of --build-type cmake'
         )
-
-
-def _license_warnings(
-    package: NewPackage, options: CreateOptions
-) -> Iterator[str]:
-    if options.license is None:
-        yield (
-            'package.xml names no license yet: say which one there, or '
-            'create the package with --license'
-        )
-    elif package.license not in LICENSES:
-        hint = did_you_mean(package.license, LICENSES)
-        hint = hint or f'those of {enumeration(LICENSES)} are'
-        yield (
-            f"the text of the license '{package.license}' is not known, so "
-            f'there is no file LICENSE: {hint}'
-        )
-
-
-def _has_ros(environment: Mapping[str, str]) -> bool:
-    if environment.get('AMENT_PREFIX_PATH'):
-        return True
-    return importlib.util.find_spec('rclpy') is not None
 
 
 def _made(package: NewPackage, folder: Path, cwd: Path) -> str:

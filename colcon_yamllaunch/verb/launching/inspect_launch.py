@@ -45,8 +45,6 @@ def inspect(flow: LaunchFlow, options: LaunchOptions) -> int:
     """
     Show what the user asks to see; return 1 when there are errors.
 
-    :param flow: The launch that is not run
-    :param options: What the user asks for
     :raises UserError: when there is no such launch file
     """
     if options.check is not None:

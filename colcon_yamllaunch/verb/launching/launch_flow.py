@@ -5,9 +5,13 @@
 
 from collections.abc import Iterable
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import nullcontext
+from contextlib import redirect_stdout
+import io
 from pathlib import Path
 import signal
+from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.evaluation.request import Request
@@ -31,30 +35,14 @@ from colcon_yamllaunch.verb.launching.launch_packages import LaunchPackages
 from colcon_yamllaunch.verb.launching.log_folders import locked
 from colcon_yamllaunch.verb.launching.log_folders import prune
 from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
-from colcon_yamllaunch.verb.launching.plan_run import captured_output
 from colcon_yamllaunch.verb.launching.plan_run import PlanRun
 from colcon_yamllaunch.verb.launching.preflight import preflight
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
-from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: How often what a build brought may make more packages necessary.
 MAXIMUM_ROUNDS = 5
-
-
-def _leave_ctrl_c_to_the_launch() -> None:
-    """
-    Ignore SIGINT except where the launch takes it.
-
-    Who types Ctrl-C once more just when the launch has ended gets its exit
-    code all the same.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _say_nothing(_text: str) -> None:
-    """Keep to what `--quiet` allows."""
 
 
 class _GiveUpError(Exception):
@@ -69,9 +57,6 @@ class LaunchFlow:
     """
     One launch.
 
-    :param options: What the user asks for
-    :param cwd: Where the user is
-    :param environment: The user's environment
     :param log_folder: The folder for the logs, or None to keep none
     """
 
@@ -90,14 +75,13 @@ class LaunchFlow:
         self._options = options
         self.cwd = cwd
         self._environment = environment
-        self.log_folder = log_folder
-        self._is_quiet = options.quiet
-        announce = _say_nothing if self._is_quiet else say
+        self._log_folder = log_folder
+        self._log_dir = str(log_folder or ros_log_folder(environment))
         self._workspace = WorkspaceSession(
             workspace_root(options.workspace, options.positionals),
             options.build_args,
             environment,
-            announce,
+            (lambda _: None) if self._options.quiet else say,
         )
         self._packages = LaunchPackages(self._workspace.locator, built=False)
         self._builds = Builds(
@@ -109,7 +93,7 @@ class LaunchFlow:
 
     def run(self, plan_run: PlanRun) -> int:
         """Do it, and return the exit code."""
-        with locked(self.log_folder):
+        with locked(self._log_folder):
             try:
                 plan, environment = self._prepare()
             except _GiveUpError as e:
@@ -128,29 +112,30 @@ class LaunchFlow:
         except (OSError, UnicodeDecodeError, PlanFormatError) as e:
             reason = e.strerror if isinstance(e, OSError) else e
             raise UserError(f"'{path}' has no plan: {reason}") from e
-        with locked(self.log_folder):
-            return self._run(plan, self.environment(), plan_run)
+        with locked(self._log_folder):
+            return self._run(plan, self._process_environment(), plan_run)
 
     def _run(
         self, plan: Plan, environment: Mapping[str, str], plan_run: PlanRun
     ) -> int:
-        if self.log_folder is not None:
-            prune(self.log_folder, self._environment, say)
+        if self._log_folder is not None:
+            prune(self._log_folder, self._environment, say)
         label = None
         if self._options.attach is not None:
             from colcon_yamllaunch.verb.sessions.attaching import with_terminal
 
             plan, label = with_terminal(plan, self._options.attach)
-        _leave_ctrl_c_to_the_launch()
+        # who types Ctrl-C once more just when the launch has ended gets its
+        # exit code all the same: from here on only the launch takes SIGINT
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         return plan_run.run(
-            plan, environment, self.log_folder, self._about(), label
+            plan, environment, self._log_folder, self._about(), label
         )
 
     def _about(self) -> About:
         plan = self._options.from_plan
         if plan is not None:
-            file = str(self.cwd / plan)
-            return About(str(plan), None, file, str(self.cwd))
+            return About(str(plan), None, str(self.cwd / plan), str(self.cwd))
         target = self.target()
         title = ' '.join(self._options.positionals)
         return About(title, target.package, target.path, str(self.cwd))
@@ -190,29 +175,20 @@ class LaunchFlow:
         :raises UserError: when there is none
         """
         positionals = self._options.positionals
-        target = path_target(positionals, self.cwd)
-        if target is None:
-            locator = self._workspace.locator
-            broken: tuple[BrokenManifest, ...] = ()
-            if locator.prefix(positionals[0]) is None:
-                broken = self._workspace.broken_manifests()
-            target = package_target(positionals, locator, broken)
-        return target
+        return path_target(positionals, self.cwd) or package_target(
+            positionals, self.locator, self._workspace.broken_manifests
+        )
 
     @property
     def locator(self) -> PackageLocator:
         """Where the packages are."""
         return self._workspace.locator
 
-    def environment(self) -> Mapping[str, str]:
+    def _process_environment(self) -> Mapping[str, str]:
         """Return the environment for the processes."""
         environment = dict(self._workspace.environment)
-        environment.setdefault('ROS_LOG_DIR', str(self.log_folder_name()))
+        environment.setdefault('ROS_LOG_DIR', self._log_dir)
         return environment
-
-    def log_folder_name(self) -> Path:
-        """Return the folder that `$(log_dir)` names."""
-        return self.log_folder or ros_log_folder(self._environment)
 
     def request(
         self, target: Target | None = None, *, built: bool = False
@@ -231,21 +207,21 @@ class LaunchFlow:
             target.path if located is None else located[0],
             target.path,
             packages=self._packages,
-            environment=self.environment(),
+            environment=self._process_environment(),
             arguments=self._options.arguments,
             cwd=str(self.cwd),
-            log_folder=str(self.log_folder_name()),
+            log_folder=self._log_dir,
         )
 
     def _stop_at_errors(self, target: Target, evaluation: Evaluation) -> None:
         errors = evaluation.errors
         if all(error.may_pass_after_build for error in errors):
             # what is missing may be missing for this reason
-            self._check_sourced(target, evaluation)
+            needed = sorted(self._needed(target, evaluation))
+            may_build = not self._options.no_build
+            self._workspace.check_sourced(needed, may_build=may_build)
         if errors:
-            self.report(evaluation.diagnostics)
-            self._annotate(evaluation.diagnostics)
-            raise _GiveUpError(1)
+            self._fail(evaluation.diagnostics)
 
     def _wanted(self, target: Target, evaluation: Evaluation) -> set[str]:
         """Return the packages of the workspace to bring up to date."""
@@ -254,18 +230,16 @@ class LaunchFlow:
             return set(workspace.package_names)
         if self._options.paths is not None:
             return set(workspace.select(self._options.paths, self.cwd))
-        wanted = set(evaluation.packages)
-        if target.package is not None:
-            wanted.add(target.package)
-        return wanted & workspace.package_names
+        return self._needed(target, evaluation)
 
     def _update(self, wanted: set[str], target: Target) -> bool:
         """Build what is stale, and return whether that changed anything."""
-        with captured_output() if self._is_quiet else nullcontext() as output:
+        output = io.StringIO()
+        with redirect_stdout(output) if self._options.quiet else nullcontext():
             update = self._builds.update(wanted, Path(target.name).name)
         if update.returncode:
             say(failure(update))
-            if output is not None:
+            if self._options.quiet:
                 say(output.getvalue().rstrip())
             raise _GiveUpError(update.returncode)
         return update.changed
@@ -274,7 +248,7 @@ class LaunchFlow:
         if self._workspace.root is None:
             return
         if not self._options.no_build:
-            if not self._is_quiet:
+            if not self._options.quiet:
                 self._builds.tell()
         elif self._options.why:
             self.explain(target, evaluation)
@@ -284,14 +258,10 @@ class LaunchFlow:
         wanted = self._wanted(target, evaluation)
         self._builds.explain(wanted, Path(target.name).name)
 
-    def _check_sourced(self, target: Target, evaluation: Evaluation) -> None:
-        names = set(evaluation.packages)
-        if target.package is not None:
-            names.add(target.package)
-        self._workspace.check_sourced(
-            sorted(names & self._workspace.package_names),
-            may_build=not self._options.no_build,
-        )
+    def _needed(self, target: Target, evaluation: Evaluation) -> set[str]:
+        """Return the packages of the workspace that the launch names."""
+        names = {target.package, *evaluation.packages}
+        return self._workspace.package_names & names
 
     def _check_before_start(self, evaluation: Evaluation) -> None:
         locator = self._workspace.locator
@@ -299,15 +269,16 @@ class LaunchFlow:
             *undeclared_packages(evaluation.packages, locator),
             *preflight(evaluation, self._packages.not_installed, locator),
         ]
-        self.report(found)
         if any(d.severity == 'error' for d in found):
-            self._annotate(found)
-            raise _GiveUpError(1)
+            self._fail(found)
+        self.report(found)
 
-    def _annotate(self, diagnostics: Iterable[Diagnostic]) -> None:
+    def _fail(self, diagnostics: Sequence[Diagnostic]) -> NoReturn:
         from colcon_yamllaunch.verb.launching.annotations import annotate
 
+        self.report(diagnostics)
         annotate(diagnostics, self._environment)
+        raise _GiveUpError(1)
 
     def report(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Show problems to the user."""

@@ -18,29 +18,19 @@ class LaunchPackages:
     """
     The packages of a workspace and its underlays.
 
-    :param locator: Where they are
     :param built: Whether all that was to be built has been built
     """
 
     def __init__(self, locator: PackageLocator, *, built: bool) -> None:
         self._locator = locator
         self._built = built
+        self.prefix = locator.prefix
+        self.names = locator.names
+        self.executable = locator.executable
         #: The paths that are not there, but taken for granted before a build.
         self.expected: set[str] = set()
         #: The launch files that were found in a source only, in order.
         self.not_installed: dict[str, None] = {}
-
-    def prefix(self, name: str) -> str | None:
-        """Return the install prefix of a package, or None."""
-        return self._locator.prefix(name)
-
-    def names(self) -> Iterable[str]:
-        """Return the names of all packages."""
-        return self._locator.names()
-
-    def executable(self, package: str, name: str) -> str | None:
-        """Return the path of a program; one to be built may not exist."""
-        return self._locator.executable(package, name)
 
     def explain_executable(self, package: str, name: str) -> str:
         """Say why a package has no such program, and the way out."""

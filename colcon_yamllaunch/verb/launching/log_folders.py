@@ -60,7 +60,6 @@ def prune(
     cannot be deleted stays.
 
     :param folder: The folder of the launch, which stays
-    :param environment: The user's environment
     :param warn: Is told that the user's wish is no number
     """
     kept = _kept(environment, warn)

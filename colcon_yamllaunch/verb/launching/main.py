@@ -13,12 +13,7 @@ from colcon_yamllaunch.verb.cli.messages import show_versions
 
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
-    """
-    Build, source and launch, and return the exit code.
-
-    :param known: What colcon's parser has made of the command line
-    :param environment: The user's environment
-    """
+    """Build, source and launch, and return the exit code."""
     if any(word in ('-h', '--help') for word in known.positionals):
         known.verb_parser.print_help()
         return 0

@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import contextmanager
-from contextlib import redirect_stdout
-import io
 from pathlib import Path
 import time
 from typing import TYPE_CHECKING
@@ -20,6 +18,7 @@ from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Listener
+from colcon_yamllaunch.runtime.core.events import Verbosity
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.run_plan import run_plan
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
@@ -35,11 +34,10 @@ class PlanRun:
     """
     The run of a launch, and its reports.
 
-    :param options: What the user asks for
-    :param cwd: Where the user is
-    :param environment: The user's environment
     :raises UserError: when the file for a report cannot be written
     """
+
+    _report: 'JUnitReport | None' = None
 
     def __init__(
         self, options: LaunchOptions, cwd: Path, environment: Mapping[str, str]
@@ -51,9 +49,13 @@ class PlanRun:
         self._title = ' '.join(positionals)
         self._ended: Ended | None = None
         self._started = time.monotonic()
-        self._report: JUnitReport | None = None
         if self._options.junit is not None:
-            self._report = _report(self._title, positionals)
+            from colcon_yamllaunch.runtime.record.junit import JUnitReport
+
+            # the package and the launch file
+            names = [Path(word).name for word in positionals]
+            name = '.'.join(n.partition('.')[0] or n for n in names)
+            self._report = JUnitReport(self._title, name, time.time())
             # now rather than after a launch of an hour
             self._write_report(b'')
 
@@ -78,6 +80,7 @@ class PlanRun:
             self._report.expect(plan.processes())
             observers.insert(0, self._report.handle)
         options = self._options
+        verbosity: Verbosity = 'verbose' if options.verbose else 'normal'
         code = run_plan(
             plan,
             environment=environment,
@@ -89,7 +92,7 @@ class PlanRun:
                 options.until, options.timeout, options.for_
             ),
             presentation=Presentation(
-                options.verbosity,
+                'quiet' if options.quiet else verbosity,
                 f'{self._title} - colcon launch',
                 self._describe,
             ),
@@ -136,23 +139,3 @@ class PlanRun:
             raise UserError(
                 f"--junit: '{path}' cannot be written: {reason}"
             ) from e
-
-
-@contextmanager
-def captured_output() -> Iterator[io.StringIO]:
-    """Collect what is printed inside."""
-    collected = io.StringIO()
-    with redirect_stdout(collected):
-        yield collected
-
-
-def _report(title: str, positionals: Iterable[str]) -> 'JUnitReport':
-    from colcon_yamllaunch.runtime.record.junit import JUnitReport
-
-    return JUnitReport(title, _class_name(positionals), time.time())
-
-
-def _class_name(positionals: Iterable[str]) -> str:
-    """Return the package and the launch file, separated by a dot."""
-    names = [Path(word).name for word in positionals]
-    return '.'.join(name.partition('.')[0] or name for name in names)

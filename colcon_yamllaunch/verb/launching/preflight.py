@@ -3,6 +3,7 @@
 
 """Mistakes that show only once everything is built, and their cures."""
 
+from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
@@ -31,7 +32,6 @@ def undeclared_packages(
     They are built all the same; but other tools would not know of them.
 
     :param packages: The packages that are used, and where first
-    :param locator: The packages that there are
     """
     for name, position in packages.items():
         owner = locator.package_of(position.path)
@@ -53,14 +53,17 @@ def undeclared_packages(
 def unknown_executables(
     uses: Iterable[ExecutableUse], locator: PackageLocator
 ) -> Iterator[Diagnostic]:
-    """
-    Find programs that not even a build would bring.
+    """Find programs that not even a build would bring."""
+    return _lacking(uses, locator, unknown_executable)
 
-    :param uses: The packages' programs that launch files name
-    :param locator: The packages, built or not
-    """
+
+def _lacking(
+    uses: Iterable[ExecutableUse],
+    locator: PackageLocator,
+    reason_of: Callable[[PackageLocator, str, str], str | None],
+) -> Iterator[Diagnostic]:
     for use in uses:
-        reason = unknown_executable(locator, use.package, use.name)
+        reason = reason_of(locator, use.package, use.name)
         if reason is not None:
             yield Diagnostic(
                 'error', reason, use.position, length=len(use.name)
@@ -76,12 +79,7 @@ def preflight(
     A program that is not there is an error; a file is a warning, as the
     launch may go on without it in ROS 2 too.
     """
-    for use in evaluation.executables:
-        reason = missing_executable(locator, use.package, use.name)
-        if reason is not None:
-            yield Diagnostic(
-                'error', reason, use.position, length=len(use.name)
-            )
+    yield from _lacking(evaluation.executables, locator, missing_executable)
     wanted = dict.fromkeys(missing) | _used_paths(evaluation)
     reported: set[str] = set()
     for path, position in wanted.items():

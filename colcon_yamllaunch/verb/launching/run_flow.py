@@ -10,18 +10,17 @@ import os
 from pathlib import Path
 import sys
 from typing import Any
-from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.runtime.process.exec_program import exec_program
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import show_versions
-from colcon_yamllaunch.verb.cli.run_options import asks_for_help
-from colcon_yamllaunch.verb.cli.run_options import parse_run_options
-from colcon_yamllaunch.verb.cli.run_options import RunOptions
+from colcon_yamllaunch.verb.cli.option_parser import read_options
+from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
 from colcon_yamllaunch.verb.cli.target import unknown_package
 from colcon_yamllaunch.verb.launching.builds import Builds
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
@@ -30,15 +29,62 @@ from colcon_yamllaunch.workspace.packages.missing_files import (
 )
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
+_USAGE = 'Usage: colcon run [options] PKG EXEC [argument ...]'
+
+
+@dataclass(frozen=True, slots=True)
+class RunOptions:
+    """
+    What the user asks for; the options by their keys in the table.
+
+    :param executable: The program as the user names it, or None
+    """
+
+    package: str
+    executable: str | None = None
+    arguments: tuple[str, ...] = ()
+    prefix: tuple[str, ...] = ()
+    workspace: Path | None = None
+    paths: tuple[str, ...] | None = None
+    no_build: bool = False
+    build_all: bool = False
+    build_args: tuple[str, ...] = ()
+
+
+def parse_run_options(known: Any) -> RunOptions:
+    """
+    Read the whole command line.
+
+    :param known: What colcon's parser has made of it: the options, and
+      `positionals` from the first word on that is none
+    :raises UserError: when it makes no sense
+    """
+    words = known.positionals
+    words = words[1:] if words[:1] == ['--'] else words
+    read = read_options(known, 'run')
+    if not words:
+        reason = 'there is nothing to run.'
+        if known.paths:
+            reason = (
+                "--paths took all that follows it: put '--' after the paths."
+            )
+        raise UserError(f'{reason} {_USAGE}')
+    package, *rest = words
+    refuse_unknown([package], 'run')
+    if rest and rest[0].startswith('-'):
+        raise UserError(
+            f"'{rest[0]}' stands where the executable should: options stand "
+            f'in front of the package. {_USAGE}'
+        )
+    executable = rest[0] if rest else None
+    return RunOptions(package, executable, tuple(rest[1:]), **read)
+
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
-    """
-    Build, source and become the program; return only when that fails.
-
-    :param known: What colcon's parser has made of the command line
-    :param environment: The user's environment
-    """
-    if asks_for_help(known):
+    """Build, source and become the program; return only when that fails."""
+    # also where the executable would stand
+    words = [word for word in known.positionals[:3] if word != '--']
+    if not {'-h', '--help'}.isdisjoint(words[:2]):
         known.verb_parser.print_help()
         return 0
     return report_errors('run', lambda: _run(known, environment))
@@ -58,12 +104,13 @@ def _run(known: Any, environment: Mapping[str, str]) -> int:
         returncode = _prepare(workspace, options)
     if returncode:
         return returncode
-    program = find_program(
-        workspace.locator, options.package, options.executable
-    )
-    return _exec(
-        [*options.prefix, program, *options.arguments], workspace.environment
-    )
+    locator = workspace.locator
+    program = find_program(locator, options.package, options.executable)
+    argv = [*options.prefix, program, *options.arguments]
+    try:
+        exec_program(argv, workspace.environment)
+    except StartError as e:
+        raise UserError(str(e)) from e
 
 
 def find_program(
@@ -72,8 +119,6 @@ def find_program(
     """
     Return the path of a program of a package, found as `ros2 run` does.
 
-    :param locator: The packages, built
-    :param package: The package
     :param name: The program: its name, also if it is in a subfolder of
       `lib/PACKAGE`, or its path from there; or None
     :raises UserError: when there is none, or more than one
@@ -105,7 +150,7 @@ def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
     """Build what is needed and not up to date; return the exit code."""
     package = options.package
     if workspace.locator.prefix(package) is None and options.paths is None:
-        broken = workspace.broken_manifests()
+        broken = workspace.broken_manifests
         raise UserError(unknown_package(package, workspace.locator, broken))
     if not options.no_build and workspace.root is not None:
         wanted = _wanted(workspace, options)
@@ -114,7 +159,7 @@ def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
         if returncode:
             return returncode
     if workspace.locator.prefix(package) is None:
-        raise UserError(unknown_package(package, workspace.locator, ()))
+        raise UserError(unknown_package(package, workspace.locator, tuple))
     if package in workspace.package_names:
         workspace.check_sourced([package], may_build=not options.no_build)
     return 0
@@ -127,13 +172,6 @@ def _wanted(workspace: WorkspaceSession, options: RunOptions) -> set[str]:
     if options.paths is not None:
         return set(workspace.select(options.paths, Path.cwd()))
     return {options.package} & workspace.package_names
-
-
-def _exec(argv: list[str], environment: Mapping[str, str]) -> NoReturn:
-    try:
-        exec_program(argv, environment)
-    except StartError as e:
-        raise UserError(str(e)) from e
 
 
 @contextmanager

@@ -32,7 +32,6 @@ class WorkspaceSession:
 
     :param root: The root of the workspace, or None
     :param build_arguments: Further arguments for `colcon build`
-    :param environment: The user's environment
     :param announce: Is called with a line that the user should see at once
     """
 
@@ -84,7 +83,7 @@ class WorkspaceSession:
         """
         Return the names of the packages at paths.
 
-        :raises WorkspaceError: if there is none at a path
+        :raises WorkspaceError: when there is none at a path
         """
         if self._colcon is None:
             raise WorkspaceError('there is no workspace to build in')
@@ -127,7 +126,7 @@ class WorkspaceSession:
 
         :param names: Packages of the workspace
         :param may_build: Whether the launch was allowed to build
-        :raises WorkspaceError: if one did not
+        :raises WorkspaceError: when one did not
         """
         if self._colcon is None:
             return
@@ -135,7 +134,12 @@ class WorkspaceSession:
         for name in names:
             prefix = Path(self.locator.prefix(name) or '')
             if not (prefix / 'share' / name / 'package.sh').is_file():
-                raise WorkspaceError(_not_built(name, may_build=may_build))
+                cure = 'leave out --no-build, or build it'
+                if may_build:
+                    cure = 'its path is not among --paths'
+                raise WorkspaceError(
+                    f'the package {name} is not built: {cure}'
+                )
         if self._sourced.arrived.issuperset(names):
             return
         # most launches need not look for them
@@ -187,12 +191,3 @@ class WorkspaceSession:
                     f'would build {name} as a {package.type} package without '
                     f'its dependencies: {reason}'
                 )
-
-
-def _not_built(name: str, *, may_build: bool) -> str:
-    cure = (
-        'its path is not among --paths'
-        if may_build
-        else 'leave out --no-build, or build it'
-    )
-    return f'the package {name} is not built: {cure}'

@@ -13,7 +13,6 @@ import sys
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.client import LaunchError
@@ -58,7 +57,11 @@ def with_terminal(plan: Plan, name: str) -> tuple[Plan, str]:
     :raises UserError: when not exactly one is meant
     """
     labels = [p.label for p in plan.processes()]
-    meant = [p.label for p in plan.processes() if _is_meant(name, p)]
+    meant = []
+    for p in plan.processes():
+        executable = os.path.basename(str(p.argv[0]))
+        if is_meant(name, p.label, executable, p.node_name):
+            meant.append(p.label)
     if len(meant) != 1:
         raise UserError(
             f'--attach {name} means {listing(meant)}: it takes one process'
@@ -73,7 +76,6 @@ def attach(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
     """
     Connect the terminal to a process of a launch; return the exit code.
 
-    :param chosen: The launch
     :param processes: The process that is meant
     :raises UserError: when there are more of them, or no keyboard
     :raises LaunchError: when the launch refuses
@@ -174,8 +176,3 @@ def _show(message: dict[str, object]) -> None:
         say(f'\n[{message["skipped"]} bytes skipped]')
     elif 'ended' in message and message.get('again'):
         say(f'\n[{message["ended"]}; it starts again]')
-
-
-def _is_meant(name: str, process: Process) -> bool:
-    executable = os.path.basename(str(process.argv[0]))
-    return is_meant(name, process.label, executable, process.node_name)

@@ -19,7 +19,7 @@ from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.resource_usage import Usage
 from colcon_yamllaunch.runtime.control.resource_usage import usage_of
-from colcon_yamllaunch.verb.cli.control_options import ControlOptions
+from colcon_yamllaunch.verb.cli.launch_options import ControlOptions
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 from colcon_yamllaunch.verb.sessions.selecting import choose_launch
@@ -37,7 +37,6 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
     """
     Do what was asked, and return the exit code.
 
-    :param environment: The user's environment
     :raises UserError: when no launch or no process is meant
     """
     candidates = find_launches(environment, options.launch)
@@ -48,9 +47,8 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
         if options.action == 'stop' and not options.names:
             return _stop_launch(chosen)
         processes = choose_processes(chosen.state, options.names)
-        actions = {'stop': _stop, 'restart': _restart}
-        if options.action in actions:
-            return actions[options.action](chosen, processes)
+        if options.action in ('stop', 'restart'):
+            return _end(chosen, processes, options.action)
         if options.action == 'attach':
             from colcon_yamllaunch.verb.sessions.attaching import attach
 
@@ -98,28 +96,22 @@ def _stop_launch(chosen: Candidate) -> int:
     return 0
 
 
-def _stop(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
+def _end(
+    chosen: Candidate, processes: Sequence[ProcessState], action: str
+) -> int:
+    """Stop processes, or start them anew."""
     for process in processes:
-        chosen.launch.request('stop', process=process.label)
-    for process in processes:
-        now = _wait_for(chosen, process)
-        ending = 'the launch has ended' if now is None else now.ending
-        say(f'{process.label}: {ending}')
-    return 0
-
-
-def _restart(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
-    for process in processes:
-        chosen.launch.request('restart', process=process.label)
+        chosen.launch.request(action, process=process.label)
     failed = False
     for process in processes:
         now = _wait_for(chosen, process)
-        if now is not None and now.pid is not None:
-            say(f'{process.label}: started anew, pid {now.pid}')
-        else:
-            failed = True
-            ending = 'the launch has ended' if now is None else now.ending
-            say(f'{process.label}: {ending}')
+        ending = 'the launch has ended' if now is None else now.ending
+        if action == 'restart':
+            if now is not None and now.pid is not None:
+                ending = f'started anew, pid {now.pid}'
+            else:
+                failed = True
+        say(f'{process.label}: {ending}')
     return int(failed)
 
 

@@ -41,7 +41,6 @@ def show_logs(
     """
     Show what processes wrote, and return the exit code.
 
-    :param chosen: Their launch
     :param follow: Whether to show the last lines only, and then what comes
       until the launch ends
     :raises UserError: when there are no logs

@@ -43,7 +43,6 @@ def find_launches(
     """
     Return the running launches that may be meant.
 
-    :param environment: The user's environment
     :param selector: A package, launch file, title or process id, or None
     :raises UserError: when there is none
     """
@@ -83,7 +82,6 @@ def choose_launch(
     """
     Return the one launch that is meant.
 
-    :param candidates: Those that may be
     :param names: The processes that are meant, by name or glob
     :raises UserError: when it is not clear
     """

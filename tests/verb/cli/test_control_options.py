@@ -6,10 +6,10 @@
 import argparse
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.cli.control_options import ControlOptions
-from colcon_yamllaunch.verb.cli.control_options import is_control
+from colcon_yamllaunch.verb.cli.launch_options import ControlOptions
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
+from colcon_yamllaunch.verb.cli.log_base import is_control
 from colcon_yamllaunch.verb.cli.option_parser import add_options
 from colcon_yamllaunch.verb.cli.option_scanner import scan
 import pytest

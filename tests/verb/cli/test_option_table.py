@@ -10,19 +10,19 @@ import re
 from typing import get_args
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.verb.cli.create_options import CreateOptions
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
 from colcon_yamllaunch.verb.cli.option_parser import add_options
+from colcon_yamllaunch.verb.cli.option_parser import READERS
 from colcon_yamllaunch.verb.cli.option_table import Completer
 from colcon_yamllaunch.verb.cli.option_table import Kind
 from colcon_yamllaunch.verb.cli.option_table import Option
 from colcon_yamllaunch.verb.cli.option_table import options_of
 from colcon_yamllaunch.verb.cli.option_table import SECTIONS
 from colcon_yamllaunch.verb.cli.option_table import Verb
-from colcon_yamllaunch.verb.cli.option_values import READERS
-from colcon_yamllaunch.verb.cli.run_options import RunOptions
 from colcon_yamllaunch.verb.completion.completing import COMPLETERS
+from colcon_yamllaunch.verb.launching.create_flow import CreateOptions
+from colcon_yamllaunch.verb.launching.run_flow import RunOptions
 import pytest
 from support.user import User
 
@@ -104,8 +104,7 @@ def test_options_refer_to_options(
     title: str, verb: Verb, option: Option
 ) -> None:
     known = {known.name for v in VERBS for known in options_of(v).values()}
-    others = {name for e in option.excludes for name in e.options}
-    assert others | set(option.needs) <= known - {option.name}
+    assert {*option.excludes, *option.needs} <= known - {option.name}
 
 
 def test_completers_and_kinds_are_all_there() -> None:
@@ -140,8 +139,7 @@ def test_launch_reads_its_options(option: Option) -> None:
     [
         pytest.param(one, other, id=f'{one.name} {name}')
         for one in options_of('launch').values()
-        for exclusion in one.excludes
-        for name in exclusion.options
+        for name in one.excludes
         for other in (options_of('launch')[name],)
     ],
 )
