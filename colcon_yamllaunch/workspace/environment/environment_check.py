@@ -17,20 +17,12 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.workspace.environment.environment_hooks import (
-    DamagedHooksError,
-)
-from colcon_yamllaunch.workspace.environment.environment_hooks import (
-    extended_variables,
-)
-from colcon_yamllaunch.workspace.environment.setup_script_templates import (
-    colcon_template,
-)
-from colcon_yamllaunch.workspace.environment.setup_script_templates import (
-    is_from_template,
-)
+from colcon_yamllaunch.workspace.environment.hooks import DamagedHooksError
+from colcon_yamllaunch.workspace.environment.hooks import extended_variables
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.environment.sourcing import shown_messages
+from colcon_yamllaunch.workspace.environment.templates import colcon_template
+from colcon_yamllaunch.workspace.environment.templates import is_from_template
 from colcon_yamllaunch.workspace.packages.package import prefix_of
 
 _UTIL = '_local_setup_util_sh.py'

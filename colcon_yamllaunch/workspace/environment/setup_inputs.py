@@ -18,21 +18,13 @@ from pathlib import Path
 import re
 import subprocess
 
-from colcon_yamllaunch.workspace.environment.setup_script_templates import (
-    ament_template,
-)
-from colcon_yamllaunch.workspace.environment.setup_script_templates import (
-    colcon_template,
-)
-from colcon_yamllaunch.workspace.environment.setup_script_templates import (
-    is_from_template,
-)
-from colcon_yamllaunch.workspace.environment.setup_script_templates import (
-    LITERAL,
-)
 from colcon_yamllaunch.workspace.environment.sourcing import OWN_VARIABLES
 from colcon_yamllaunch.workspace.environment.sourcing import SCRIPT
 from colcon_yamllaunch.workspace.environment.sourcing import SOURCE_TIMEOUT
+from colcon_yamllaunch.workspace.environment.templates import ament_template
+from colcon_yamllaunch.workspace.environment.templates import colcon_template
+from colcon_yamllaunch.workspace.environment.templates import is_from_template
+from colcon_yamllaunch.workspace.environment.templates import LITERAL
 
 _TRACED_PYTHON = Path(__file__).with_name('traced_python.py')
 _ELF = b'\x7fELF'
