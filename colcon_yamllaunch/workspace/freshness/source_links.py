@@ -10,6 +10,7 @@ import os
 from pathlib import Path
 import re
 
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
 
 #: What is compiled, configured or generated from, wherever it is linked to.
@@ -24,12 +25,13 @@ INTERFACE_SUFFIXES = ('.msg', '.srv', '.action', '.idl')
 #: The metadata of a package in pyproject.toml (PEP 621); not compiled, as each
 #: launch imports this module and few builds need it.
 _PROJECT_TABLE = r'(?m)^\s*\[\s*project\s*\]'
-COMPILED_SUFFIXES = frozenset(
+_COMPILED_SUFFIXES = frozenset(
     (*_HEADERS, *SOURCE_SUFFIXES, *_TEMPLATES, *INTERFACE_SUFFIXES)
 )
-COMPILED_NAMES = frozenset(
-    ('CMakeLists.txt', 'CMakePresets.json', 'Makefile', 'package.xml')
-) | frozenset(('setup.py', 'setup.cfg', 'pyproject.toml'))
+_COMPILED_NAMES = (
+    *('CMakeLists.txt', 'CMakePresets.json', 'Makefile', 'package.xml'),
+    *('setup.py', 'setup.cfg', 'pyproject.toml'),
+)
 
 
 def live_files(
@@ -49,7 +51,6 @@ def live_files(
     :param files: Its files, relative to it
     :param build: The package's folder in the build space
     :param installed: The files of the package in the install space
-    :param inputs: What the build read
     """
     real = Path(os.path.realpath(source))
     linked, folders, copies = _links(real, build, installed)
@@ -57,7 +58,7 @@ def live_files(
         relative
         for relative in files
         if _is_linked(relative, linked, folders)
-        and not _is_compiled(relative)
+        and not _is_compiled(Path(relative))
         and Path(relative).name not in copies
     }
     read = {relative for relative in live if inputs.reads(relative)}
@@ -82,17 +83,12 @@ def link_project(source: Path, build: Path) -> None:
     :param build: The package's folder in the build space, which exists
     """
     project = source / 'pyproject.toml'
-    link = build / project.name
-    if os.path.lexists(link):
-        return
-    try:
-        setup = (source / 'setup.py').read_text('utf-8', errors='replace')
-        text = project.read_text('utf-8', errors='replace')
-    except OSError:
-        return
-    if 'setup()' in setup and re.search(_PROJECT_TABLE, text):
+    if 'setup()' in text_of(source / 'setup.py') and re.search(
+        _PROJECT_TABLE, text_of(project)
+    ):
+        # it may be there already
         with suppress(OSError):
-            link.symlink_to(project)
+            (build / project.name).symlink_to(project)
 
 
 def remove_dangling(folder: Path, source: Path) -> None:
@@ -150,13 +146,13 @@ def _add(
 
 
 def _is_linked(relative: str, linked: set[str], folders: set[str]) -> bool:
-    if relative in linked:
-        return True
-    return any(str(parent) in folders for parent in Path(relative).parents)
+    return relative in linked or any(
+        str(parent) in folders for parent in Path(relative).parents
+    )
 
 
-def _is_compiled(relative: str) -> bool:
-    path = Path(relative)
-    if path.name in COMPILED_NAMES:
-        return True
-    return path.suffix.lower() in COMPILED_SUFFIXES
+def _is_compiled(path: Path) -> bool:
+    return (
+        path.name in _COMPILED_NAMES
+        or path.suffix.lower() in _COMPILED_SUFFIXES
+    )
