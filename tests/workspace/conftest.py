@@ -65,14 +65,14 @@ location.create_log_path('launch')
 from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.workspace.building import update
-from colcon_yamllaunch.workspace.environment.underlays import BuildEnvironment
+from colcon_yamllaunch.workspace.environment.sourcing import Environment
 
 
 def bring_up_to_date(colcon, names, environment, announce, **options):
     return update.bring_up_to_date(
         colcon,
         update.BuildRequest(names, **options),
-        BuildEnvironment(environment),
+        Environment(environment),
         announce,
     )
 

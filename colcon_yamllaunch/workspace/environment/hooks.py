@@ -23,17 +23,10 @@ _SH_HOOK = re.compile(
 
 
 class DamagedHooksError(Exception):
-    """
-    A description of hooks that sourcing trips over or falls short with.
-
-    :param path: The file
-    :param reason: What is wrong with it
-    """
+    """A description of hooks that sourcing trips over or falls short with."""
 
     def __init__(self, path: str, reason: str) -> None:
         super().__init__(f'{path} is damaged: {reason}')
-        self.path = path
-        self.reason = reason
 
 
 def extended_variables(prefix: str, name: str) -> list[tuple[str, str]]:
@@ -41,7 +34,6 @@ def extended_variables(prefix: str, name: str) -> list[tuple[str, str]]:
     Return the variables that sourcing a package extends, with the paths.
 
     :param prefix: The prefix that it is installed in
-    :param name: Its name
     :raises DamagedHooksError: when a description of its hooks is damaged
     """
     extended: list[tuple[str, str]] = []

@@ -69,7 +69,6 @@ def setup_inputs(
 
     They are files, folders and what is looked for and may be missing.
 
-    :param setup: The script
     :param environment: The variables that it is sourced with
     :raises UnknownContentError: when it runs something that is not known
     """

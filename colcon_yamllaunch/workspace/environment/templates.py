@@ -44,10 +44,8 @@ def ament_template(prefix: str, name: str) -> Path | None:
 
 def is_from_template(text: str, template: Path | None) -> bool:
     """
-    Tell whether a script is what a template makes.
+    Tell whether the text of a script is what a template makes.
 
-    :param text: The script
-    :param template: The template
     :raises OSError: when the template cannot be read
     """
     if template is None:

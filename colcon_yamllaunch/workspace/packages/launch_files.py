@@ -5,6 +5,7 @@
 
 from collections.abc import Callable
 from collections.abc import Sequence
+from operator import eq
 from pathlib import Path
 from pathlib import PurePosixPath
 
@@ -72,13 +73,12 @@ def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
     It may be named by its path in the package, by the end of this path, and
     without extension. A likely launch file goes before another YAML file.
 
-    :param package: The name of the package, for messages
     :param files: As :func:`find_launch_files` returns them
     :param wanted: What the user gave
     :raises UserError: when none or more than one fits
     """
     name = PurePosixPath(wanted).as_posix()
-    for matches in (_is_path, _is_end, _is_end_without_suffix):
+    for matches in (eq, _is_end, _is_end_without_suffix):
         fitting = [f for f in files if matches(f, name)]
         if fitting:
             return _only(package, fitting, wanted)
@@ -127,10 +127,6 @@ def _is_likely(file: str) -> bool:
 
 def _is_yaml(file: str) -> bool:
     return file.endswith(_YAML_SUFFIXES)
-
-
-def _is_path(file: str, wanted: str) -> bool:
-    return file == wanted
 
 
 def _is_end(file: str, wanted: str) -> bool:
