@@ -470,22 +470,19 @@ def _exit_code(returncode: Any) -> int:
     return returncode if isinstance(returncode, int) else 1
 
 
-def _succeeded(jobs: Iterable[Any]) -> frozenset[str]:
-    outcome: dict[str, bool] = {}
-    for job in jobs:
-        name = str(job.task_context.pkg.name)
-        outcome[name] = outcome.get(name, True) and job.returncode == 0
-    return frozenset(name for name, good in outcome.items() if good)
+def _succeeded(jobs: Collection[Any]) -> frozenset[str]:
+    return _names_of(jobs) - _names_of(j for j in jobs if j.returncode != 0)
 
 
 def _failed(jobs: Iterable[Any]) -> frozenset[str]:
     # those that were not begun have no return code, and those that were not
     # ended one of their own
-    return frozenset(
-        str(job.task_context.pkg.name)
-        for job in jobs
-        if job.returncode not in (None, 0, SIGINT_RESULT)
-    )
+    good = (None, 0, SIGINT_RESULT)
+    return _names_of(job for job in jobs if job.returncode not in good)
+
+
+def _names_of(jobs: Iterable[Any]) -> frozenset[str]:
+    return frozenset(str(job.task_context.pkg.name) for job in jobs)
 
 
 @contextmanager

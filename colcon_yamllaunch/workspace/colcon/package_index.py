@@ -143,16 +143,14 @@ class PackageIndex:
             if there is None:
                 return []
             names, below = there
-            if entry is None and self._may_be_package(names):
+            may_be_package = self._everywhere or names & package_folder.MARKERS
+            if entry is None and may_be_package:
                 entry = self._learn(folder, path, names, ask())
         if entry is not None:
             self._entries[folder] = entry
             if entry['kind'] != package_folder.PLAIN:
                 return []
         return sorted(below, reverse=True)
-
-    def _may_be_package(self, names: set[str]) -> bool:
-        return self._everywhere or not package_folder.MARKERS.isdisjoint(names)
 
     def _known(
         self, entry: Entry | None, path: str, status: os.stat_result

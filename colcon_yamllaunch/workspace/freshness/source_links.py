@@ -3,6 +3,7 @@
 
 """Symbolic links from where a package is built and installed to its source."""
 
+from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
 from contextlib import suppress
@@ -38,7 +39,7 @@ def live_files(
     source: Path,
     files: Iterable[str],
     build: Path,
-    installed: Iterable[Path],
+    installed: Collection[Path],
     inputs: BuildInputs,
 ) -> frozenset[str]:
     """
@@ -53,11 +54,16 @@ def live_files(
     :param installed: The files of the package in the install space
     """
     real = Path(os.path.realpath(source))
-    linked, folders, copies = _links(real, build, installed)
+    links = {path for path in installed if path.is_symlink()}
+    copies = {path.name for path in installed if path not in links}
+    if build.is_dir():
+        links |= {p for p in build.iterdir() if p.is_symlink() and p.is_dir()}
+    targets = [Path(os.path.realpath(path)) for path in links]
+    linked = {t.relative_to(real) for t in targets if t.is_relative_to(real)}
     live = {
         relative
         for relative in files
-        if _is_linked(relative, linked, folders)
+        if not linked.isdisjoint((Path(relative), *Path(relative).parents))
         and not _is_compiled(Path(relative))
         and Path(relative).name not in copies
     }
@@ -117,38 +123,6 @@ def tree(folder: Path) -> Iterator[Path]:
         for name in folders:
             if (path := Path(current, name)).is_symlink():
                 yield path
-
-
-def _links(
-    source: Path, build: Path, installed: Iterable[Path]
-) -> tuple[set[str], set[str], set[str]]:
-    linked: set[str] = set()
-    folders: set[str] = set()
-    copies: set[str] = set()
-    for path in installed:
-        if path.is_symlink():
-            _add(path, source, linked, folders)
-        else:
-            copies.add(path.name)
-    for path in build.iterdir() if build.is_dir() else ():
-        if path.is_symlink() and path.is_dir():
-            _add(path, source, linked, folders)
-    return linked, folders, copies
-
-
-def _add(
-    path: Path, source: Path, linked: set[str], folders: set[str]
-) -> None:
-    target = Path(os.path.realpath(path))
-    if target.is_relative_to(source):
-        where = folders if target.is_dir() else linked
-        where.add(str(target.relative_to(source)))
-
-
-def _is_linked(relative: str, linked: set[str], folders: set[str]) -> bool:
-    return relative in linked or any(
-        str(parent) in folders for parent in Path(relative).parents
-    )
 
 
 def _is_compiled(path: Path) -> bool:

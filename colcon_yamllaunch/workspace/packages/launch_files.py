@@ -3,7 +3,6 @@
 
 """Choosing a launch file of a package."""
 
-from collections.abc import Callable
 from collections.abc import Sequence
 from operator import eq
 from pathlib import Path
@@ -86,8 +85,7 @@ def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
 
 
 def _only(package: str, fitting: list[str], wanted: str) -> str:
-    conditions: tuple[Callable[[str], bool], ...] = (_is_likely, _is_yaml)
-    for is_better in conditions:
+    for is_better in (_is_likely, _is_yaml):
         fitting = [f for f in fitting if is_better(f)] or fitting
     if len(fitting) == 1:
         return fitting[0]
