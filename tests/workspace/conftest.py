@@ -231,7 +231,8 @@ def update(workspace: Workspace) -> Callable[..., tuple[Any, str]]:
             f'colcon = Colcon(Path({str(workspace.root)!r}), {arguments!r})\n'
             f'result = bring_up_to_date(colcon, {names!r}, '
             'dict(os.environ), print)\n'
-            'show([result.returncode, dict(result.stale), result.fresh])\n'
+            'fresh = [d.name for d in result.decisions if not d.is_stale]\n'
+            'show([result.returncode, dict(result.stale), fresh])\n'
         )
         environment = workspace.environment(**variables)
         results, output = workspace.run(code, environment=environment)

@@ -19,12 +19,12 @@ from colcon_yamllaunch.language.actions.scope_actions import inner_namespace
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.attributes import parse_seconds
 from colcon_yamllaunch.language.evaluation.attributes import Word
+from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
+from colcon_yamllaunch.language.evaluation.findings import NamedNode
 from colcon_yamllaunch.language.evaluation.scope import environment_changes
 from colcon_yamllaunch.language.evaluation.scope import Names
 from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.evaluation.walk import ExecutableUse
 from colcon_yamllaunch.language.evaluation.walk import Handler
-from colcon_yamllaunch.language.evaluation.walk import NamedNode
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import OUTPUT_MODES
 from colcon_yamllaunch.language.plan.plan import ParameterFile
@@ -207,15 +207,16 @@ def _parameters(
 
 
 def _remaps(walk: Walk, attributes: Attributes) -> Arguments:
-    pairs = [*walk.scope.remaps]
-    of_scope = {old for old, _ in pairs}
+    of_scope = walk.scope.remaps
+    pairs = [*of_scope]
     seen: set[str] = set()
     for remap in attributes.items('remap'):
         old, new = remap.text('from'), remap.text('to')
         if old is None:
             continue
         # the first rule that matches counts (rcl_remap)
-        if not walk.is_launch and (old in seen or old in of_scope):
+        is_done = old in seen or old in {name for name, _ in of_scope}
+        if is_done and not walk.is_launch:
             by = 'before' if old in seen else "by 'set_remap'"
             text = remap.item.texts['from']
             walk.warn(
@@ -284,11 +285,11 @@ def _prefix(
     fail = attributes.fail_as_whole
     if value is None:
         value = walk.scope.configurations.get('launch-prefix')
+        if value is None:
+            return []
         pattern = _configured(walk, 'launch-prefix-filter')
         name = os.path.basename(str(program.argv[0]))
-        if value is None or (
-            pattern is not None and not _matches(walk, pattern, name)
-        ):
+        if pattern is not None and not _matches(walk, pattern, name):
             return []
     else:
         fail = partial(attributes.fail, 'launch-prefix')

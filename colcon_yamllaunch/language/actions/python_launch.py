@@ -45,7 +45,7 @@ def add_python_launch_file(
             length=length,
             may_pass_after_build=True,
         )
-    _warn_of_lost_settings(walk, position, length)
+    _warn_of_lost_changes(walk, position, length)
     arguments = _arguments(walk, position, length)
     walk.draft.entries.append(
         Process(
@@ -83,14 +83,12 @@ def _arguments(walk: Walk, position: Position, length: int) -> list[str]:
     return [f'{n}:={value.text}' for n, value in values.items() if value.text]
 
 
-def _warn_of_lost_settings(
-    walk: Walk, position: Position, length: int
-) -> None:
-    for action, settings in (
+def _warn_of_lost_changes(walk: Walk, position: Position, length: int) -> None:
+    for action, changes in (
         ('set_parameter', walk.scope.parameters),
         ('set_remap', walk.scope.remaps),
     ):
-        if settings:
+        if changes:
             walk.warn(
                 f"what '{action}' has set does not reach the nodes of a "
                 'launch file in Python',

@@ -24,11 +24,11 @@ from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
 from colcon_yamllaunch.language.evaluation.values import derived
 from colcon_yamllaunch.language.evaluation.values import known
+from colcon_yamllaunch.language.evaluation.values import SubstitutionError
 from colcon_yamllaunch.language.evaluation.values import unknown
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Call
 from colcon_yamllaunch.language.evaluation.walk import Maker
-from colcon_yamllaunch.language.evaluation.walk import SubstitutionError
 from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
 
 #: How many characters of a command's error output a message shows.
@@ -83,7 +83,7 @@ def _var(call: Call) -> Value:
     configurations = walk.scope.configurations
     value = configurations.get(name)
     if value is not None:
-        return walk.settled(value)
+        return value if value.text is not None else walk.settled(value)
     source = f'$(var {name})'
     if len(call) > 1:
         return walk.default(call[1], source)

@@ -5,9 +5,11 @@
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from collections.abc import Sequence
 import math
 from typing import NamedTuple
 from typing import Protocol
+from typing import TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.evaluation.values import Value
@@ -21,9 +23,12 @@ from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import Item
 from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.parameter_value import parse_boolean
+
+_T = TypeVar('_T')
 
 
 class Reader(Protocol):
@@ -162,30 +167,30 @@ class Attributes:
         """Return a boolean."""
         value = self.value(name)
         if value is None:
-            return self._table.booleans[name]
+            return self._table.booleans.get(name)
         return None if value.text is None else parse_boolean(value.text)
 
     def whole(self, name: str) -> int | None:
         """Return a whole number."""
         value = self.value(name)
         if value is None:
-            return _whole(self._table.attributes[name].default or '')
+            return self._table.wholes.get(name)
         return None if value.text is None else _whole(value.text)
 
     def seconds(self, name: str) -> float | None:
         """Return a time in seconds."""
         value = self.value(name)
         if value is None:
-            return parse_seconds(self._table.attributes[name].default or '')
+            return self._table.seconds.get(name)
         return None if value.text is None else parse_seconds(value.text)
 
-    def items(self, name: str) -> tuple['Attributes', ...]:
+    def items(self, name: str) -> Sequence['Attributes']:
         """Return the items of a list."""
         items = self.item.items.get(name)
         if items is None:
             return ()
         table = _table(items_of(self._table.attributes[name]))
-        return tuple(Attributes(self._reader, name, i, table) for i in items)
+        return [Attributes(self._reader, name, i, table) for i in items]
 
     def command(self, name: str) -> list[Word]:
         """Return a command line as arguments."""
@@ -286,12 +291,16 @@ class _Table:
     :param attributes: By name
     :param checked: Those of them that cannot have any text
     :param booleans: The defaults of those that are booleans
+    :param wholes: The defaults of those that are whole numbers
+    :param seconds: The defaults of those that are times
     """
 
     entries: tuple[Attribute, ...]
     attributes: Mapping[str, Attribute]
     checked: frozenset[str]
     booleans: Mapping[str, bool | None]
+    wholes: Mapping[str, int | None]
+    seconds: Mapping[str, float | None]
 
 
 def _table(entries: tuple[Attribute, ...]) -> _Table:
@@ -300,14 +309,18 @@ def _table(entries: tuple[Attribute, ...]) -> _Table:
     if table is None:
         table = _TABLES[id(entries)] = _Table(
             entries,
-            {a.name: a for a in entries},
+            by_name(entries),
             frozenset(
                 a.name for a in entries if a.values or a.type in _WANTED
             ),
-            {
-                a.name: parse_boolean(a.default or '')
-                for a in entries
-                if a.type is Type.BOOLEAN
-            },
+            _defaults(entries, Type.BOOLEAN, parse_boolean),
+            _defaults(entries, Type.INTEGER, _whole),
+            _defaults(entries, Type.SECONDS, parse_seconds),
         )
     return table
+
+
+def _defaults(
+    entries: tuple[Attribute, ...], kind: Type, parse: Callable[[str], _T]
+) -> dict[str, _T]:
+    return {a.name: parse(a.default or '') for a in entries if a.type is kind}

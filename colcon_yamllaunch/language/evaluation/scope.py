@@ -83,13 +83,14 @@ class Names:
 
     def get(self, name: str) -> Value | None:
         """Return what a name stands for, None when it is not set."""
-        layer: Names | None = self
         is_hidden = False
+        layer: Names | None = self
         while layer is not None:
             value = layer.own.get(name)
             if value is not None:
                 return value.forgotten() if is_hidden else value
-            is_hidden = is_hidden or layer.hides or name in layer.masked
+            if layer.hides or name in layer.masked:
+                is_hidden = True
             layer = layer.outer
         return None
 

@@ -26,6 +26,33 @@ class AlreadyReportedError(Exception):
     """A value cannot be had for a reason that was shown before."""
 
 
+class SubstitutionError(Exception):
+    """
+    A substitution cannot be made.
+
+    :param message: Why
+    :param hint: The way out
+    :param may_pass_after_build: See :class:`Diagnostic`
+    """
+
+    def __init__(
+        self,
+        message: str,
+        hint: str | None = None,
+        *,
+        may_pass_after_build: bool = False,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+        self.may_pass_after_build = may_pass_after_build
+
+
+def expression_error(expression: str, reason: str) -> SubstitutionError:
+    """Return the error of an expression in Python that fails."""
+    return SubstitutionError(f"the expression '{expression}' fails: {reason}")
+
+
 @dataclass(frozen=True, slots=True)
 class Place:
     """
@@ -109,16 +136,29 @@ def derived(text: str | None, key: str, values: Iterable[Value]) -> Value:
     return Value(text, shortened(key) if sources else text, sources, origins)
 
 
-def joined(values: Sequence[Value]) -> Value:
-    """Return the values one behind the other."""
+def joined(pieces: Sequence[Value | str]) -> Value:
+    """Return values and texts one behind the other."""
+    texts: list[str] = []
+    origins: tuple[Position, ...] = ()
+    for piece in pieces:
+        if isinstance(piece, str):
+            texts.append(piece)
+        elif piece.text is None or piece.sources:
+            return _possible(pieces)
+        else:
+            texts.append(piece.text)
+            origins = origins or piece.origins
+    text = ''.join(texts)
+    return Value(text, text, _NO_SOURCES, origins)
+
+
+def _possible(pieces: Sequence[Value | str]) -> Value:
+    values = [known(p) if isinstance(p, str) else p for p in pieces]
+    texts = [value.text for value in values if value.text is not None]
+    text = ''.join(texts)
+    is_known = len(texts) == len(values) and len(text) <= MAXIMUM_TEXT_LENGTH
     key = ''.join([value.key for value in values])
-    texts = [value.text for value in values]
-    if None in texts:
-        return derived(None, key, values)
-    result = derived(''.join([text or '' for text in texts]), key, values)
-    if result.sources and len(result.text or '') > MAXIMUM_TEXT_LENGTH:
-        return result.forgotten()
-    return result
+    return derived(text if is_known else None, key, values)
 
 
 def shortened(key: str) -> str:

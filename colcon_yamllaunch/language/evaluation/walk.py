@@ -9,8 +9,6 @@ the policies, which are its subclasses. Values are known or not, see
 :mod:`colcon_yamllaunch.language.evaluation.values`.
 """
 
-from abc import ABC
-from abc import abstractmethod
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
@@ -18,22 +16,17 @@ from collections.abc import Mapping
 from contextlib import contextmanager
 import os
 
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.plan_draft import PlanDraft
+from colcon_yamllaunch.language.evaluation.policy import Policy
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
-from colcon_yamllaunch.language.evaluation.scope import Scope
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.values import joined
-from colcon_yamllaunch.language.evaluation.values import known
-from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.evaluation.values import unknown
-from colcon_yamllaunch.language.evaluation.values import UNSET
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.plan.plan import Condition
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
@@ -56,45 +49,6 @@ PYTHON_SUFFIX = '.py'
 DEPTH_PROBLEM = (
     f'more than {MAXIMUM_INCLUDE_DEPTH} launch files include one another'
 )
-
-
-@dataclass(frozen=True, slots=True)
-class ExecutableUse:
-    """
-    A program of a package that the launch runs or names.
-
-    :param package: The package
-    :param name: The program
-    :param path: Where it is, or will be once the package is built
-    :param position: Where the launch file says so
-    """
-
-    package: str
-    name: str
-    path: str
-    position: Position
-
-
-class SubstitutionError(Exception):
-    """
-    A substitution cannot be made.
-
-    :param message: Why
-    :param hint: The way out
-    :param may_pass_after_build: See :class:`Diagnostic`
-    """
-
-    def __init__(
-        self,
-        message: str,
-        hint: str | None = None,
-        *,
-        may_pass_after_build: bool = False,
-    ) -> None:
-        super().__init__(message)
-        self.message = message
-        self.hint = hint
-        self.may_pass_after_build = may_pass_after_build
 
 
 class EndlessError(Exception):
@@ -197,7 +151,7 @@ Handler = Callable[['Walk', Attributes], None]
 Maker = Callable[[Call], Value]
 
 
-class Walk(ABC):
+class Walk(Policy):
     """
     Goes through the actions in order, and keeps what is known on the way.
 
@@ -206,31 +160,16 @@ class Walk(ABC):
     :param makers: What makes each substitution
     """
 
-    #: Whether everything is known, as in a launch: then an error ends its
-    #: action, and a value that is not known is one that was reported.
-    is_launch = False
-    #: Whether the environment is that of the launch.
-    has_environment = True
-
     def __init__(
         self,
         request: Request,
         handlers: Mapping[str, Handler],
         makers: Mapping[str, Maker],
     ) -> None:
+        super().__init__(request)
         self._handlers = handlers
         self._makers = makers
-        self.packages = request.packages
-        self.environment = dict(request.environment)
-        self.cwd = request.cwd
-        self.log_folder: str | None = request.log_folder
-        self.scope = Scope()
-        for name, value in request.arguments.items():
-            self.scope.configurations.set(name, known(value))
         self.draft = PlanDraft()
-        self.diagnostics: list[Diagnostic] = []
-        self.packages_used: dict[str, Position] = {}
-        self.executables: list[ExecutableUse] = []
         #: The launch files by their paths, None where one has mistakes.
         self.files: dict[str, LaunchFile | None] = {}
         #: The launch files that were read, those with mistakes too.
@@ -239,139 +178,14 @@ class Walk(ABC):
         self.guards: list[Guard] = []
         #: How many of the conditions around hold in no launch.
         self.never = 0
-        #: The nodes that have a name, by that.
-        self.nodes: dict[str, list[NamedNode]] = {}
         #: The launch configurations that are read.
         self.read: set[str] = set()
         self._broken: dict[str, LaunchError] = {}
         self._open: list[Source] = []
-        self._includes: list[Position] = []
-        self._reported: set[tuple[str, Position | None]] = set()
         self._actions = 0
-
-    # what the policies decide
-
-    @abstractmethod
-    def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
-        """
-        Take note of an error.
-
-        :param is_certain: Whether it is one, as far as it can be told before
-          the launch
-        :raises LaunchError: when the launch cannot go on with it
-        """
-
-    @abstractmethod
-    def branch(self, guard: Guard, entity: Entity) -> None:
-        """Do an action that has a condition, or not."""
-
-    @abstractmethod
-    def follow(
-        self, attributes: Attributes, located: tuple[str, str] | None
-    ) -> None:
-        """
-        Go through an included launch file.
-
-        :param attributes: Those of the include
-        :param located: The path that the file goes by and the one to read,
-          None when there is none or it is not known
-        """
-
-    @abstractmethod
-    def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
-        """
-        Take note of a launch file that cannot be read.
-
-        :param origin: Where it is included, None for the outermost
-        """
-
-    @abstractmethod
-    def launch_python(
-        self, name: str, path: str, position: Position, length: int
-    ) -> None:
-        """
-        Launch a file in Python.
-
-        :param name: The path that it goes by
-        :param path: The file to read
-        :param position: Where it is included, else its start
-        :param length: How many characters that takes
-        """
-
-    def declare(
-        self, attributes: Attributes, name: str, choices: tuple[str, ...]
-    ) -> None:
-        """Take note of a launch argument that is declared."""
-
-    @abstractmethod
-    def missing_argument(self, attributes: Attributes, name: str) -> None:
-        """Take note of a launch argument that was not given."""
-
-    @abstractmethod
-    def configuration(
-        self, value: Value, position: Position, text: Text
-    ) -> Value:
-        """
-        Return a value as that of a launch configuration.
-
-        :param position: Where it is set
-        :param text: What it is made of
-        """
-
-    def default(self, value: Value, _source: str) -> Value:
-        """Return a value that stands for one that a launch may be given."""
-        return value
-
-    def settled(self, value: Value) -> Value:
-        """
-        Return a value that is read.
-
-        :raises AlreadyReportedError: when a launch has to know it
-        """
-        if value.text is None and self.is_launch:
-            raise AlreadyReportedError
-        return value
-
-    @abstractmethod
-    def compute(self, expression: str, modules: str) -> str | None:
-        """
-        Compute an expression in Python, None when only a launch may do so.
-
-        :raises SubstitutionError: when it fails
-        """
-
-    def enter(self, path: str, file: LaunchFile) -> None:
-        """Take note of a launch file that is gone through."""
-
-    def found_beside(self, file: Text, written: str) -> None:
-        """Take note of an include that ROS 2 would not find."""
 
     def name_place(self, call: Call, path: str) -> None:
         """Take note of a path that a launch file takes for its own."""
-
-    def note_text(self, template: Template | None) -> None:
-        """
-        Take note of a text that is not the launch file's own.
-
-        :param template: The text, or None when it is not known
-        """
-
-    def note_file(self, path: str, file: LaunchFile) -> None:
-        """Take note of a launch file that is read for the first time."""
-
-    def is_program(self, path: str) -> bool:
-        """Say whether there is such a program, or a build may bring it."""
-        is_file = os.path.isfile(path) and os.access(path, os.X_OK)
-        return is_file or self.packages.may_appear(path)
-
-    def parameter_file(self, path: str) -> str | None:
-        """Return where to read a file with parameters, None if nowhere."""
-        if os.path.isfile(path):
-            return path
-        located = self.packages.locate(path)
-        if located is None or not self.packages.may_appear(path):
-            return None
-        return located[1]
 
     def visit_later(self, children: tuple[Entity, ...]) -> None:
         """Do actions that are done some time afterwards."""
@@ -392,8 +206,6 @@ class Walk(ABC):
         """
         for variables in rounds:
             self.visit_round(children, variables)
-
-    # what they have in common
 
     def launch(self, name: str, path: str) -> None:
         """
@@ -423,11 +235,6 @@ class Walk(ABC):
     def depth(self) -> int:
         """How many launch files are open inside of one another."""
         return len(self._open)
-
-    @property
-    def includes(self) -> tuple[Position, ...]:
-        """The includes that led to the open file, innermost first."""
-        return tuple(reversed(self._includes))
 
     def is_open(self, path: str) -> bool:
         """Say whether a launch file is gone through, with others inside."""
@@ -459,15 +266,6 @@ class Walk(ABC):
             self._includes.pop()
         if problem is not None:
             self.fail(problem)
-
-    @contextmanager
-    def within_scope(self, scope: Scope) -> Iterator[None]:
-        """Go on in another scope for the time of the context."""
-        outer, self.scope = self.scope, scope
-        try:
-            yield
-        finally:
-            self.scope = outer
 
     def visit_file(self, name: str, path: str, origin: Text | None) -> bool:
         """
@@ -643,120 +441,18 @@ class Walk(ABC):
     ) -> Value:
         """Put the substitutions into a template."""
         makers, parts = self._makers, template.parts
-        if len(parts) == 1 and not isinstance(parts[0], str):
-            return makers[parts[0].name](Call(self, parts[0], position_at))
+        if len(parts) == 1:
+            part = parts[0]
+            if isinstance(part, str):
+                return Value(part, part)
+            return makers[part.name](Call(self, part, position_at))
         return joined(
             [
-                Value(part, part)
+                part
                 if isinstance(part, str)
                 else makers[part.name](Call(self, part, position_at))
                 for part in parts
             ]
-        )
-
-    def variable(self, name: str) -> Value | None:
-        """Return an environment variable, None when there is none."""
-        value = self.scope.environment.get(name)
-        if value is not None and value is not UNSET:
-            return value
-        if self.has_environment:
-            if value is None and name in self.environment:
-                return known(self.environment[name])
-            if not self.scope.environment.may_have_others():
-                return None
-        elif value is None and name not in self.environment:
-            return None
-        source = f'$(env {name})'
-        return unknown(source, (source,))
-
-    def search_path(self) -> str | None:
-        """Return where programs are looked for, None when not known."""
-        if self.has_environment:
-            value = self.variable('PATH')
-            return os.defpath if value is None else value.text
-        if self.scope.environment.get('PATH') is not None:
-            return None
-        return self.environment.get('PATH', os.defpath)
-
-    def scope_environment(self) -> dict[str, str]:
-        """Return the environment with all that launch files changed."""
-        environment = dict(self.environment)
-        for name, value in self.scope.environment.all().items():
-            if value.text is None:
-                environment.pop(name, None)
-            else:
-                environment[name] = value.text
-        return environment
-
-    def absolute(self, path: str) -> str:
-        """Return the path that a relative one means."""
-        return os.path.normpath(os.path.join(self.cwd, path))
-
-    def no_package(self, name: str) -> tuple[str, str | None]:
-        """Return what to say of a package that is not there: and the hint."""
-        return (
-            f"there is no package '{name}' in the workspace or an underlay",
-            did_you_mean(name, self.packages.names()),
-        )
-
-    def no_program(self, name: str) -> str:
-        """Return what to say of a program that is not there."""
-        where = '' if '/' in name else ' on the PATH'
-        return f"there is no executable '{name}'{where}"
-
-    def use_package(self, name: str, position: Position) -> None:
-        """Note that the launch needs a package."""
-        self.packages_used.setdefault(name, position)
-
-    def warn(
-        self,
-        message: str,
-        position: Position | None,
-        *,
-        hint: str | None = None,
-        length: int = 1,
-    ) -> None:
-        """Note a warning; see :class:`Diagnostic`."""
-        self.report(
-            LaunchError(Diagnostic('warning', message, position, hint, length))
-        )
-
-    def fail_at(self, place: Place, message: str, hint: str) -> None:
-        """Note an error at a place in a launch file that may be closed."""
-        self.diagnostics.append(
-            Diagnostic(
-                'error',
-                message,
-                place.position,
-                hint,
-                place.length,
-                place.includes,
-            )
-        )
-
-    def report(self, problem: LaunchError) -> None:
-        """Note a problem, unless it is known."""
-        for position in reversed(self._includes):
-            problem = problem.included_from(position)
-        for diagnostic in problem.diagnostics:
-            # a file that is included twice has its mistakes but once
-            where = (diagnostic.message, diagnostic.position)
-            if where not in self._reported:
-                self._reported.add(where)
-                self.diagnostics.append(diagnostic)
-
-
-@dataclass(frozen=True, slots=True)
-class NamedNode:
-    """A node that has a name, and when there is one."""
-
-    position: Position
-    guards: tuple[Guard, ...]
-
-    def may_meet(self, other: 'NamedNode') -> bool:
-        """Say whether one launch may evidently have both."""
-        return not any(
-            mine.excludes(its) for mine in self.guards for its in other.guards
         )
 
 
@@ -775,8 +471,3 @@ def endless(message: str, position: Position) -> LaunchError:
     """Return the error of a launch that would hardly ever end."""
     hint = 'does a launch file include itself?'
     return error(message, position, hint=hint)
-
-
-def expression_error(expression: str, reason: str) -> SubstitutionError:
-    """Return the error of an expression in Python that fails."""
-    return SubstitutionError(f"the expression '{expression}' fails: {reason}")

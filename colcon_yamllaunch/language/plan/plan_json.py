@@ -53,7 +53,7 @@ def plan_from_json(text: str) -> Plan:
     """
     Return the plan that JSON tells of.
 
-    :raises PlanFormatError: if it tells of none
+    :raises PlanFormatError: when it tells of none
     """
     try:
         data = json.loads(text)

@@ -15,30 +15,15 @@ import os
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
-from colcon_yamllaunch.language.actions.python_launch import (
-    add_python_launch_file,
-)
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.launch_arguments import (
-    ARGUMENT_ACTIONS,
-)
-from colcon_yamllaunch.language.evaluation.launch_arguments import (
-    PROCESS_ARGUMENTS,
-)
-from colcon_yamllaunch.language.evaluation.launch_arguments import (
-    undeclared_argument,
-)
-from colcon_yamllaunch.language.evaluation.launch_arguments import (
-    undeclared_hint,
-)
+from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.values import expression_error
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
-from colcon_yamllaunch.language.evaluation.walk import ExecutableUse
-from colcon_yamllaunch.language.evaluation.walk import expression_error
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import Walk
@@ -85,7 +70,7 @@ def evaluate(request: Request) -> Evaluation:
     """
     walk = _Launch(request, HANDLERS, MAKERS)
     walk.launch(request.name, request.path)
-    if not walk.has_python:
+    if request.arguments and not walk.has_python:
         # what a launch file in Python declares is not known
         walk.warn_of_unknown_arguments(request.arguments)
     return Evaluation(
@@ -140,8 +125,11 @@ class _Launch(Walk):
         # before the package is built, only the file in its source is there
         file = name if os.path.isfile(name) else path
         self.has_python = True
+        # most launch files are not in Python
+        from colcon_yamllaunch.language.actions import python_launch
+
         with self.draft.within_block('file', name, position):
-            add_python_launch_file(self, file, position, length)
+            python_launch.add_python_launch_file(self, file, position, length)
 
     def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
         raise problem
@@ -180,14 +168,19 @@ class _Launch(Walk):
 
     def warn_of_unknown_arguments(self, given: Mapping[str, str]) -> None:
         """Warn of arguments that no launch file declares or reads."""
+        # most launches are given none
+        from colcon_yamllaunch.language.evaluation import launch_arguments
+
+        known = {*self.read, *launch_arguments.PROCESS_ARGUMENTS}
         declared = {
             entity.item.texts['name'].plain
             for file in self.files.values()
             if file is not None
             for entity in file.walk()
-            if entity.action.name in ARGUMENT_ACTIONS
+            if entity.action.name in launch_arguments.ARGUMENT_ACTIONS
         }
         for name in given:
-            if name not in {*declared, *self.read, *PROCESS_ARGUMENTS}:
-                hint = undeclared_hint(name, declared)
-                self.report(LaunchError(undeclared_argument(name, hint)))
+            if name not in declared | known:
+                hint = launch_arguments.undeclared_hint(name, declared)
+                problem = launch_arguments.undeclared_argument(name, hint)
+                self.report(LaunchError(problem))

@@ -68,7 +68,7 @@ def compute(expression: str) -> str | None:
     Compute an expression that has no effects and ends soon.
 
     :returns: The result, or None when only a launch may compute it
-    :raises ExpressionError: if it fails; the message says how
+    :raises ExpressionError: when it fails; the message says how
     """
     if len(expression) > MAXIMUM_LENGTH:
         return None

@@ -24,7 +24,8 @@ def show_arguments(request: Request) -> str:
     :param request: The launch file; the launch arguments matter only for the
       paths of includes
     :returns: Lines, without a line end after the last
-    :raises LaunchError: if a launch file that is used in any case has mistakes
+    :raises LaunchError: when a launch file that is used in any case has
+      mistakes
     """
     declarations = find_declarations(request)
     return '\n'.join(_lines(declarations, request.cwd))

@@ -25,7 +25,7 @@ def split_command_line(template: Template) -> tuple[Template, ...]:
     The result of a substitution is never split: it is, or is a part of, one
     argument.
 
-    :raises UnclosedQuoteError: if a quote is not closed
+    :raises UnclosedQuoteError: when a quote is not closed
     """
     splitter = _Splitter()
     for part in template.parts:

@@ -71,7 +71,7 @@ def read_source(path: str, name: str) -> Source:
 
     :param path: The file to read
     :param name: The path that the file goes by
-    :raises LaunchError: if it can't be read or is not text
+    :raises LaunchError: when it can't be read or is not text
     """
     file = Path(path)
     try:

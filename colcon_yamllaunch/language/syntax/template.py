@@ -87,7 +87,7 @@ def parse_template(text: str) -> Template:
     """
     Read a text.
 
-    :raises TemplateSyntaxError: if a substitution in it is malformed
+    :raises TemplateSyntaxError: when a substitution in it is malformed
     """
     if '$(' not in text:
         return Template((unescape(text),) if text else ())

@@ -53,7 +53,7 @@ def read_xml(source: Source) -> Element:
     Read the elements of a file.
 
     :returns: The root element
-    :raises LaunchError: if it is not XML, has a document type or exceeds a
+    :raises LaunchError: when it is not XML, has a document type or exceeds a
       limit
     """
     return _Reader(source).read()

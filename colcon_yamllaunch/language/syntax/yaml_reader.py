@@ -10,7 +10,6 @@ from typing import Literal
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.language.syntax.yaml_errors import explain
 import yaml
 
 #: How deep lists and mappings may be nested.
@@ -108,7 +107,7 @@ def construct(kind: Kind, text: str) -> str | int | float | bool | None:
     """
     Return the Python object for a scalar.
 
-    :raises ValueError: if the text is no value of that kind
+    :raises ValueError: when the text is no value of that kind
     """
     if kind in ('str', 'timestamp', 'merge'):
         return text
@@ -123,7 +122,7 @@ def read_yaml(source: Source) -> Value | None:
     Read the one document of a file.
 
     :returns: The document, or None when the file has none
-    :raises LaunchError: if it is not YAML, has duplicate keys or exceeds a
+    :raises LaunchError: when it is not YAML, has duplicate keys or exceeds a
       limit
     """
     return _Reader(source).read()
@@ -197,6 +196,9 @@ class _Reader:
                 elif isinstance(event, yaml.StreamEndEvent):
                     return self._root
         except yaml.YAMLError as e:
+            # most launch files have no mistakes
+            from colcon_yamllaunch.language.syntax.yaml_errors import explain
+
             raise explain(e, self._source) from e
         finally:
             if loader is not None:

@@ -27,6 +27,7 @@ from colcon_yamllaunch.language.vocabulary.actions import Attribute
 from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
+from colcon_yamllaunch.language.vocabulary.actions import required_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.actions import UNSUPPORTED
 
@@ -316,14 +317,10 @@ class _TreeReader:
             else:
                 names = [other for other in table if other != done]
                 self._report_unknown(what, name, key, attribute_value, names)
-        for attribute in known:
-            if (
-                attribute.required
-                and attribute.name not in value.pairs
-                and attribute.name != done
-            ):
+        for name in required_of(known):
+            if name not in value.pairs and name != done:
                 self._report(
-                    f"{what} needs the attribute '{attribute.name}'",
+                    f"{what} needs the attribute '{name}'",
                     position,
                     length=len(what) - 2,
                 )

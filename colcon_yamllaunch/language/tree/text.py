@@ -39,16 +39,17 @@ class Text:
 
     :param scalar: The YAML scalar
     :param plain: Whether it has no substitutions by definition
-    :raises LaunchError: if a substitution in it is malformed or unknown
+    :raises LaunchError: when a substitution in it is malformed or unknown
     """
 
     __slots__ = ('_scalar', 'literal', 'template')
 
     def __init__(self, scalar: Scalar, *, plain: bool = False) -> None:
         self._scalar = scalar
-        if plain:
-            self.template = Template((unescape(scalar.text),))
-            self.literal = self.template.literal
+        if plain or '$(' not in scalar.text:
+            self.literal: str | None = unescape(scalar.text)
+            is_empty = not self.literal and not plain
+            self.template = Template(() if is_empty else (self.literal,))
             return
         try:
             self.template = parse_template(scalar.text)

@@ -43,7 +43,7 @@ def read_xml_document(source: Source, problems: list[Diagnostic]) -> Mapping:
     all values are texts until a type is wanted.
 
     :param problems: Where mistakes go that do not end the reading
-    :raises LaunchError: if it is not XML, no launch file or exceeds a limit
+    :raises LaunchError: when it is not XML, no launch file or exceeds a limit
     """
     root = read_xml(source)
     if root.name.text != 'launch':
@@ -198,7 +198,7 @@ def parameter_value(element: Element, text: XmlScalar) -> Value:
 
     :param element: The `param` or `set_parameter`
     :param text: Its attribute `value`
-    :raises LaunchError: if it is nothing that a parameter can be
+    :raises LaunchError: when it is nothing that a parameter can be
     """
     if element.name.text != 'param':
         # ROS 2 takes the text for YAML after its substitutions

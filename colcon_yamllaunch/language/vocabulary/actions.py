@@ -16,6 +16,7 @@ what is older than Humble counts as Humble.
 """
 
 from collections.abc import Mapping
+from collections.abc import Sequence
 from enum import Enum
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -617,14 +618,28 @@ def items_of(attribute: Attribute) -> tuple[Attribute, ...]:
     return attribute.items
 
 
-_BY_NAME: dict[int, tuple[object, Mapping[str, Attribute]]] = {}
+_BY_NAME: dict[int, tuple[object, dict[str, Attribute], list[str]]] = {}
 
 
 def by_name(attributes: tuple[Attribute, ...]) -> Mapping[str, Attribute]:
     """Return attributes by their names; the same for the same attributes."""
+    return _names(attributes)[1]
+
+
+def required_of(attributes: tuple[Attribute, ...]) -> Sequence[str]:
+    """Return the names of the attributes that there must be."""
+    return _names(attributes)[2]
+
+
+def _names(
+    attributes: tuple[Attribute, ...],
+) -> tuple[object, dict[str, Attribute], list[str]]:
     found = _BY_NAME.get(id(attributes))
     if found is None:
         # with the attributes themselves, so that no others get their id
-        found = attributes, {a.name: a for a in attributes}
-        _BY_NAME[id(attributes)] = found
-    return found[1]
+        found = _BY_NAME[id(attributes)] = (
+            attributes,
+            {a.name: a for a in attributes},
+            [a.name for a in attributes if a.required],
+        )
+    return found

@@ -67,7 +67,7 @@ def infer(text: str) -> ParameterContent:
     """
     Return what YAML takes a text for, as ROS 2 does after substitutions.
 
-    :raises ParameterTypeError: if it is nothing that a parameter can be
+    :raises ParameterTypeError: when it is nothing that a parameter can be
     """
     kind = plain_kind(text)
     if kind in ('int', 'float', 'bool'):
@@ -90,7 +90,7 @@ def coerce(text: str, kind: str) -> ParameterContent:
     Return a text as a value of a type.
 
     :param kind: str, bool, int, float, or yaml
-    :raises ParameterTypeError: if it is none
+    :raises ParameterTypeError: when it is none
     """
     if kind == 'yaml':
         return infer(text)

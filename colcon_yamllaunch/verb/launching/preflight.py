@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 from pathlib import Path
 
-from colcon_yamllaunch.language.evaluation.walk import ExecutableUse
+from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.position import Position

@@ -17,12 +17,10 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.workspace.environment.hooks import DamagedHooksError
-from colcon_yamllaunch.workspace.environment.hooks import extended_variables
+from colcon_yamllaunch.workspace.environment import hooks
+from colcon_yamllaunch.workspace.environment import setup_templates
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.environment.sourcing import shown_messages
-from colcon_yamllaunch.workspace.environment.templates import colcon_template
-from colcon_yamllaunch.workspace.environment.templates import is_from_template
 from colcon_yamllaunch.workspace.packages.package import prefix_of
 
 _UTIL = '_local_setup_util_sh.py'
@@ -97,7 +95,7 @@ def _unknown_script(install_base: Path) -> Path | None:
         path = install_base / name
         try:
             text = path.read_text('utf-8', errors='surrogateescape')
-            if not is_from_template(text, colcon_template(name)):
+            if not setup_templates.is_from(setup_templates.colcon(name), text):
                 return path
         except OSError:
             return path
@@ -108,8 +106,8 @@ def _damage(prefix: Path, name: str) -> str | None:
     if not (prefix / 'share' / name / 'package.sh').is_file():
         return f'it is not installed in {prefix}'
     try:
-        extended_variables(str(prefix), name)
-    except DamagedHooksError as e:
+        hooks.read_hooks(str(prefix), name)
+    except hooks.DamagedHooksError as e:
         return str(e)
     return None
 
@@ -118,7 +116,7 @@ def _lack(
     variables: Mapping[str, str], name: str, prefix: Path, install_base: Path
 ) -> str | None:
     promised = [('COLCON_PREFIX_PATH', str(install_base))]
-    promised += extended_variables(str(prefix), name)
+    promised += hooks.read_hooks(str(prefix), name).extended
     for variable, path in promised:
         if not _has(variables, variable, path):
             return f'{variable} lacks {os.path.normpath(path)}'
@@ -167,8 +165,8 @@ def _damaged_neighbour(install_base: Path) -> str | None:
     for path in sorted(found):
         prefix, name = path.parents[2], path.parent.name
         try:
-            extended_variables(str(prefix), name)
-        except DamagedHooksError as e:
+            hooks.read_hooks(str(prefix), name)
+        except hooks.DamagedHooksError as e:
             cure = _again(name, prefix, prefix == install_base)
             return f'{e}. {cure}'
     return None

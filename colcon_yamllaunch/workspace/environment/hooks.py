@@ -9,12 +9,17 @@ are those of colcon's and ament's prefix scripts (colcon-core,
 shell/template/prefix_util.py.em; ament_package, _local_setup_util.py).
 """
 
+from dataclasses import field
 import os
 import re
+
+from colcon_yamllaunch.common.frozen import dataclass
 
 _SET = ('set', 'set-if-unset')
 _IF_EXISTS = 'prepend-non-duplicate-if-exists'
 _EXTEND = ('append-non-duplicate', 'prepend-non-duplicate', _IF_EXISTS)
+#: The extensions that count when bash sources, in ascending priority.
+_SHELLS = ('.sh', '.bash')
 #: How package.sh names its hooks (colcon-core, shell/template/package.sh.em).
 _SH_HOOK = re.compile(
     r'^_colcon_package_sh_source_script "\$COLCON_CURRENT_PREFIX/([^"\n]+)"',
@@ -29,28 +34,44 @@ class DamagedHooksError(Exception):
         super().__init__(f'{path} is damaged: {reason}')
 
 
-def extended_variables(prefix: str, name: str) -> list[tuple[str, str]]:
+@dataclass(frozen=True, slots=True)
+class Hooks:
     """
-    Return the variables that sourcing a package extends, with the paths.
+    The hooks of a package.
+
+    :param paths: What is read or looked for, the description of all first
+    :param extended: Variables with the path that is put into each
+    :param texts: All names and values, as they are put into shell commands
+    :param scripts: The scripts that are sourced
+    """
+
+    paths: list[str] = field(default_factory=list)
+    extended: list[tuple[str, str]] = field(default_factory=list)
+    texts: list[tuple[str, str]] = field(default_factory=list)
+    scripts: list[str] = field(default_factory=list)
+
+
+def read_hooks(prefix: str, name: str) -> Hooks:
+    """
+    Read what sourcing does for a package.
 
     :param prefix: The prefix that it is installed in
     :raises DamagedHooksError: when a description of its hooks is damaged
     """
-    extended: list[tuple[str, str]] = []
+    hooks = Hooks()
     path = os.path.join(prefix, 'share', name, 'package.dsv')
+    hooks.paths.append(path)
     if os.path.exists(path):
-        _read((path,), prefix, extended)
+        _read((path,), prefix, hooks)
         _check_complete(path)
-    return extended
+    return hooks
 
 
-def _read(
-    chain: tuple[str, ...], prefix: str, extended: list[tuple[str, str]]
-) -> None:
+def _read(chain: tuple[str, ...], prefix: str, hooks: Hooks) -> None:
     path = chain[-1]
     if path in chain[:-1]:
         raise DamagedHooksError(path, 'it names itself')
-    bases: dict[str, None] = {}
+    sources: dict[str, set[str]] = {}
     for number, line in enumerate(_text(path).splitlines(), 1):
         if not line.strip() or line.startswith('#'):
             continue
@@ -59,42 +80,50 @@ def _read(
             if not separator:
                 raise ValueError('there is no semicolon')
             if operation == 'source':
-                bases[_base(remainder)] = None
+                _add_source(remainder, sources)
             else:
-                extended += _extended(operation, remainder, prefix)
+                _change(operation, remainder, prefix, hooks)
         except ValueError as e:
             raise DamagedHooksError(path, f'line {number}: {e}') from e
-    for base in bases:
+    for base, extensions in sources.items():
         base = os.path.join(prefix, base)
         description = f'{base}.dsv'
+        hooks.paths.append(description)
         if os.path.exists(description):
             _check_not_empty(description, base)
-            _read((*chain, description), prefix, extended)
+            _read((*chain, description), prefix, hooks)
+        else:
+            scripts = [base + e for e in _SHELLS if e in extensions]
+            hooks.scripts.extend(scripts[-1:])
 
 
-def _base(hook: str) -> str:
-    base, extension = os.path.splitext(hook)
+def _add_source(remainder: str, sources: dict[str, set[str]]) -> None:
+    base, extension = os.path.splitext(remainder)
     if not extension:
-        raise ValueError(f"'{hook}' has no extension")
-    return base
+        raise ValueError(f"'{remainder}' has no extension")
+    sources.setdefault(base, set()).add(extension)
 
 
-def _extended(
-    operation: str, remainder: str, prefix: str
-) -> list[tuple[str, str]]:
+def _change(operation: str, remainder: str, prefix: str, hooks: Hooks) -> None:
     name, *values = remainder.split(';')
     if operation in _SET:
         if not values:
             raise ValueError(f'{name} is given no value')
-        return []
-    if operation not in _EXTEND:
+        values = [remainder.partition(';')[2]]
+        hooks.paths.append(os.path.join(prefix, values[0]))
+    elif operation in _EXTEND:
+        if not values:
+            raise ValueError(f'{name} is given no path')
+        for value in values:
+            path = os.path.join(prefix, value) if value else prefix
+            if operation == _IF_EXISTS:
+                hooks.paths.append(path)
+                if not os.path.exists(path):
+                    continue
+            hooks.extended.append((name, path))
+    else:
         raise ValueError(f"there is no operation '{operation}'")
-    if not values:
-        raise ValueError(f'{name} is given no path')
-    paths = [os.path.join(prefix, v) if v else prefix for v in values]
-    if operation == _IF_EXISTS:
-        paths = list(filter(os.path.exists, paths))
-    return [(name, path) for path in paths]
+    hooks.texts.extend((name, value) for value in values)
 
 
 def _check_not_empty(description: str, base: str) -> None:

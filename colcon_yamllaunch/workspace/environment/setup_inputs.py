@@ -4,57 +4,47 @@
 """
 What the environment that a setup script makes comes from.
 
-In bash it does little: it sources the scripts of the prefixes that it chains
-and of its own, and each of these evaluates what a Python program prints. So
-the scripts have to be as colcon and ament write them, what the programs look
-at is traced, and what they print has to be plain assignments. A hook that is a
-script may do and read anything.
+The scripts that colcon and ament write do what the descriptions of hooks say.
+So their paths tell all, as long as each script is from its template and no
+hook is a script, which may do and read anything.
 """
 
 from collections.abc import Mapping
-import json
 import os
 from pathlib import Path
 import re
-import subprocess
 
+from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.workspace.environment import hooks
+from colcon_yamllaunch.workspace.environment import setup_templates
 from colcon_yamllaunch.workspace.environment.sourcing import OWN_VARIABLES
 from colcon_yamllaunch.workspace.environment.sourcing import SCRIPT
-from colcon_yamllaunch.workspace.environment.sourcing import SOURCE_TIMEOUT
-from colcon_yamllaunch.workspace.environment.templates import ament_template
-from colcon_yamllaunch.workspace.environment.templates import colcon_template
-from colcon_yamllaunch.workspace.environment.templates import is_from_template
-from colcon_yamllaunch.workspace.environment.templates import LITERAL
 
-_TRACED_PYTHON = Path(__file__).with_name('traced_python.py')
-_ELF = b'\x7fELF'
-_WORD = re.compile(r'[\w.:\[-]+')
-_COMMENT = re.compile(r'^ *#.*$', re.M)
-_FUNCTION = re.compile(r'BASH_FUNC_(.*)(?:%%|\(\))', re.S)
-_CHAINED = re.compile(rf'^COLCON_CURRENT_PREFIX="({LITERAL})"$', re.M)
+#: Where colcon and ament list the packages of a prefix.
+_COLCON_INDEX = 'share/colcon-core/packages'
+_AMENT_INDEX = 'share/ament_index/resource_index'
+_CHAINED = re.compile(
+    rf'^COLCON_CURRENT_PREFIX="({setup_templates.LITERAL})"$', re.M
+)
 _PYTHON = re.compile(r'_(colcon|ament)_python_executable="([\w./+@:,%=-]+)"')
-#: Variables by which a user chooses another Python.
-_OVERRIDES = {
-    'colcon': 'COLCON_PYTHON_EXECUTABLE',
-    'ament': 'AMENT_PYTHON_EXECUTABLE',
-}
-#: A list of paths that a shell leaves as it is, even without quotes.
+_ELF = b'\x7fELF'
+#: Where a Python looks for what runs whenever it starts (module `site`).
+_PYTHON_FOLDERS = (
+    'lib/python3*',
+    'lib/python3*/*-packages',
+    'local/lib/python3*/*-packages',
+)
+#: Text that means itself within double quotes, and in a list of paths.
+_PLAIN_TEXT = re.compile(setup_templates.LITERAL)
 _PLAIN_PATHS = re.compile(r'[^$`"\\\n*?\[\]]*')
+_NAME = re.compile(r'[A-Za-z_]\w*', re.A)
 #: Variables that bash gives another value whenever they are used.
 _RESTLESS = frozenset(
     ('BASHPID', 'EPOCHREALTIME', 'EPOCHSECONDS', 'HISTCMD', 'LINENO')
 ) | frozenset(('PPID', 'RANDOM', 'SECONDS', 'SRANDOM', *OWN_VARIABLES))
-#: A variable is set to a text, with its value before at one end.
-_SET = re.compile(
-    r'export ([A-Za-z_]\w*)="((?:\$\1:)?[^$`"\\\n]*(?::\$\1)?)"', re.A
-)
-#: A colon at an end is cut off; older versions of ament run programs for it.
-_CUT = re.compile(
-    r'export (\w+)=\$\{\1[#%]:\}'
-    r'|if \[ "\$\(echo -n \$(\w+) \| (?:head|tail) -c 1\)" = ":" \]; '
-    r'then export \2=\$\{\2[#%]\?\} ; fi',
-    re.A,
-)
+_FUNCTION = re.compile(r'BASH_FUNC_(.*)(?:%%|\(\))', re.S)
+_COMMENT = re.compile(r'^ *#.*$', re.M)
+_WORD = re.compile(r'[\w.:\[-]+')
 
 
 class UnknownContentError(Exception):
@@ -74,101 +64,118 @@ def setup_inputs(
     """
     try:
         return _Inputs(environment).follow(setup)
-    except (OSError, ValueError, subprocess.SubprocessError) as e:
+    except (OSError, hooks.DamagedHooksError) as e:
         raise UnknownContentError(e) from e
 
 
 class _Inputs:
     def __init__(self, environment: Mapping[str, str]) -> None:
-        #: As it is when the next prefix is sourced.
-        self._environment = dict(environment)
+        self._environment = environment
         self._paths: dict[str, None] = {}
-        functions = map(_FUNCTION.fullmatch, environment)
-        self._functions = {found[1] for found in functions if found}
 
     def follow(self, setup: Path) -> tuple[str, ...]:
-        self._require(not self._functions & _commands(SCRIPT), 'a function')
-        text = self._read(str(setup), colcon_template('setup.bash'))
+        self._refuse_functions(SCRIPT)
+        text = self._read(setup, setup_templates.colcon(setup.name))
         for prefix in [*_CHAINED.findall(text), str(setup.parent)]:
-            self._follow_prefix(prefix)
+            self._follow_prefix(Path(prefix))
         return tuple(self._paths)
 
-    def _require(self, condition: bool, unknown: str) -> None:
-        if not condition:
-            raise UnknownContentError(unknown)
+    def _note(self, *paths: Path | str) -> None:
+        self._paths.update(dict.fromkeys(map(str, paths)))
 
-    def _read(self, path: str, *templates: Path | None) -> str:
-        self._paths[path] = None
-        with open(path, encoding='utf-8', errors='surrogateescape') as file:
-            text = file.read()
-        self._require(any(is_from_template(text, t) for t in templates), path)
-        self._require(not self._functions & _commands(text), path)
+    def _read(self, path: Path, *templates: Path | None) -> str:
+        self._note(path)
+        text = path.read_text('utf-8', 'surrogateescape')
+        if not any(setup_templates.is_from(t, text) for t in templates):
+            raise UnknownContentError(path)
+        self._refuse_functions(text)
         return text
 
-    def _follow_prefix(self, prefix: str) -> None:
+    def _refuse_functions(self, script: str) -> None:
+        words = set(_WORD.findall(_COMMENT.sub('', script)))
+        for function in map(_FUNCTION.fullmatch, self._environment):
+            if function is not None and function[1] in words:
+                raise UnknownContentError(function[1])
+
+    def _follow_prefix(self, prefix: Path) -> None:
         # the list goes through a script without quotes
         known = self._environment.get('COLCON_PREFIX_PATH', '')
-        self._require(
-            _PLAIN_PATHS.fullmatch(f'{prefix}:{known}') is not None, prefix
-        )
+        if not _PLAIN_PATHS.fullmatch(f'{prefix}:{known}'):
+            raise UnknownContentError(prefix)
         name = 'local_setup.bash'
-        text = self._read(
-            os.path.join(prefix, name),
-            colcon_template(name),
-            ament_template(prefix, name),
-        )
-        program = '_local_setup_util_sh.py'
-        if _PYTHON.search(text) is None:
-            # that of ament leaves the work to another one
-            name = 'local_setup.sh'
-            text = self._read(
-                os.path.join(prefix, name), ament_template(prefix, name)
-            )
-            program = '_local_setup_util.py'
-        arguments = [os.path.join(prefix, program), 'sh', 'bash']
-        if '--merged-install' in text:
-            arguments.append('--merged-install')
-        for line in self._trace(self._python(text), arguments).splitlines():
-            self._assign(line)
+        of_colcon = setup_templates.colcon(name)
+        of_ament = setup_templates.ament(prefix, name)
+        text = self._read(prefix / name, of_colcon, of_ament)
+        if _PYTHON.search(text):
+            self._follow_colcon(prefix, text)
+        else:
+            self._follow_ament(prefix)
 
-    def _python(self, script: str) -> str:
+    def _follow_colcon(self, prefix: Path, script: str) -> None:
+        util = '_local_setup_util_sh.py'
+        self._read(prefix / util, setup_templates.colcon(util))
+        self._follow_python(script)
+        is_merged = '--merged-install' in script
+        listed = prefix / _COLCON_INDEX if is_merged else prefix
+        for name in self._names(listed):
+            own = prefix if is_merged else prefix / name
+            entry = own / _COLCON_INDEX / name
+            self._note(entry)
+            if entry.is_file():
+                self._follow_package(own, name)
+
+    def _follow_ament(self, prefix: Path) -> None:
+        script, _ = (
+            self._read(prefix / name, setup_templates.ament(prefix, name))
+            for name in ('local_setup.sh', '_local_setup_util.py')
+        )
+        self._follow_python(script)
+        index = prefix / _AMENT_INDEX
+        for name in self._names(index / 'packages'):
+            self._note(index / 'packages' / name)
+            self._note(index / 'package_run_dependencies' / name)
+            if not self._follow_package(prefix, name):
+                # one of its scripts is sourced instead
+                raise UnknownContentError(name)
+
+    def _names(self, folder: Path) -> list[str]:
+        self._note(folder)
+        names = os.listdir(folder) if folder.is_dir() else []
+        return sorted(name for name in names if not name.startswith('.'))
+
+    def _follow_package(self, prefix: Path, name: str) -> bool:
+        done = hooks.read_hooks(str(prefix), name)
+        self._note(*done.paths)
+        for script in done.scripts:
+            raise UnknownContentError(script)
+        for variable, value in done.texts:
+            if (
+                not _NAME.fullmatch(variable)
+                or variable in _RESTLESS
+                or not _PLAIN_TEXT.fullmatch(value)
+                # which encoding it is read in depends on much
+                or not value.isascii()
+            ):
+                raise UnknownContentError(f'{name}: {variable}={value}')
+        return os.path.exists(done.paths[0])
+
+    def _follow_python(self, script: str) -> None:
         found = _PYTHON.search(script)
         if found is None:
             raise UnknownContentError(script)
-        override = self._environment.get(_OVERRIDES[found[1]])
-        python = override or found[2]
-        with open(python, 'rb') as file:
-            is_program = file.read(len(_ELF)) == _ELF
-        self._require(os.path.isabs(python) and is_program, python)
-        self._paths[python] = None
-        return python
-
-    def _trace(self, python: str, arguments: list[str]) -> str:
-        traced = subprocess.run(
-            [python, _TRACED_PYTHON, *arguments],
-            env=self._environment,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=SOURCE_TIMEOUT,
-            check=True,
-        )
-        paths, printed = json.loads(traced.stdout)
-        self._paths |= dict.fromkeys(paths)
-        return str(printed)
-
-    def _assign(self, line: str) -> None:
-        # which encoding a value is read in depends on much
-        self._require(line.isascii(), line)
-        found = _SET.fullmatch(line)
-        if found is not None:
-            name, value = found.groups()
-            self._require(name not in _RESTLESS, line)
-            before = self._environment.get(name, '')
-            self._environment[name] = value.replace(f'${name}', before)
-        elif not line.startswith('#'):
-            self._require(_CUT.fullmatch(line) is not None, line)
-
-
-def _commands(script: str) -> set[str]:
-    """Return the words of a script, the names of its commands among them."""
-    return set(_WORD.findall(_COMMENT.sub('', script)))
+        override = f'{found[1].upper()}_PYTHON_EXECUTABLE'
+        python = Path(self._environment.get(override) or found[2])
+        with python.open('rb') as file:
+            if not python.is_absolute() or file.read(len(_ELF)) != _ELF:
+                raise UnknownContentError(python)
+        home = self._environment.get('HOME', os.path.expanduser('~'))
+        own = {python.parents[1], python.resolve().parents[1]}
+        self._note(python, *(place / 'pyvenv.cfg' for place in own))
+        folders = split_path(self._environment.get('PYTHONPATH'))
+        for place in (*own, Path(home, '.local')):
+            self._note(place / 'lib')
+            for pattern in _PYTHON_FOLDERS:
+                folders += map(str, place.glob(pattern))
+        for folder in map(Path, map(os.path.abspath, folders)):
+            self._note(folder, *folder.glob('*.pth'))
+            self._note(*folder.glob('*customize.py'))

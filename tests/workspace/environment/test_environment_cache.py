@@ -239,7 +239,9 @@ def test_value_that_bash_evaluates_is_not_remembered(tmp_path, line):
     assert memory.records() == []
 
 
-@pytest.mark.parametrize('name', ['setup.bash', 'local_setup.bash'])
+@pytest.mark.parametrize(
+    'name', ['setup.bash', 'local_setup.bash', '_local_setup_util_sh.py']
+)
 def test_edited_setup_script_is_not_remembered(memory, name):
     memory.get()
     with (memory.install.path / name).open('a') as file:
@@ -247,26 +249,6 @@ def test_edited_setup_script_is_not_remembered(memory, name):
     memory.get()
     memory.get()
     assert memory.sourced == 3
-
-
-def test_another_program_costs_one_sourcing(memory, tmp_path):
-    memory.get()
-    program = memory.install.path / '_local_setup_util_sh.py'
-    text = program.read_text()
-    reading = (
-        f'file = Path({str(tmp_path / "file")!r})\n'
-        "value = file.read_text() if file.exists() else 'none'\n"
-        'print(\'export GIVEN="%s"\' % value)\n'
-    )
-    program.write_text(text.replace('if __name__', f'{reading}if __name__'))
-    for _ in range(2):
-        assert memory.get().variables['GIVEN'] == 'none'
-    assert memory.sourced == 2
-    for word in ('one', 'two'):
-        (tmp_path / 'file').write_text(word)
-        for _ in range(2):
-            assert memory.get().variables['GIVEN'] == word
-    assert memory.sourced == 4
 
 
 def test_caller_with_other_variables(memory):

@@ -15,43 +15,43 @@ import re
 
 #: What a shell leaves as it is within double quotes.
 LITERAL = r'[^"$`\\\n]*'
+_COLCON = {
+    'setup.bash': ('colcon_bash', 'prefix_chain.bash.em'),
+    'local_setup.bash': ('colcon_bash', 'prefix.bash.em'),
+    '_local_setup_util_sh.py': ('colcon_core', 'prefix_util.py.em'),
+}
+#: Where Debian and others install Python packages in a prefix.
+_AMENT = 'lib/python3*/*-packages/ament_package/template/prefix_level'
 #: EmPy's statements, joined lines and expressions, and CMake's variables.
 _TAG = re.compile(
     r'@\[ *(if|for|end)[^]]*\]@\n|@\{[^}]*\}@\n|@\n|@\(([\w.]+)\)|@\w+@'
 )
-#: Where Debian and others install Python packages in a prefix.
-_AMENT = 'lib/python3*/*-packages/ament_package/template/prefix_level'
 
 
-def colcon_template(name: str) -> Path | None:
-    """Return colcon's template of a script of a prefix, if there is one."""
-    package = 'colcon_core' if name.endswith('.py') else 'colcon_bash'
+def colcon(name: str) -> Path | None:
+    """Return colcon's template of a script, None where there is none."""
+    package, template = _COLCON[name]
     spec = find_spec(package)
     if spec is None or spec.origin is None:
         return None
-    stem = {
-        'setup.bash': 'prefix_chain.bash',
-        'local_setup.bash': 'prefix.bash',
-    }
-    file = f'{stem.get(name, "prefix_util.py")}.em'
-    return Path(spec.origin).parent / 'shell/template' / file
+    return Path(spec.origin).parent / 'shell/template' / template
 
 
-def ament_template(prefix: str, name: str) -> Path | None:
+def ament(prefix: Path, name: str) -> Path | None:
     """Return ament's template of a script of a prefix, as in /opt/ros."""
-    return next(Path(prefix).glob(f'{_AMENT}/{name}*'), None)
+    return next(prefix.glob(f'{_AMENT}/{name}*'), None)
 
 
-def is_from_template(text: str, template: Path | None) -> bool:
+def is_from(template: Path | None, script: str) -> bool:
     """
-    Tell whether the text of a script is what a template makes.
+    Tell whether a script is what a template makes.
 
     :raises OSError: when the template cannot be read
     """
     if template is None:
         return False
-    pattern = ''.join(_patterns(template.read_text(encoding='utf-8')))
-    return re.fullmatch(pattern, text) is not None
+    pattern = ''.join(_patterns(template.read_text('utf-8')))
+    return re.fullmatch(pattern, script) is not None
 
 
 def _patterns(template: str) -> Iterator[str]:

@@ -1,0 +1,101 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What was found on the way: problems, packages, programs, nodes."""
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.evaluation.scope import Guard
+from colcon_yamllaunch.language.evaluation.values import Place
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Position
+
+
+@dataclass(frozen=True, slots=True)
+class ExecutableUse:
+    """
+    A program of a package that the launch runs or names.
+
+    :param package: The package
+    :param name: The program
+    :param path: Where it is, or will be once the package is built
+    :param position: Where the launch file says so
+    """
+
+    package: str
+    name: str
+    path: str
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class NamedNode:
+    """A node that has a name, and when there is one."""
+
+    position: Position
+    guards: tuple[Guard, ...]
+
+    def may_meet(self, other: 'NamedNode') -> bool:
+        """Say whether one launch may evidently have both."""
+        return not any(
+            mine.excludes(its) for mine in self.guards for its in other.guards
+        )
+
+
+class Findings:
+    """What was found so far, and the includes that led there."""
+
+    def __init__(self) -> None:
+        self.diagnostics: list[Diagnostic] = []
+        self.packages_used: dict[str, Position] = {}
+        self.executables: list[ExecutableUse] = []
+        #: The nodes that have a name, by that.
+        self.nodes: dict[str, list[NamedNode]] = {}
+        self._includes: list[Position] = []
+        self._reported: set[tuple[str, Position | None]] = set()
+
+    @property
+    def includes(self) -> tuple[Position, ...]:
+        """The includes that led to the open file, innermost first."""
+        return tuple(reversed(self._includes))
+
+    def warn(
+        self,
+        message: str,
+        position: Position | None,
+        *,
+        hint: str | None = None,
+        length: int = 1,
+    ) -> None:
+        """Note a warning; see :class:`Diagnostic`."""
+        self.report(
+            LaunchError(Diagnostic('warning', message, position, hint, length))
+        )
+
+    def fail_at(self, place: Place, message: str, hint: str) -> None:
+        """Note an error at a place in a launch file that may be closed."""
+        self.diagnostics.append(
+            Diagnostic(
+                'error',
+                message,
+                place.position,
+                hint,
+                place.length,
+                place.includes,
+            )
+        )
+
+    def report(self, problem: LaunchError) -> None:
+        """Note a problem, unless it is known."""
+        for position in reversed(self._includes):
+            problem = problem.included_from(position)
+        for diagnostic in problem.diagnostics:
+            # a file that is included twice has its mistakes but once
+            where = (diagnostic.message, diagnostic.position)
+            if where not in self._reported:
+                self._reported.add(where)
+                self.diagnostics.append(diagnostic)
+
+    def use_package(self, name: str, position: Position) -> None:
+        """Note that the launch needs a package."""
+        self.packages_used.setdefault(name, position)

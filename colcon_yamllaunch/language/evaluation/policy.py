@@ -1,0 +1,157 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What differs in what is done with launch files."""
+
+from abc import ABC
+from abc import abstractmethod
+import os
+
+from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.findings import Findings
+from colcon_yamllaunch.language.evaluation.request import Request
+from colcon_yamllaunch.language.evaluation.scope import Guard
+from colcon_yamllaunch.language.evaluation.surroundings import Surroundings
+from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.tree.launch_tree import Entity
+from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
+from colcon_yamllaunch.language.tree.text import Text
+
+
+class Policy(Findings, Surroundings, ABC):
+    """
+    What a walk does where launching, checking and listing differ.
+
+    :param request: What is to be launched
+    """
+
+    #: Whether everything is known, as in a launch: then an error ends its
+    #: action, and a value that is not known is one that was reported.
+    is_launch = False
+
+    def __init__(self, request: Request) -> None:
+        Findings.__init__(self)
+        Surroundings.__init__(self, request)
+
+    @abstractmethod
+    def fail(self, problem: LaunchError, *, is_certain: bool = True) -> None:
+        """
+        Take note of an error.
+
+        :param is_certain: Whether it is one, as far as it can be told before
+          the launch
+        :raises LaunchError: when the launch cannot go on with it
+        """
+
+    @abstractmethod
+    def branch(self, guard: Guard, entity: Entity) -> None:
+        """Do an action that has a condition, or not."""
+
+    @abstractmethod
+    def follow(
+        self, attributes: Attributes, located: tuple[str, str] | None
+    ) -> None:
+        """
+        Go through an included launch file.
+
+        :param attributes: Those of the include
+        :param located: The path that the file goes by and the one to read,
+          None when there is none or it is not known
+        """
+
+    @abstractmethod
+    def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
+        """
+        Take note of a launch file that cannot be read.
+
+        :param origin: Where it is included, None for the outermost
+        """
+
+    @abstractmethod
+    def launch_python(
+        self, name: str, path: str, position: Position, length: int
+    ) -> None:
+        """
+        Launch a file in Python.
+
+        :param name: The path that it goes by
+        :param path: The file to read
+        :param position: Where it is included, else its start
+        :param length: How many characters that takes
+        """
+
+    def declare(
+        self, attributes: Attributes, name: str, choices: tuple[str, ...]
+    ) -> None:
+        """Take note of a launch argument that is declared."""
+
+    @abstractmethod
+    def missing_argument(self, attributes: Attributes, name: str) -> None:
+        """Take note of a launch argument that was not given."""
+
+    @abstractmethod
+    def configuration(
+        self, value: Value, position: Position, text: Text
+    ) -> Value:
+        """
+        Return a value as that of a launch configuration.
+
+        :param position: Where it is set
+        :param text: What it is made of
+        """
+
+    def default(self, value: Value, _source: str) -> Value:
+        """Return a value that stands for one that a launch may be given."""
+        return value
+
+    def settled(self, value: Value) -> Value:
+        """
+        Return a value that is read.
+
+        :raises AlreadyReportedError: when a launch has to know it
+        """
+        if value.text is None and self.is_launch:
+            raise AlreadyReportedError
+        return value
+
+    @abstractmethod
+    def compute(self, expression: str, modules: str) -> str | None:
+        """
+        Compute an expression in Python, None when only a launch may do so.
+
+        :raises SubstitutionError: when it fails
+        """
+
+    def enter(self, path: str, file: LaunchFile) -> None:
+        """Take note of a launch file that is gone through."""
+
+    def found_beside(self, file: Text, written: str) -> None:
+        """Take note of an include that ROS 2 would not find."""
+
+    def note_text(self, template: Template | None) -> None:
+        """
+        Take note of a text that is not the launch file's own.
+
+        :param template: The text, or None when it is not known
+        """
+
+    def note_file(self, path: str, file: LaunchFile) -> None:
+        """Take note of a launch file that is read for the first time."""
+
+    def is_program(self, path: str) -> bool:
+        """Say whether there is such a program, or a build may bring it."""
+        is_file = os.path.isfile(path) and os.access(path, os.X_OK)
+        return is_file or self.packages.may_appear(path)
+
+    def parameter_file(self, path: str) -> str | None:
+        """Return where to read a file with parameters, None if nowhere."""
+        if os.path.isfile(path):
+            return path
+        located = self.packages.locate(path)
+        if located is None or not self.packages.may_appear(path):
+            return None
+        return located[1]
