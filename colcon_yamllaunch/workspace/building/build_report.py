@@ -95,7 +95,10 @@ def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:
     if not texts:
         verdict = 'up to date'
         if decision.built_at is not None:
-            verdict += f' since its build at {_time(decision.built_at)}'
+            moment = time.localtime(decision.built_at / 1_000_000_000)
+            verdict += time.strftime(
+                ' since its build at %Y-%m-%d %H:%M:%S', moment
+            )
     else:
         more = len(texts) - EXPLAINED_REASONS
         rest = f' and {more} more' if more > 0 else ''
@@ -140,8 +143,3 @@ def _packages(count: int) -> str:
 
 def _fresh(count: int) -> str:
     return f', {count} up to date' if count else ''
-
-
-def _time(nanoseconds: int) -> str:
-    moment = time.localtime(nanoseconds / 1_000_000_000)
-    return time.strftime('%Y-%m-%d %H:%M:%S', moment)

@@ -122,13 +122,11 @@ class Products:
         for path in files:
             with suppress(OSError):
                 path.unlink()
-            for folder in path.parents:
-                if not folder.is_relative_to(self.install_base):
-                    break
-                try:
+            with suppress(OSError):
+                for folder in path.parents:
+                    if not folder.is_relative_to(self.install_base):
+                        break
                     folder.rmdir()
-                except OSError:
-                    break
 
     def take_links(self, name: str, known: Iterable[str]) -> dict[Path, Path]:
         """

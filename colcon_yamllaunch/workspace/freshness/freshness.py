@@ -101,7 +101,10 @@ class Freshness:
         except DamagedRecordError:
             return Decision(name, (Reason(_UNKNOWN, BuildMode.CLEAN),))
         if record is None:
-            return Decision(name, (self._unknown(name),))
+            reason = Reason('never built')
+            if self._products.build(name).is_dir():
+                reason = Reason(_UNKNOWN, BuildMode.CONFIGURE)
+            return Decision(name, (reason,))
         reasons = [*self._reasons(package, record, context)]
         if record.built_at:
             reasons += _of_others(record, before)
@@ -208,11 +211,6 @@ class Freshness:
     def _write(self, name: str, record: Record) -> None:
         write_record(self._path(name), record)
         self._records.pop(name, None)
-
-    def _unknown(self, name: str) -> Reason:
-        if self._products.build(name).is_dir():
-            return Reason(_UNKNOWN, BuildMode.CONFIGURE)
-        return Reason('never built')
 
     def _reasons(
         self, package: Package, record: Record, context: BuildContext

@@ -39,12 +39,8 @@ def relocated_packages(
     Return for each the folder that it was built from, or in if only that one
     changed.
     """
-    relocated = {}
-    for package in packages:
-        old = _old_place(package, build_base / package.name)
-        if old is not None:
-            relocated[package.name] = old
-    return relocated
+    old = {p.name: _old_place(p, build_base / p.name) for p in packages}
+    return {name: place for name, place in old.items() if place is not None}
 
 
 def remove_builds(relocated: Mapping[str, Path], products: Products) -> None:

@@ -88,9 +88,8 @@ def _crawled_folders(folder: Path) -> Iterator[Path]:
     except OSError:
         return
     for child in children:
-        if child.name.startswith('.') or not child.is_dir():
-            continue
-        if not is_ignored(child):
+        is_hidden = child.name.startswith('.')
+        if not is_hidden and child.is_dir() and not is_ignored(child):
             yield child
 
 
@@ -113,9 +112,8 @@ def _is_weak(folder: Path, home: Path) -> bool:
 
 
 def _may_be_weak(folder: Path, home: Path) -> bool:
-    if home.is_relative_to(folder) or _belongs_to_everyone(folder):
-        return False
-    return not is_package(folder)
+    is_common = home.is_relative_to(folder) or _belongs_to_everyone(folder)
+    return not is_common and not is_package(folder)
 
 
 def _belongs_to_everyone(folder: Path) -> bool:
