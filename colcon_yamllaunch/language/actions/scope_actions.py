@@ -172,8 +172,7 @@ def _reset_env(walk: Walk, _attributes: Attributes) -> None:
 
 def _push_ros_namespace(walk: Walk, attributes: Attributes) -> None:
     pushed = attributes.required('namespace')
-    if pushed.text != '':
-        walk.scope.namespace = inner_namespace(walk, attributes, pushed)
+    walk.scope.namespace = inner_namespace(walk, attributes, pushed)
 
 
 def inner_namespace(

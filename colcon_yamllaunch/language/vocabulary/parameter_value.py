@@ -67,8 +67,12 @@ def infer(text: str) -> ParameterContent:
     """
     Return what YAML takes a text for, as ROS 2 does after substitutions.
 
+    An empty text, which is nothing in YAML, stays one in ROS 2.
+
     :raises ParameterTypeError: when it is nothing that a parameter can be
     """
+    if not text:
+        return text
     kind = plain_kind(text)
     if kind in ('int', 'float', 'bool'):
         value = construct(kind, text)

@@ -126,7 +126,7 @@ def test_error(launcher, entry, message, hint):
     launcher.environment |= {
         'COLON': 'a: b',
         'DATE': '2020-01-01',
-        'NONE': '',
+        'NONE': '~',
         'LIST': '[1]',
     }
     entry = entry.replace('{«from', '«{from')
