@@ -53,10 +53,8 @@ class Orphan:
     """
     A process that no signal to a group reaches for sure.
 
-    :param pid: Its process id
     :param birth: When it started; with the process id it names one process
       for good
-    :param group: Its process group
     :param number: The number of what it comes from
     """
 

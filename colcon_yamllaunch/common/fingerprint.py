@@ -15,7 +15,12 @@ import stat
 import time
 from typing import NamedTuple
 
-from colcon_yamllaunch.common.digest import digest
+try:
+    # hashlib loads OpenSSL, which takes each launch some 5 ms; Python's own
+    # `random` goes past it, too
+    from _blake2 import blake2b
+except ImportError:
+    from hashlib import blake2b
 
 #: How long after a change another one may get the same time (nanoseconds).
 #: Linux counts file times in ticks of up to 10 ms, some file systems in
@@ -25,6 +30,8 @@ COARSE_TICK = 2_000_000_000
 #: Larger files are told apart by size and time only (bytes).
 READ_SIZE = 8 * 1024 * 1024
 
+#: Bytes; so long that no two contents share a digest by accident.
+_DIGEST_SIZE = 16
 _SECOND = 1_000_000_000
 
 
@@ -108,7 +115,6 @@ def with_content(
     """
     Return a fingerprint with the digest of the content.
 
-    :param path: The file
     :param now: Its fingerprint, which was taken a moment ago
     :param before: An earlier one, whose digest is used again if it was not
       written since
@@ -129,9 +135,7 @@ def has_same_content(
     """
     Tell whether a file has the content that it had.
 
-    :param path: The file
     :param before: As :func:`with_content` returned it
-    :param now: Its fingerprint now
     """
     if before.size != now.size:
         return False
@@ -141,6 +145,11 @@ def has_same_content(
         return before.mtime == now.mtime
     # a checkout there and back, or a copied workspace
     return before.digest == content_digest(path, now.size)
+
+
+def digest(content: bytes) -> str:
+    """Return the digest of a content, as a hexadecimal number."""
+    return blake2b(content, digest_size=_DIGEST_SIZE).hexdigest()
 
 
 def content_digest(path: Path, size: int) -> str:

@@ -20,10 +20,7 @@ class RunningProcess:
     """
     A process that runs; zombies do not.
 
-    :param pid: Its process id
     :param parent: The process id of its parent
-    :param group: Its process group
-    :param session: Its session
     :param ticks: The time that processors have spent on it, in clock ticks
     :param birth: When it started, in ticks after boot; with the process id
       it names one process for good

@@ -65,14 +65,14 @@ location.create_log_path('launch')
 from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.workspace.building import update
-from colcon_yamllaunch.workspace.environment.underlays import BuildEnvironment
+from colcon_yamllaunch.workspace.environment.sourcing import Environment
 
 
 def bring_up_to_date(colcon, names, environment, announce, **options):
     return update.bring_up_to_date(
         colcon,
         update.BuildRequest(names, **options),
-        BuildEnvironment(environment),
+        Environment(environment),
         announce,
     )
 
@@ -231,7 +231,8 @@ def update(workspace: Workspace) -> Callable[..., tuple[Any, str]]:
             f'colcon = Colcon(Path({str(workspace.root)!r}), {arguments!r})\n'
             f'result = bring_up_to_date(colcon, {names!r}, '
             'dict(os.environ), print)\n'
-            'show([result.returncode, dict(result.stale), result.fresh])\n'
+            'fresh = [d.name for d in result.decisions if not d.is_stale]\n'
+            'show([result.returncode, dict(result.stale), fresh])\n'
         )
         environment = workspace.environment(**variables)
         results, output = workspace.run(code, environment=environment)

@@ -17,7 +17,6 @@ from colcon_yamllaunch.workspace.environment.environment_cache import (
 )
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.environment.underlays import build_environment
-from colcon_yamllaunch.workspace.environment.underlays import BuildEnvironment
 from colcon_yamllaunch.workspace.packages.closure import needed_by
 from colcon_yamllaunch.workspace.packages.manifest import broken_manifests
 from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
@@ -96,7 +95,7 @@ class WorkspaceSession:
         """Tell by which dependencies packages come to be needed."""
         return needed_by(self._packages.values(), wanted)
 
-    def build_environment(self) -> BuildEnvironment:
+    def build_environment(self) -> Environment:
         """
         Return what packages are built in.
 
@@ -105,10 +104,12 @@ class WorkspaceSession:
         build = build_environment(
             self._user_environment, self.colcon.install_base
         )
-        return BuildEnvironment(
+        return Environment(
             # what colcon sets for the programs that it calls
             {'COLCON': '1', **build.variables},
-            tuple(n for n in build.notes if n not in self._sourced.notes),
+            notes=tuple(
+                n for n in build.notes if n not in self._sourced.notes
+            ),
         )
 
     def source(self) -> None:

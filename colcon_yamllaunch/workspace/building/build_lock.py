@@ -26,7 +26,6 @@ class BuildLock:
     """
     The lock of a workspace, while it is held.
 
-    :param handle: The lock file
     :param waited: Whether another process held it before
     """
 

@@ -38,7 +38,6 @@ def after_build(built: Sequence[Decision], fresh: int) -> str:
     """
     Tell what a launch has built and why, in one line.
 
-    :param built: The packages that were built
     :param fresh: How many others it needs
     """
     if built:
@@ -58,11 +57,9 @@ def after_failure(
     :param built: Those that were built before
     :param unbuilt: Those that were not built in the end
     """
-    parts = []
+    parts = ['the build was interrupted']
     if failed:
-        parts.append(f'{_names(failed)} failed to build')
-    else:
-        parts.append('the build was interrupted')
+        parts = [f'{_names(failed)} failed to build']
     if built:
         parts.append(f'{_packages(len(built))} built')
     if unbuilt:
@@ -76,8 +73,6 @@ def setup_missing(failed: Iterable[Package]) -> Iterator[str]:
 
     colcon-ros takes the build type of their manifests for granted, and fails
     with a traceback.
-
-    :param failed: The packages that failed
     """
     for package in failed:
         setup = package.path / 'setup.py'
@@ -100,17 +95,17 @@ def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:
     if not texts:
         verdict = 'up to date'
         if decision.built_at is not None:
-            verdict += f' since its build at {_time(decision.built_at)}'
+            moment = time.localtime(decision.built_at / 1_000_000_000)
+            verdict += time.strftime(
+                ' since its build at %Y-%m-%d %H:%M:%S', moment
+            )
     else:
         more = len(texts) - EXPLAINED_REASONS
         rest = f' and {more} more' if more > 0 else ''
         verdict = f'to be built, as {", ".join(texts[:EXPLAINED_REASONS])}'
         verdict += rest + _MODES[decision.mode]
-    return f'{decision.name}: {verdict}; needed by {_way(way, launch)}'
-
-
-def _way(way: Sequence[str], launch: str) -> str:
-    return ' → '.join([launch, *way[:-1]])
+    needed_by = ' → '.join([launch, *way[:-1]])
+    return f'{decision.name}: {verdict}; needed by {needed_by}'
 
 
 def _why(decisions: Sequence[Decision]) -> str:
@@ -148,8 +143,3 @@ def _packages(count: int) -> str:
 
 def _fresh(count: int) -> str:
     return f', {count} up to date' if count else ''
-
-
-def _time(nanoseconds: int) -> str:
-    moment = time.localtime(nanoseconds / 1_000_000_000)
-    return time.strftime('%Y-%m-%d %H:%M:%S', moment)

@@ -75,7 +75,6 @@ def end_orphans(build_base: Path, announce: Callable[[str], None]) -> None:
 
     To be called while no other launch builds there.
 
-    :param build_base: The build folder of the workspace
     :param announce: Is called with one line if there are some
     """
     processes = BuildProcesses(build_base)

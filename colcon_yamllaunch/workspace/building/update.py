@@ -18,7 +18,7 @@ from colcon_yamllaunch.workspace.building.build_report import setup_missing
 from colcon_yamllaunch.workspace.building.orphan_builds import mark
 from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
 from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
-from colcon_yamllaunch.workspace.environment.underlays import BuildEnvironment
+from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.freshness.build_context import build_of
 from colcon_yamllaunch.workspace.freshness.build_context import BuildContext
 from colcon_yamllaunch.workspace.freshness.build_context import mode_after
@@ -86,16 +86,11 @@ class Update:
         """The packages that had to be built, each with the first reason."""
         return tuple((d.name, d.reason) for d in self.decisions if d.is_stale)
 
-    @property
-    def fresh(self) -> tuple[str, ...]:
-        """The packages that were up to date."""
-        return tuple(d.name for d in self.decisions if not d.is_stale)
-
 
 def bring_up_to_date(
     colcon: CachedColcon,
     request: BuildRequest,
-    environment: BuildEnvironment,
+    environment: Environment,
     announce: Callable[[str], None],
     explain: Callable[[Sequence[Decision]], None] | None = None,
 ) -> Update:
@@ -104,7 +99,6 @@ def bring_up_to_date(
 
     Another launch that builds in this workspace is waited for.
 
-    :param environment: What it is built in
     :param announce: Is called with a line that the user should see at once
     :param explain: Is called with what was decided
     :raises WorkspaceError: when the build cannot start
@@ -137,7 +131,7 @@ def bring_up_to_date(
 def decide(
     colcon: CachedColcon,
     request: BuildRequest,
-    environment: BuildEnvironment,
+    environment: Environment,
     announce: Callable[[str], None],
 ) -> tuple[Decision, ...]:
     """

@@ -25,22 +25,13 @@ from colcon_yamllaunch.common.fingerprint import fingerprints
 MAXIMUM_FILES = 1000
 
 #: Extensions whose answers depend on what is compared here and in the index.
-_KNOWN = frozenset(
-    (
-        'colcon_argcomplete',
-        'colcon_cmake',
-        'colcon_core',
-        'colcon_defaults',
-        'colcon_metadata',
-        'colcon_mixin',
-        'colcon_package_information',
-        'colcon_package_selection',
-        'colcon_python_setup_py',
-        'colcon_recursive_crawl',
-        'colcon_ros',
-        # our own reads the words of `colcon run` only
-        'colcon_yamllaunch',
-    )
+_KNOWN = (
+    *('colcon_argcomplete', 'colcon_cmake', 'colcon_core', 'colcon_defaults'),
+    *('colcon_metadata', 'colcon_mixin', 'colcon_package_information'),
+    *('colcon_package_selection', 'colcon_python_setup_py'),
+    *('colcon_recursive_crawl', 'colcon_ros'),
+    # our own reads the words of `colcon run` only
+    'colcon_yamllaunch',
 )
 #: The groups of extensions that have a say in arguments and packages.
 _GROUPS = (
@@ -53,15 +44,9 @@ _GROUPS = (
 BUILD_TASKS = 'colcon_core.task.build'
 #: Variables of colcon that make no difference: where it logs, and what a
 #: sourced install space sets.
-_OTHER_VARIABLES = frozenset(
-    (
-        'COLCON_CURRENT_PREFIX',
-        'COLCON_DEFAULT_EXECUTOR',
-        'COLCON_LOG_LEVEL',
-        'COLCON_LOG_PATH',
-        'COLCON_PREFIX_PATH',
-        'COLCON_TRACE',
-    )
+_OTHER_VARIABLES = (
+    *('COLCON_CURRENT_PREFIX', 'COLCON_DEFAULT_EXECUTOR', 'COLCON_LOG_LEVEL'),
+    *('COLCON_LOG_PATH', 'COLCON_PREFIX_PATH', 'COLCON_TRACE'),
 )
 #: The defaults of a workspace (colcon-defaults).
 _WORKSPACE_DEFAULTS = 'colcon_defaults.yaml'
@@ -163,7 +148,6 @@ def named_files(
     Return the fingerprints of files that arguments name.
 
     :param root: What relative paths start from
-    :param values: The parsed arguments
     """
     texts = [t for value in values.values() for t in _texts(value)]
     paths = {str(root / text) for text in texts}

@@ -33,20 +33,11 @@ import sys
 import threading
 from typing import Any
 
+from colcon_core import command
 from colcon_core import location
-from colcon_core.command import add_parser_arguments
-from colcon_core.command import add_parsers_without_arguments
-from colcon_core.command import CommandContext
-from colcon_core.command import create_parser
-from colcon_core.command import create_subparser
 from colcon_core.executor import execute_jobs
 from colcon_core.executor import OnError
 from colcon_core.package_descriptor import PackageDescriptor
-from colcon_core.package_identification import (
-    get_package_identification_extensions,
-)
-from colcon_core.package_identification import identify
-from colcon_core.package_identification import IgnoreLocationException
 from colcon_core.package_selection import get_package_descriptors
 from colcon_core.subprocess import SIGINT_RESULT
 from colcon_core.topological_order import topological_order_packages
@@ -59,12 +50,13 @@ from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
 from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
 from colcon_yamllaunch.workspace.colcon.build_result import INTERRUPTED
 from colcon_yamllaunch.workspace.colcon.identification import Identification
+from colcon_yamllaunch.workspace.colcon.identification import identify_folder
 from colcon_yamllaunch.workspace.packages.closure import closure
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import Package
 
 #: Plain CMake honours no --symlink-install, but this variable since 3.22.
-_INSTALL_MODE = ('CMAKE_INSTALL_MODE', 'ABS_SYMLINK_OR_COPY')
+_INSTALL_MODE = {'CMAKE_INSTALL_MODE': 'ABS_SYMLINK_OR_COPY'}
 #: Without test dependencies. Since 0.17 colcon needs a mapping here: it takes
 #: a plain list of recursive categories for no restriction at all.
 _DIRECT = ('build', 'run')
@@ -75,12 +67,7 @@ _HELPERS = ('_create_paths', '_get_jobs', '_create_prefix_scripts')
 #: of colcon's variables.
 _NO_VARIABLES = 'colcon_yamllaunch.no_environment_variable'
 #: Arguments of every package's build beside those of the build tasks.
-_COMMON_SETTINGS = (
-    'build_base',
-    'install_base',
-    'merge_install',
-    'symlink_install',
-)
+_COMMON = ('build_base', 'install_base', 'merge_install', 'symlink_install')
 
 
 class Colcon:
@@ -102,7 +89,6 @@ class Colcon:
         self._verb.VERB_NAME = 'build'
         self._selected: dict[str, Any] = {}
         self._discovered: set[Any] | None = None
-        self._index: dict[str, Any] = {}
         with self._in_root():
             self._args = self._parse()
         self._folders = Identification(
@@ -110,12 +96,13 @@ class Colcon:
         )
         self.build_base = self.root / self._args.build_base
         self.install_base = self.root / self._args.install_base
-        self._follow_layout()
-
-    @property
-    def merge_install(self) -> bool:
-        """Whether all packages are installed into one prefix."""
-        return bool(self._args.merge_install)
+        # colcon would refuse to build; the layout needs to be chosen once only
+        self._merge_is_asked = bool(self._args.merge_install)
+        #: Whether all packages are installed into one prefix.
+        self.merge_install = self._merge_is_asked or is_merged(
+            self.install_base
+        )
+        self._args.merge_install = self.merge_install
 
     def packages(self) -> tuple[Package, ...]:
         """
@@ -163,10 +150,10 @@ class Colcon:
         The user's defaults, mixins and metadata files are in it.
         """
         settings = self.arguments.settings
-        desc = self._by_name().get(name)
-        if desc is None:
-            return settings
-        return settings | {'metadata': self._metadata(desc)}
+        for desc in self._descriptors():
+            if desc.name == name:
+                return settings | {'metadata': self._metadata(desc)}
+        return settings
 
     @property
     def arguments(self) -> BuildArguments:
@@ -174,7 +161,7 @@ class Colcon:
         args = self._args
         values = {
             key: getattr(args, key, None)
-            for key in sorted({*self._tasks, *_COMMON_SETTINGS})
+            for key in sorted({*self._tasks, *_COMMON})
         }
         return BuildArguments(
             build_base=args.build_base,
@@ -197,7 +184,7 @@ class Colcon:
     def describe(self) -> dict[str, tuple[Package, str]]:
         """Return the identified packages with their own settings."""
         with self._in_root():
-            found = self._folders.describe_all()
+            found = self._folders.describe()
         return {
             folder: (_package(desc, self.root), self._metadata(desc))
             for folder, desc in found.items()
@@ -212,7 +199,6 @@ class Colcon:
         with self._in_root():
             found = self._folders.describe(folders)
         self._discovered = set(found.values())
-        self._index = {}
 
     def adopt(self, packages: Mapping[str, Package]) -> None:
         """
@@ -223,7 +209,6 @@ class Colcon:
         :param packages: By their folders, relative to the workspace
         """
         self._discovered = set(starmap(_descriptor, packages.items()))
-        self._index = {}
 
     def mark(self) -> None:
         """
@@ -258,9 +243,9 @@ class Colcon:
         """
         descriptors = self._needed(names)
         self.mark()
+        variables = _INSTALL_MODE | dict(environment)
         if not all(hasattr(BuildVerb, helper) for helper in _HELPERS):
-            return self._build_by_command(descriptors, names, environment)
-        variables = self._variables(environment)
+            return self._build_by_command(descriptors, names, variables)
         with self._in_root(), _changed(variables), _own_signals():
             try:
                 return self._build(descriptors, frozenset(names))
@@ -272,15 +257,15 @@ class Colcon:
                 raise WorkspaceError(f'cannot build: {e}') from e
 
     def _parse(self) -> Any:
-        parser = create_parser(_NO_VARIABLES)
+        parser = command.create_parser(_NO_VARIABLES)
         verbs = {'build': self._verb}
-        subparser = create_subparser(
+        subparser = command.create_subparser(
             parser, 'colcon', verbs, attribute='verb_name'
         )
-        parsers = add_parsers_without_arguments(
+        parsers = command.add_parsers_without_arguments(
             parser, subparser, verbs, attribute='verb_name'
         )
-        add_parser_arguments(parsers['build'], self._verb)
+        command.add_parser_arguments(parsers['build'], self._verb)
         arguments = ['build', '--symlink-install', *self.build_arguments]
         output = io.StringIO()
         try:
@@ -295,13 +280,6 @@ class Colcon:
         if ' error: ' not in output:
             reason = 'they do not ask for a build'
         return f"colcon build does not take the arguments '{given}': {reason}"
-
-    def _follow_layout(self) -> None:
-        # colcon would refuse to build; the layout needs to be chosen once only
-        self._merge_is_asked = bool(self._args.merge_install)
-        self._args.merge_install = self._merge_is_asked or is_merged(
-            self.install_base
-        )
 
     def _descriptors(self) -> set[Any]:
         if self._discovered is None:
@@ -323,22 +301,13 @@ class Colcon:
             raise WorkspaceError(str(e)) from e
         return found
 
-    def _by_name(self) -> dict[str, Any]:
-        descriptors = self._descriptors()
-        if len(self._index) != len(descriptors):
-            self._index = {desc.name: desc for desc in descriptors}
-        return self._index
-
     def _select_one(self, folder: Path) -> str | None:
         real = os.path.realpath(folder)
         for desc in self._descriptors():
             if os.path.realpath(self.root / desc.path) == real:
                 return str(desc.name)
-        try:
-            desc = identify(get_package_identification_extensions(), real)
-        except IgnoreLocationException:
-            return None
-        if not desc:
+        _, desc = identify_folder(real)
+        if desc is None:
             return None
         with self._in_root():
             self._folders.augment({desc})
@@ -372,7 +341,7 @@ class Colcon:
         jobs, _ = self._verb._get_jobs(
             args, self._decorators(descriptors, names), str(self.install_base)
         )
-        context = CommandContext(command_name='colcon', args=args)
+        context = command.CommandContext(command_name='colcon', args=args)
         on_error = (
             OnError.skip_downstream
             if args.continue_on_error
@@ -383,8 +352,8 @@ class Colcon:
         self._verb._create_prefix_scripts(
             str(self.install_base), args.merge_install
         )
-        built = _succeeded(jobs.values())
-        return BuildResult(_exit_code(rc), built, _failed(jobs.values()))
+        done = list(jobs.values())
+        return BuildResult(_exit_code(rc), _succeeded(done), _failed(done))
 
     def _decorators(self, descriptors: set[Any], names: frozenset[str]) -> Any:
         try:
@@ -403,7 +372,7 @@ class Colcon:
         self,
         descriptors: set[Any],
         names: Collection[str],
-        environment: Mapping[str, str],
+        variables: Mapping[str, str],
     ) -> BuildResult:
         paths = sorted(
             str(self.root / desc.path)
@@ -411,11 +380,9 @@ class Colcon:
             if desc.name in names
         )
         main = 'import sys, colcon_core.command as c; sys.exit(c.main())'
-        command = [sys.executable, '-c', main, 'build', '--symlink-install']
-        command += [*self.build_arguments, '--base-paths', '--paths', *paths]
-        with subprocess.Popen(
-            command, cwd=self.root, env=self._variables(environment)
-        ) as process:
+        words = [sys.executable, '-c', main, 'build', '--symlink-install']
+        words += [*self.build_arguments, '--base-paths', '--paths', *paths]
+        with subprocess.Popen(words, cwd=self.root, env=variables) as process:
             try:
                 returncode = process.wait()
             except KeyboardInterrupt:
@@ -423,9 +390,6 @@ class Colcon:
                 returncode = INTERRUPTED
         built = frozenset(names) if returncode == 0 else frozenset[str]()
         return BuildResult(returncode, built)
-
-    def _variables(self, environment: Mapping[str, str]) -> dict[str, str]:
-        return dict([_INSTALL_MODE]) | dict(environment)
 
     @contextmanager
     def _in_root(self) -> Iterator[None]:
@@ -446,9 +410,8 @@ def expand_template(
     template: Path, destination: Path, values: Mapping[str, Any]
 ) -> None:
     """
-    Make a file of a template, as colcon makes its scripts.
+    Make a file of a template of EmPy, as colcon makes its scripts.
 
-    :param template: A template of EmPy
     :param destination: The file; its folder is made if necessary
     :param values: What the template refers to
     :raises OSError: when the file cannot be written
@@ -507,22 +470,19 @@ def _exit_code(returncode: Any) -> int:
     return returncode if isinstance(returncode, int) else 1
 
 
-def _succeeded(jobs: Iterable[Any]) -> frozenset[str]:
-    outcome: dict[str, bool] = {}
-    for job in jobs:
-        name = str(job.task_context.pkg.name)
-        outcome[name] = outcome.get(name, True) and job.returncode == 0
-    return frozenset(name for name, good in outcome.items() if good)
+def _succeeded(jobs: Collection[Any]) -> frozenset[str]:
+    return _names_of(jobs) - _names_of(j for j in jobs if j.returncode != 0)
 
 
 def _failed(jobs: Iterable[Any]) -> frozenset[str]:
     # those that were not begun have no return code, and those that were not
     # ended one of their own
-    return frozenset(
-        str(job.task_context.pkg.name)
-        for job in jobs
-        if job.returncode not in (None, 0, SIGINT_RESULT)
-    )
+    good = (None, 0, SIGINT_RESULT)
+    return _names_of(job for job in jobs if job.returncode not in good)
+
+
+def _names_of(jobs: Iterable[Any]) -> frozenset[str]:
+    return frozenset(str(job.task_context.pkg.name) for job in jobs)
 
 
 @contextmanager

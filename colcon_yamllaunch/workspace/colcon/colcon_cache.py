@@ -93,10 +93,10 @@ class CachedColcon:
 
         :raises WorkspaceError: when colcon refuses the arguments
         """
-        if self._index is None and not self._is_left_to_colcon:
-            self._find()
         if self._is_left_to_colcon:
             return self._ask().packages()
+        if self._index is None:
+            self._find()
         return self._sorted
 
     def select(

@@ -58,9 +58,14 @@ class Identification:
         kind, desc = self._identified(folder)
         return kind, '' if desc is None else str(desc.type)
 
-    def describe(self, folders: Iterable[str]) -> dict[str, Any]:
-        """Return the complete descriptors of the packages in folders."""
-        for folder in (folders := list(folders)):
+    def describe(self, folders: Iterable[str] | None = None) -> dict[str, Any]:
+        """
+        Return the complete descriptors of the packages in folders.
+
+        :param folders: All that were identified if not given
+        """
+        folders = list(self._found if folders is None else folders)
+        for folder in folders:
             self._identified(folder)
         new = self._found.keys() - self._augmented
         self.augment({self._found[folder][1] for folder in new} - {None})
@@ -70,10 +75,6 @@ class Identification:
             for folder in folders
             if (desc := self._found[folder][1]) is not None
         }
-
-    def describe_all(self) -> dict[str, Any]:
-        """Return the complete descriptors of all of them."""
-        return self.describe(self._found)
 
     def augment(self, descriptors: set[Any]) -> None:
         """Have all extensions complete descriptors."""
@@ -86,7 +87,7 @@ class Identification:
     def _identified(self, folder: str) -> tuple[str, Any]:
         if folder not in self._found:
             self._read_parameters()
-            self._found[folder] = _identify(folder)
+            self._found[folder] = identify_folder(folder)
         return self._found[folder]
 
     def _read_parameters(self) -> None:
@@ -122,7 +123,8 @@ class _AskedOnce:
         return getattr(self._extension, name)
 
 
-def _identify(folder: str) -> tuple[str, Any]:
+def identify_folder(folder: str) -> tuple[str, Any]:
+    """Return what kind a folder is, and the bare descriptor of a package."""
     extensions = get_package_identification_extensions()
     try:
         desc = identify(extensions, folder)

@@ -22,25 +22,13 @@ from typing import Protocol
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import fingerprint
+from colcon_yamllaunch.workspace.packages import package_folder
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.package_folder import candidates
-from colcon_yamllaunch.workspace.packages.package_folder import conditions
-from colcon_yamllaunch.workspace.packages.package_folder import content
-from colcon_yamllaunch.workspace.packages.package_folder import (
-    has_ignore_marker,
-)
-from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
-from colcon_yamllaunch.workspace.packages.package_folder import is_certain
-from colcon_yamllaunch.workspace.packages.package_folder import MARKERS
-from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
-from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
-from colcon_yamllaunch.workspace.packages.package_folder import relevant
-from colcon_yamllaunch.workspace.packages.package_folder import settled
 
 #: What colcon said about a folder, and what that depends on; as in JSON.
 Entry = dict[str, Any]
 
-_KINDS = (PACKAGE, IGNORED, PLAIN)
+_KINDS = (package_folder.PACKAGE, package_folder.IGNORED, package_folder.PLAIN)
 
 
 class Identifier(Protocol):
@@ -100,7 +88,7 @@ class PackageIndex:
         return {
             folder: _package(entry)
             for folder, entry in self._entries.items()
-            if entry['kind'] == PACKAGE
+            if entry['kind'] == package_folder.PACKAGE
         }
 
     def metadata(self) -> dict[str, str]:
@@ -108,7 +96,7 @@ class PackageIndex:
         return {
             entry['name']: entry['metadata']
             for entry in self._entries.values()
-            if entry['kind'] == PACKAGE and entry['metadata']
+            if entry['kind'] == package_folder.PACKAGE and entry['metadata']
         }
 
     def lasting_entries(self) -> dict[str, Entry]:
@@ -148,23 +136,21 @@ class PackageIndex:
     ) -> list[str]:
         """Say what a folder is; return what to visit below, last first."""
         entry = self._known(known.get(folder), path, status)
-        if entry is None or entry['kind'] == PLAIN:
-            if has_ignore_marker(path):
+        if entry is None or entry['kind'] == package_folder.PLAIN:
+            if package_folder.has_ignore_marker(path):
                 return []
-            there = content(path)
+            there = package_folder.content(path)
             if there is None:
                 return []
             names, below = there
-            if entry is None and self._may_be_package(names):
+            may_be_package = self._everywhere or names & package_folder.MARKERS
+            if entry is None and may_be_package:
                 entry = self._learn(folder, path, names, ask())
         if entry is not None:
             self._entries[folder] = entry
-            if entry['kind'] != PLAIN:
+            if entry['kind'] != package_folder.PLAIN:
                 return []
         return sorted(below, reverse=True)
-
-    def _may_be_package(self, names: set[str]) -> bool:
-        return self._everywhere or not MARKERS.isdisjoint(names)
 
     def _known(
         self, entry: Entry | None, path: str, status: os.stat_result
@@ -197,23 +183,23 @@ class PackageIndex:
         ):
             return entry
         # something was added or removed, which need not matter
-        names, _ = content(path) or (set(), [])
-        files, below = relevant(path, entry['type'], names)
+        names, _ = package_folder.content(path) or (set(), [])
+        files, below = package_folder.relevant(path, entry['type'], names)
         if files != entry['files'].keys():
             return None
         self.changed = True
-        return entry | {'folders': settled(path, below)}
+        return entry | {'folders': package_folder.settled(path, below)}
 
     def _learn(
         self, folder: str, path: str, names: set[str], identifier: Identifier
     ) -> Entry:
         self.changed = self._has_learned = True
         # before colcon reads them, so that a change in between will show
-        before = candidates(path, names)
+        before = package_folder.candidates(path, names)
         kind, package_type = identifier.identify(folder)
-        files, folders = relevant(path, package_type, names)
-        certain = is_certain(kind, package_type, names)
-        variables, groups = conditions(path)
+        files, folders = package_folder.relevant(path, package_type, names)
+        certain = package_folder.is_certain(kind, package_type, names)
+        variables, groups = package_folder.conditions(path)
         return {
             'kind': kind,
             'type': package_type,
@@ -255,7 +241,7 @@ def _are_same(path: str, known: Mapping[str, Any]) -> bool:
 
 
 def _is_whole(entry: Entry) -> bool:
-    if entry['kind'] != PACKAGE:
+    if entry['kind'] != package_folder.PACKAGE:
         return entry['kind'] in _KINDS
     texts: Collection[object] = [
         *(entry[key] for key in ('name', 'path', 'type', 'metadata')),

@@ -16,6 +16,7 @@ import re
 from typing import Any
 
 from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
 from colcon_yamllaunch.workspace.colcon.build_arguments import decode
 from colcon_yamllaunch.workspace.colcon.colcon_cache import read_cache
@@ -46,7 +47,6 @@ def scan_packages(
     Find the packages of a workspace, of its install space and the underlays.
 
     :param root: The workspace, or None: then there are only the underlays
-    :param environment: The user's environment
     """
     if root is None:
         return PackageLocator((), Path(), False, environment)
@@ -116,22 +116,22 @@ class _FolderReader:
 
 
 def _cmake_name(folder: Path) -> str | None:
-    text = _text(folder / 'CMakeLists.txt')
-    if text is None:
+    path = folder / 'CMakeLists.txt'
+    if not path.is_file():
         return None
-    match = _CMAKE_NAME.search(text)
+    match = _CMAKE_NAME.search(text_of(path))
     # the name may come from a variable
     return folder.name if match is None or '$' in match[1] else match[1]
 
 
 def _python_name(folder: Path) -> str | None:
-    setup = _text(folder / 'setup.py')
-    match = _SETUP_NAME.search(setup or '') or _SETUP_CFG_NAME.search(
-        _text(folder / 'setup.cfg') or ''
+    setup = folder / 'setup.py'
+    match = _SETUP_NAME.search(text_of(setup)) or _SETUP_CFG_NAME.search(
+        text_of(folder / 'setup.cfg')
     )
-    if match is None:
-        return None if setup is None else folder.name
-    return match[1]
+    if match is not None:
+        return match[1]
+    return folder.name if setup.is_file() else None
 
 
 # in the order in which colcon asks its extensions; of a package with a
@@ -141,10 +141,3 @@ _NAMES = (
     ('cmake', _cmake_name),
     ('python', _python_name),
 )
-
-
-def _text(path: Path) -> str | None:
-    try:
-        return path.read_text(encoding='utf-8', errors='replace')
-    except OSError:
-        return None

@@ -32,14 +32,10 @@ class NewPackage:
     """
     A package that is to be made.
 
-    :param name: Its name
     :param build_type: `ament_cmake`, `ament_python` or `cmake`
     :param node: The name of its node, which is written in Python
-    :param maintainer_name: Who looks after it
-    :param maintainer_email: The address of this person
     :param dependencies: The packages that it needs to be built and to run
     :param license: Such as `MIT`, by SPDX
-    :param description: What it is for
     """
 
     name: str
@@ -141,7 +137,9 @@ def _write(package: NewPackage, folder: Path) -> None:
             file.parent.mkdir(exist_ok=True)
             file.touch()
         if file.parent.name == 'scripts':
-            _make_executable(file)
+            # everyone may run it who may read it
+            mode = file.stat().st_mode
+            file.chmod(mode | (mode & 0o444) >> 2)
     reason = manifest_error(folder)
     if reason is not None:
         # catkin_pkg names the file, which will not be there
@@ -161,9 +159,3 @@ def _values(package: NewPackage) -> Mapping[str, Any]:
         'xml_attribute': quoteattr,
         'year': time.strftime('%Y'),
     }
-
-
-def _make_executable(file: Path) -> None:
-    """Let everyone run a file who may read it."""
-    mode = file.stat().st_mode
-    file.chmod(mode | (mode & 0o444) >> 2)

@@ -22,11 +22,11 @@ from pathlib import Path
 import shutil
 import time
 
-from colcon_yamllaunch.common.digest import digest
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.fingerprint import are_settled
 from colcon_yamllaunch.common.fingerprint import COARSE_TICK
 from colcon_yamllaunch.common.fingerprint import content_digest
+from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import fingerprints
 from colcon_yamllaunch.common.fingerprint import TICK
@@ -63,10 +63,7 @@ def remembered(
     """
     Return the environment that `source SETUP` makes in a fresh bash.
 
-    :param setup: The script
     :param environment: The variables before; left as they are
-    :param build_base: The build folder of the workspace
-    :param sourcing: What sources a script
     :raises WorkspaceError: when the script is missing, fails or takes too long
     """
     path = build_base / FOLDER_NAME / _key(setup, environment)

@@ -17,7 +17,7 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.workspace.environment import environment_hooks as hooks
+from colcon_yamllaunch.workspace.environment import hooks
 from colcon_yamllaunch.workspace.environment import setup_templates
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.environment.sourcing import shown_messages
@@ -37,11 +37,7 @@ def missing_packages(
     """
     Find packages that sourcing did not bring in, though it returned 0.
 
-    :param environment: What the setup script made
-    :param names: Packages of the workspace
-    :param install_base: The install folder of the workspace
-    :param merge_install: Whether all packages are installed into one prefix
-    :returns: For each missing one the explanation with the cure
+    Return for each of them the explanation with the cure.
     """
     missing = {}
     for name in names:
@@ -69,9 +65,8 @@ def arrived_packages(
     """
     Return the packages that a setup script brought in.
 
-    :param environment: What the setup script made
+    :param environment: What it made
     :param paths: What sourcing it depends on
-    :param install_base: The install folder of the workspace
     """
     described = [path for path in paths if path.endswith('/package.dsv')]
     arrived = set()

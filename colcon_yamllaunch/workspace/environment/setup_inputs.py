@@ -15,7 +15,7 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.search_path import split_path
-from colcon_yamllaunch.workspace.environment import environment_hooks as hooks
+from colcon_yamllaunch.workspace.environment import hooks
 from colcon_yamllaunch.workspace.environment import setup_templates
 from colcon_yamllaunch.workspace.environment.sourcing import OWN_VARIABLES
 from colcon_yamllaunch.workspace.environment.sourcing import SCRIPT
@@ -64,7 +64,6 @@ def setup_inputs(
 
     They are files, folders and what is looked for and may be missing.
 
-    :param setup: The script
     :param environment: The variables that it is sourced with
     :raises UnknownContentError: when it runs something that is not known
     """

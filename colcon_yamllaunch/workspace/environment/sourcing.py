@@ -47,7 +47,6 @@ class Environment:
     """
     What a setup script made of an environment.
 
-    :param variables: All variables
     :param messages: What the script printed
     :param arrived: Packages that are known to be brought in by it
     :param notes: What the user should know about it, a line each
@@ -81,7 +80,7 @@ def source(
                 *('--noprofile', '--norc', '-c', SCRIPT, 'colcon launch'),
                 *(str(setup), env, str(result.fileno())),
             ],
-            _without(environment, _BASH_VARIABLES),
+            {k: v for k, v in environment.items() if k not in _BASH_VARIABLES},
             result,
             log,
             timeout,
@@ -194,9 +193,3 @@ def _variables(output: bytes, before: Mapping[str, str]) -> Mapping[str, str]:
     kept = (*OWN_VARIABLES, *_BASH_VARIABLES)
     restored = {name: before[name] for name in kept if name in before}
     return {**restored, **variables}
-
-
-def _without(
-    environment: Mapping[str, str], names: Sequence[str]
-) -> dict[str, str]:
-    return {k: v for k, v in environment.items() if k not in names}

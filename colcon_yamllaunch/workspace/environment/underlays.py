@@ -14,7 +14,6 @@ from collections.abc import Mapping
 from pathlib import Path
 import re
 
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.search_path import split_path
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
@@ -24,24 +23,11 @@ from colcon_yamllaunch.workspace.environment.sourcing import source
 _CHAINED = re.compile(r'^COLCON_CURRENT_PREFIX="([^"$`]+)"$', re.M)
 
 
-@dataclass(frozen=True, slots=True)
-class BuildEnvironment:
-    """
-    The environment for a build.
-
-    :param variables: All variables
-    :param notes: What the user should know about it, a line each
-    """
-
-    variables: Mapping[str, str]
-    notes: tuple[str, ...] = ()
-
-
 def build_environment(
     environment: Mapping[str, str],
     install_base: Path,
     sourcing: Callable[[Path, Mapping[str, str]], Environment] = source,
-) -> BuildEnvironment:
+) -> Environment:
     """
     Return the environment to build in, with the underlays that must survive.
 
@@ -49,15 +35,14 @@ def build_environment(
     gets those that the workspace was built with before.
 
     :param environment: The caller's
-    :param sourcing: What sources a script
     :raises WorkspaceError: when an underlay's script fails
     """
     chained = chained_underlays(install_base)
     sourced = sourced_underlays(environment, install_base)
     if not chained:
-        return BuildEnvironment(environment)
+        return Environment(environment)
     if sourced:
-        return BuildEnvironment(environment, _difference(chained, sourced))
+        return Environment(environment, notes=_difference(chained, sourced))
     notes = []
     used = []
     for prefix in chained:
@@ -72,7 +57,7 @@ def build_environment(
             'no underlay is sourced in this shell: building on top of '
             f'{", ".join(used)} as before'
         )
-    return BuildEnvironment(environment, tuple(notes))
+    return Environment(environment, notes=tuple(notes))
 
 
 def chained_underlays(install_base: Path) -> list[Path]:

@@ -16,15 +16,11 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_decision import Reason
 
-_PREFIX_PATHS = (
-    'COLCON_PREFIX_PATH',
-    'AMENT_PREFIX_PATH',
-    'CMAKE_PREFIX_PATH',
-)
-_VARIABLES = frozenset(
-    ('CC', 'CXX', 'FC', 'CUDACXX', 'CUDAHOSTCXX', 'CPATH', 'LIBRARY_PATH')
-) | frozenset(
-    ('CFLAGS', 'CXXFLAGS', 'CPPFLAGS', 'FFLAGS', 'LDFLAGS', 'PKG_CONFIG_PATH')
+#: What a build may read, beside all that begins with CMAKE_.
+_VARIABLES = (
+    *('CC', 'CXX', 'FC', 'CUDACXX', 'CUDAHOSTCXX', 'CPATH', 'LIBRARY_PATH'),
+    *('CFLAGS', 'CXXFLAGS', 'CPPFLAGS', 'FFLAGS', 'LDFLAGS'),
+    *('PKG_CONFIG_PATH', 'COLCON_PREFIX_PATH', 'AMENT_PREFIX_PATH'),
 )
 #: What builds call, with the variable that may name another one.
 _PROGRAMS = (('cc', 'CC'), ('c++', 'CXX'), ('cmake', ''), ('python3', ''))
@@ -89,13 +85,12 @@ def mode_after(mode: BuildMode) -> BuildMode:
 
     :param mode: How that one was built
     """
-    if mode is BuildMode.CLEAN:
-        # its files may be older than what was compiled with those before
-        return BuildMode.CLEAN
+    # after a build from scratch its files may be older than what was compiled
+    # with those before
+    if mode in (BuildMode.COMPILE, BuildMode.CLEAN):
+        return mode
     # CMake does not know all files that it was made to read
-    return (
-        BuildMode.COMPILE if mode is BuildMode.COMPILE else BuildMode.CONFIGURE
-    )
+    return BuildMode.CONFIGURE
 
 
 def relevant_environment(
@@ -106,16 +101,10 @@ def relevant_environment(
 
     The workspace's own install space is left out: whether the user sourced it
     makes no difference. Programs are told apart by place, size and time.
-
-    :param environment: The environment of the build
     """
     relevant = {'python': f'{sys.executable} {platform.python_version()}'}
     for name, value in environment.items():
-        if (
-            name in _PREFIX_PATHS
-            or name in _VARIABLES
-            or name.startswith('CMAKE_')
-        ):
+        if name in _VARIABLES or name.startswith('CMAKE_'):
             relevant[name] = _without_own(value, install_base)
     for program, variable in _PROGRAMS:
         relevant[program] = _program(program, variable, environment)

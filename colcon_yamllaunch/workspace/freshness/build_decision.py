@@ -46,7 +46,6 @@ class Decision:
     """
     What is to be done with a package.
 
-    :param name: The package
     :param reasons: Why it is built, the most telling one first; none if it is
       up to date
     :param built_at: When it was last built successfully, as far as is known

@@ -53,9 +53,8 @@ class BuildInputs:
 
     def reads(self, relative: str) -> bool:
         """Tell whether a source file is read by the build itself."""
-        if f'/{relative}' in self._all:
-            return True
-        return os.path.basename(relative) in self._commands
+        name = os.path.basename(relative)
+        return f'/{relative}' in self._all or name in self._commands
 
     def compiles(self, relative: str) -> bool:
         """Tell whether the build tool looks after a file by itself."""

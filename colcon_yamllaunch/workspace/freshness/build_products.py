@@ -31,8 +31,6 @@ _TRACES = (
     ARGUMENTS,
     'colcon_build.rc',
 )
-#: Why something is removed, where that fails.
-_CLEAN = ' to build it from scratch'
 
 
 class Products:
@@ -66,7 +64,7 @@ class Products:
         found = {p for folder in self.folders(name) for p in tree(folder)}
         found |= self.listed(name, python=True)
         earlier = (self.install_base / relative for relative in known)
-        found.update(path for path in earlier if _exists(path))
+        found.update(filter(os.path.lexists, earlier))
         return sorted(p for p in found if p.suffix != '.pyc')
 
     def states(self, name: str, known: Iterable[str]) -> dict[str, str]:
@@ -93,8 +91,8 @@ class Products:
             with suppress(OSError, UnicodeDecodeError):
                 text = (self.build(name) / manifest).read_text('utf-8')
                 paths.update(map(Path, text.splitlines()))
-        base = self.install_base
-        return {p for p in paths if p.is_relative_to(base) and _exists(p)}
+        own = {p for p in paths if p.is_relative_to(self.install_base)}
+        return set(filter(os.path.lexists, own))
 
     def traces(self, name: str) -> dict[str, int]:
         """Return when colcon wrote what it leaves at each build."""
@@ -107,18 +105,6 @@ class Products:
                 traces[str(path)] = path.stat().st_mtime_ns
         return traces
 
-    def forget_configuration(self, name: str) -> None:
-        """Have CMake start without what it remembers of earlier runs."""
-        (self.build(name) / 'CMakeCache.txt').unlink(missing_ok=True)
-
-    def remove_build(self, name: str) -> None:
-        """
-        Remove a package's folder in the build space.
-
-        :raises WorkspaceError: when something cannot be removed
-        """
-        remove_folder(self.build(name), _CLEAN)
-
     def remove_installed(self, name: str, known: Iterable[str]) -> None:
         """
         Remove what a package installed.
@@ -128,7 +114,7 @@ class Products:
         """
         files = self.installed(name, known)
         for folder in self.folders(name):
-            remove_folder(folder, _CLEAN)
+            remove_folder(folder)
         self.remove_files(files)
 
     def remove_files(self, files: Iterable[Path]) -> None:
@@ -136,13 +122,11 @@ class Products:
         for path in files:
             with suppress(OSError):
                 path.unlink()
-            for folder in path.parents:
-                if not folder.is_relative_to(self.install_base):
-                    break
-                try:
+            with suppress(OSError):
+                for folder in path.parents:
+                    if not folder.is_relative_to(self.install_base):
+                        break
                     folder.rmdir()
-                except OSError:
-                    break
 
     def take_links(self, name: str, known: Iterable[str]) -> dict[Path, Path]:
         """
@@ -175,12 +159,12 @@ class Products:
         if not old:
             return
         if self.merge_install:
-            for other in _folders(self.build_base):
+            for other in os.listdir(self.build_base):
                 old -= self.listed(other)
         self.remove_files(old)
 
 
-def remove_folder(path: Path, why: str) -> None:
+def remove_folder(path: Path, why: str = ' to build it from scratch') -> None:
     """
     Remove a folder, or the link to one; nothing if there is none.
 
@@ -205,13 +189,3 @@ def _state(path: Path) -> str:
     status = path.stat()
     content = content_digest(path, status.st_size)
     return content or f'{status.st_size} {status.st_mtime_ns}'
-
-
-def _exists(path: Path) -> bool:
-    return os.path.lexists(path)
-
-
-def _folders(base: Path) -> list[str]:
-    with suppress(OSError):
-        return [entry.name for entry in base.iterdir() if entry.is_dir()]
-    return []

@@ -25,7 +25,6 @@ RECORD_NAME = 'colcon_launch.json'
 #: To be raised when what is in a record changes.
 RECORD_VERSION = 2
 
-
 #: How a file names what goes by another name here.
 _KEYS = {'mode': 'how', 'clean_id': 'origin', 'interface_id': 'shape'}
 #: The parts of the context, which a file has among the rest.
@@ -41,7 +40,6 @@ class Record:
     """
     A build.
 
-    :param source: The folder that is built
     :param files: The files of the source before the build; one that is read
       from elsewhere goes by its absolute path
     :param mode: How it was built, as a number
@@ -57,7 +55,6 @@ class Record:
       what it was like
     :param traces: When the files that colcon leaves were written
     :param arguments: Those that CMake was called with, as colcon keeps them
-    :param context: What the build depended on beside the source
     """
 
     source: str
@@ -124,24 +121,12 @@ def _decode(values: Any) -> Record | None:
     context = BuildContext(*[values.pop(name) for name in _CONTEXT])
     own = {name: values.pop(key) for name, key in _KEYS.items()}
     record = Record(**values, **own, context=context)
-    _check(record)
+    _check(record, Record('', {}, mode=0))
+    _check(context, BuildContext({}, {}, {}))
     return record
 
 
-def _check(record: Record) -> None:
-    texts = (
-        *(record.id, record.clean_id, record.interface_id),
-        *(record.source, record.arguments),
-    )
-    mappings = (
-        record.installed,
-        record.traces,
-        *(getattr(record.context, name) for name in _CONTEXT),
-    )
-    numbers = (record.mode, record.finished, record.built_at)
-    if not (
-        all(isinstance(text, str) for text in texts)
-        and all(isinstance(mapping, dict) for mapping in mappings)
-        and all(isinstance(number, int) for number in numbers)
-    ):
-        raise TypeError('not a record')
+def _check(value: Any, sample: Any) -> None:
+    for name in sample.__slots__:
+        if not isinstance(getattr(value, name), type(getattr(sample, name))):
+            raise TypeError(f'{name} is of another type')

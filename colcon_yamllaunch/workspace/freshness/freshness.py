@@ -30,6 +30,7 @@ from colcon_yamllaunch.workspace.freshness.build_decision import Reason
 from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
 from colcon_yamllaunch.workspace.freshness.build_products import ARGUMENTS
 from colcon_yamllaunch.workspace.freshness.build_products import Products
+from colcon_yamllaunch.workspace.freshness.build_products import remove_folder
 from colcon_yamllaunch.workspace.freshness.build_record import (
     DamagedRecordError,
 )
@@ -63,7 +64,6 @@ class Attempt:
     """
     A build that has begun.
 
-    :param package: What is built
     :param record: The record so far
     :param listed: What the last installation listed
     :param links: The links that were removed, with their targets
@@ -76,11 +76,7 @@ class Attempt:
 
 
 class Freshness:
-    """
-    The records of a workspace.
-
-    :param products: What its builds leave
-    """
+    """The records of a workspace."""
 
     def __init__(self, products: Products) -> None:
         self._products = products
@@ -105,7 +101,10 @@ class Freshness:
         except DamagedRecordError:
             return Decision(name, (Reason(_UNKNOWN, BuildMode.CLEAN),))
         if record is None:
-            return Decision(name, (self._unknown(name),))
+            reason = Reason('never built')
+            if self._products.build(name).is_dir():
+                reason = Reason(_UNKNOWN, BuildMode.CONFIGURE)
+            return Decision(name, (reason,))
         reasons = [*self._reasons(package, record, context)]
         if record.built_at:
             reasons += _of_others(record, before)
@@ -125,11 +124,10 @@ class Freshness:
         before = self._known_record(name)
         known = before or Record(str(package.path), {})
         files = snapshot(package.path, known.files)
-        self._records.pop(name, None)
         record = replace(
             known,
             source=str(package.path),
-            files=files | _outside(known),
+            files=files | _files(known, outside=True),
             mode=mode,
             id=uuid.uuid4().hex,
             succeeded=False,
@@ -141,10 +139,10 @@ class Freshness:
             )
         elif mode > BuildMode.COMPILE:
             record = replace(record, interface_id=record.id)
-        write_record(self._path(name), record)
+        self._write(name, record)
         listed = frozenset(self._products.listed(name))
         links = self._make_room(package, mode, known)
-        write_record(self._path(name), record)
+        self._write(name, record)
         if package.type.endswith('python'):
             link_project(package.path, self._products.build(name))
         return Attempt(package, record, listed, links)
@@ -153,7 +151,6 @@ class Freshness:
         """
         Write down that a package was built successfully.
 
-        :param attempt: What :meth:`prepare` returned before the build
         :param context: What the build depended on
         """
         package, record = attempt.package, attempt.record
@@ -165,11 +162,7 @@ class Freshness:
         inputs = BuildInputs(package.path, build)
         own = (package.path, products.build_base, products.install_base)
         started = self._path(name).stat().st_mtime_ns
-        files = {
-            key: state
-            for key, state in record.files.items()
-            if not Path(key).is_absolute()
-        }
+        files = _files(record, outside=False)
         now = time.time_ns()
         installed = products.installed(name)
         self._write(
@@ -218,11 +211,6 @@ class Freshness:
     def _write(self, name: str, record: Record) -> None:
         write_record(self._path(name), record)
         self._records.pop(name, None)
-
-    def _unknown(self, name: str) -> Reason:
-        if self._products.build(name).is_dir():
-            return Reason(_UNKNOWN, BuildMode.CONFIGURE)
-        return Reason('never built')
 
     def _reasons(
         self, package: Package, record: Record, context: BuildContext
@@ -313,9 +301,10 @@ class Freshness:
         if mode >= BuildMode.REINSTALL:
             products.remove_installed(name, known.installed)
         if mode >= BuildMode.CLEAN:
-            products.remove_build(name)
+            remove_folder(products.build(name))
         elif mode >= BuildMode.CONFIGURE:
-            products.forget_configuration(name)
+            # what CMake remembers of earlier runs
+            (products.build(name) / 'CMakeCache.txt').unlink(missing_ok=True)
             return products.take_links(name, known.installed)
         return {}
 
@@ -367,9 +356,9 @@ def _of_others(record: Record, found: Iterable[Reason]) -> Iterator[Reason]:
             yield reason
 
 
-def _outside(record: Record) -> dict[str, Fingerprint]:
+def _files(record: Record, *, outside: bool) -> dict[str, Fingerprint]:
     return {
         name: state
         for name, state in record.files.items()
-        if Path(name).is_absolute()
+        if Path(name).is_absolute() is outside
     }

@@ -9,7 +9,9 @@ returns 0), and links would lead to the old files.
 """
 
 from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
+from contextlib import suppress
 import os
 from pathlib import Path
 import re
@@ -37,12 +39,8 @@ def relocated_packages(
     Return for each the folder that it was built from, or in if only that one
     changed.
     """
-    relocated = {}
-    for package in packages:
-        old = _old_place(package, build_base / package.name)
-        if old is not None:
-            relocated[package.name] = old
-    return relocated
+    old = {p.name: _old_place(p, build_base / p.name) for p in packages}
+    return {name: place for name, place in old.items() if place is not None}
 
 
 def remove_builds(relocated: Mapping[str, Path], products: Products) -> None:
@@ -91,35 +89,20 @@ def _remove_links(
 
 
 def _old_place(package: Package, build: Path) -> Path | None:
-    expected = {
-        'CMAKE_HOME_DIRECTORY': package.path,
-        'CMAKE_CACHEFILE_DIR': build,
-    }
-    cache = dict(_CACHE_ENTRY.findall(text_of(build / 'CMakeCache.txt')))
-    for name, place in expected.items():
-        if name in cache and not _is_same(Path(cache[name]), place):
-            return Path(cache[name])
-    for source in (_linked_source(build), _recorded_source(build)):
-        if source is not None and not _is_same(Path(source), package.path):
-            return Path(source)
+    for old, place in _places(package.path, build):
+        if old != place and os.path.realpath(old) != os.path.realpath(place):
+            return old
     return None
 
 
-def _linked_source(build: Path) -> str | None:
+def _places(source: Path, build: Path) -> Iterator[tuple[Path, Path]]:
+    """Iterate over what builds wrote down, each with what it should be."""
+    cache = dict(_CACHE_ENTRY.findall(text_of(build / 'CMakeCache.txt')))
+    yield Path(cache.get('CMAKE_HOME_DIRECTORY', source)), source
+    yield Path(cache.get('CMAKE_CACHEFILE_DIR', build)), build
     # colcon links the setup.py of a Python package into its build space
-    try:
-        return str((build / 'setup.py').readlink().parent)
-    except OSError:
-        return None
-
-
-def _recorded_source(build: Path) -> str | None:
+    with suppress(OSError):
+        yield (build / 'setup.py').readlink().parent, source
     record = read_json(build / RECORD_NAME)
-    source = record.get('source') if isinstance(record, dict) else None
-    return source if isinstance(source, str) else None
-
-
-def _is_same(first: Path, second: Path) -> bool:
-    if first == second:
-        return True
-    return os.path.realpath(first) == os.path.realpath(second)
+    if isinstance(record, dict) and isinstance(record.get('source'), str):
+        yield Path(record['source']), source

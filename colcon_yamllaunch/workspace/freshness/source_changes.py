@@ -10,6 +10,7 @@ import os
 from pathlib import Path
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.common.fingerprint import fingerprint
 from colcon_yamllaunch.common.fingerprint import has_same_content
 from colcon_yamllaunch.common.fingerprint import with_content
 from colcon_yamllaunch.common.frozen import dataclass
@@ -28,12 +29,19 @@ class Kind(IntEnum):
     MODE = 3
 
 
+_TEXTS = {
+    Kind.NEW: 'new file {}',
+    Kind.DELETED: '{} was deleted',
+    Kind.CHANGED: '{} changed',
+    Kind.MODE: 'the mode of {} changed',
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Change:
     """
     A difference between a file then and now.
 
-    :param kind: What happened
     :param path: The file, relative to the package
     :param mtime: Its time now (nanoseconds)
     """
@@ -43,13 +51,7 @@ class Change:
     mtime: int = 0
 
     def __str__(self) -> str:
-        texts = {
-            Kind.NEW: f'new file {self.path}',
-            Kind.DELETED: f'{self.path} was deleted',
-            Kind.CHANGED: f'{self.path} changed',
-            Kind.MODE: f'the mode of {self.path} changed',
-        }
-        return texts[self.kind]
+        return _TEXTS[self.kind].format(self.path)
 
 
 def snapshot(
@@ -78,7 +80,7 @@ def snapshot_of(paths: Iterable[Path], started: int) -> dict[str, Fingerprint]:
     """
     found = {}
     for path in paths:
-        now = _fingerprint(path)
+        now = fingerprint(str(path))
         if now is not None:
             is_older = now.mtime < started
             found[str(path)] = (
@@ -109,8 +111,7 @@ def changes(
             now = Fingerprint.of(status)
             found += _change(folder, relative, before[relative], now)
     for relative in missing:
-        path = folder / relative
-        outside = _fingerprint(path) if os.path.isabs(relative) else None
+        outside = fingerprint(relative) if os.path.isabs(relative) else None
         if outside is None:
             found.append(Change(Kind.DELETED, relative))
         else:
@@ -126,10 +127,3 @@ def _change(
     if before.executable != now.executable:
         return [Change(Kind.MODE, relative, now.mtime)]
     return []
-
-
-def _fingerprint(path: Path) -> Fingerprint | None:
-    try:
-        return Fingerprint.of(path.stat())
-    except OSError:
-        return None

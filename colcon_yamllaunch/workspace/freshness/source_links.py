@@ -3,6 +3,7 @@
 
 """Symbolic links from where a package is built and installed to its source."""
 
+from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
 from contextlib import suppress
@@ -10,6 +11,7 @@ import os
 from pathlib import Path
 import re
 
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
 
 #: What is compiled, configured or generated from, wherever it is linked to.
@@ -24,19 +26,20 @@ INTERFACE_SUFFIXES = ('.msg', '.srv', '.action', '.idl')
 #: The metadata of a package in pyproject.toml (PEP 621); not compiled, as each
 #: launch imports this module and few builds need it.
 _PROJECT_TABLE = r'(?m)^\s*\[\s*project\s*\]'
-COMPILED_SUFFIXES = frozenset(
+_COMPILED_SUFFIXES = frozenset(
     (*_HEADERS, *SOURCE_SUFFIXES, *_TEMPLATES, *INTERFACE_SUFFIXES)
 )
-COMPILED_NAMES = frozenset(
-    ('CMakeLists.txt', 'CMakePresets.json', 'Makefile', 'package.xml')
-) | frozenset(('setup.py', 'setup.cfg', 'pyproject.toml'))
+_COMPILED_NAMES = (
+    *('CMakeLists.txt', 'CMakePresets.json', 'Makefile', 'package.xml'),
+    *('setup.py', 'setup.cfg', 'pyproject.toml'),
+)
 
 
 def live_files(
     source: Path,
     files: Iterable[str],
     build: Path,
-    installed: Iterable[Path],
+    installed: Collection[Path],
     inputs: BuildInputs,
 ) -> frozenset[str]:
     """
@@ -49,15 +52,19 @@ def live_files(
     :param files: Its files, relative to it
     :param build: The package's folder in the build space
     :param installed: The files of the package in the install space
-    :param inputs: What the build read
     """
     real = Path(os.path.realpath(source))
-    linked, folders, copies = _links(real, build, installed)
+    links = {path for path in installed if path.is_symlink()}
+    copies = {path.name for path in installed if path not in links}
+    if build.is_dir():
+        links |= {p for p in build.iterdir() if p.is_symlink() and p.is_dir()}
+    targets = [Path(os.path.realpath(path)) for path in links]
+    linked = {t.relative_to(real) for t in targets if t.is_relative_to(real)}
     live = {
         relative
         for relative in files
-        if _is_linked(relative, linked, folders)
-        and not _is_compiled(relative)
+        if not linked.isdisjoint((Path(relative), *Path(relative).parents))
+        and not _is_compiled(Path(relative))
         and Path(relative).name not in copies
     }
     read = {relative for relative in live if inputs.reads(relative)}
@@ -82,17 +89,12 @@ def link_project(source: Path, build: Path) -> None:
     :param build: The package's folder in the build space, which exists
     """
     project = source / 'pyproject.toml'
-    link = build / project.name
-    if os.path.lexists(link):
-        return
-    try:
-        setup = (source / 'setup.py').read_text('utf-8', errors='replace')
-        text = project.read_text('utf-8', errors='replace')
-    except OSError:
-        return
-    if 'setup()' in setup and re.search(_PROJECT_TABLE, text):
+    if 'setup()' in text_of(source / 'setup.py') and re.search(
+        _PROJECT_TABLE, text_of(project)
+    ):
+        # it may be there already
         with suppress(OSError):
-            link.symlink_to(project)
+            (build / project.name).symlink_to(project)
 
 
 def remove_dangling(folder: Path, source: Path) -> None:
@@ -123,40 +125,8 @@ def tree(folder: Path) -> Iterator[Path]:
                 yield path
 
 
-def _links(
-    source: Path, build: Path, installed: Iterable[Path]
-) -> tuple[set[str], set[str], set[str]]:
-    linked: set[str] = set()
-    folders: set[str] = set()
-    copies: set[str] = set()
-    for path in installed:
-        if path.is_symlink():
-            _add(path, source, linked, folders)
-        else:
-            copies.add(path.name)
-    for path in build.iterdir() if build.is_dir() else ():
-        if path.is_symlink() and path.is_dir():
-            _add(path, source, linked, folders)
-    return linked, folders, copies
-
-
-def _add(
-    path: Path, source: Path, linked: set[str], folders: set[str]
-) -> None:
-    target = Path(os.path.realpath(path))
-    if target.is_relative_to(source):
-        where = folders if target.is_dir() else linked
-        where.add(str(target.relative_to(source)))
-
-
-def _is_linked(relative: str, linked: set[str], folders: set[str]) -> bool:
-    if relative in linked:
-        return True
-    return any(str(parent) in folders for parent in Path(relative).parents)
-
-
-def _is_compiled(relative: str) -> bool:
-    path = Path(relative)
-    if path.name in COMPILED_NAMES:
-        return True
-    return path.suffix.lower() in COMPILED_SUFFIXES
+def _is_compiled(path: Path) -> bool:
+    return (
+        path.name in _COMPILED_NAMES
+        or path.suffix.lower() in _COMPILED_SUFFIXES
+    )

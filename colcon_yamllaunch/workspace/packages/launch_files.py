@@ -3,8 +3,8 @@
 
 """Choosing a launch file of a package."""
 
-from collections.abc import Callable
 from collections.abc import Sequence
+from operator import eq
 from pathlib import Path
 from pathlib import PurePosixPath
 
@@ -72,13 +72,12 @@ def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
     It may be named by its path in the package, by the end of this path, and
     without extension. A likely launch file goes before another YAML file.
 
-    :param package: The name of the package, for messages
     :param files: As :func:`find_launch_files` returns them
     :param wanted: What the user gave
     :raises UserError: when none or more than one fits
     """
     name = PurePosixPath(wanted).as_posix()
-    for matches in (_is_path, _is_end, _is_end_without_suffix):
+    for matches in (eq, _is_end, _is_end_without_suffix):
         fitting = [f for f in files if matches(f, name)]
         if fitting:
             return _only(package, fitting, wanted)
@@ -86,8 +85,7 @@ def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
 
 
 def _only(package: str, fitting: list[str], wanted: str) -> str:
-    conditions: tuple[Callable[[str], bool], ...] = (_is_likely, _is_yaml)
-    for is_better in conditions:
+    for is_better in (_is_likely, _is_yaml):
         fitting = [f for f in fitting if is_better(f)] or fitting
     if len(fitting) == 1:
         return fitting[0]
@@ -127,10 +125,6 @@ def _is_likely(file: str) -> bool:
 
 def _is_yaml(file: str) -> bool:
     return file.endswith(_YAML_SUFFIXES)
-
-
-def _is_path(file: str, wanted: str) -> bool:
-    return file == wanted
 
 
 def _is_end(file: str, wanted: str) -> bool:

@@ -52,9 +52,6 @@ def broken_manifests(
     Return the manifests in the workspace that make no package at all.
 
     This crawls the workspace: it is for messages about unknown packages.
-
-    :param base_paths: The folders to crawl
-    :param packages: The packages that were found there
     """
     known = {os.path.realpath(package.path) for package in packages}
     folders = [f for base in base_paths for f in _folders(base, known)]

@@ -28,7 +28,6 @@ def missing_executable(
     Explain why a package has no such program, with the cure; None if it has.
 
     :param locator: The packages as they are after the build
-    :param name: The program as the launch file names it
     """
     prefix = locator.prefix(package)
     if prefix is None:
@@ -61,7 +60,6 @@ def unknown_executable(
     mentions it.
 
     :param locator: The packages, built or not
-    :param name: The program as the launch file names it
     """
     own = locator.package(package)
     prefix = locator.prefix(package)
@@ -114,7 +112,8 @@ def not_installed(locator: PackageLocator, path: str) -> str | None:
     package, relative = found
     origin = os.path.relpath(source, package.path)
     if package.type.endswith('python'):
-        cure = _data_files(package, relative, origin)
+        folder = Path('share', package.name, relative.parent).as_posix()
+        cure = f"add ('{folder}', ['{origin}']) to data_files in setup.py"
     else:
         cure = _install_command(relative, origin, Path(path))
     return f'{origin} of {package.name} is not installed: {cure}'
@@ -191,20 +190,15 @@ def _not_installed_program(package: Package, source: str, name: str) -> str:
             f"{text}'{program} = {module}:main' to the console_scripts in "
             f'entry_points of {package.path / "setup.py"}'
         )
-    what = f'PROGRAMS {source}'
+    what, chmod = f'PROGRAMS {source}', ''
     if Path(source).suffix.startswith('.c'):
         what = f'TARGETS {_target(package, name)}'
+    elif not is_executable(package.path / source):
+        chmod = f", and run 'chmod +x {source}' in {package.path}"
     return (
         f"{text}'install({what} DESTINATION lib/${{PROJECT_NAME}})' to "
-        f'{package.path / "CMakeLists.txt"}{_chmod(package, source)}'
+        f'{package.path / "CMakeLists.txt"}{chmod}'
     )
-
-
-def _chmod(package: Package, source: str) -> str:
-    path = package.path / source
-    if path.suffix.startswith('.c') or is_executable(path):
-        return ''
-    return f", and run 'chmod +x {source}' in {package.path}"
 
 
 def _target(package: Package, name: str) -> str:
@@ -227,25 +221,9 @@ def _in_bin(package: str, name: str, own: Package | None) -> str:
 
 
 def _install_command(relative: Path, origin: str, path: Path) -> str:
-    folder = relative.parent
-    if str(folder) == '.':
-        command = (
-            f'install(FILES {origin} DESTINATION share/${{PROJECT_NAME}})'
-        )
-    elif path.parent.is_dir() or origin != str(relative):
-        command = (
-            f'install(FILES {origin} DESTINATION '
-            f'share/${{PROJECT_NAME}}/{folder.as_posix()})'
-        )
-    else:
-        command = (
-            f'install(DIRECTORY {relative.parts[0]} DESTINATION '
-            'share/${PROJECT_NAME})'
-        )
-    return f"add '{command}' to CMakeLists.txt"
-
-
-def _data_files(package: Package, relative: Path, origin: str) -> str:
-    folder = Path('share', package.name, relative.parent).as_posix()
-    entry = f"('{folder}', ['{origin}'])"
-    return f'add {entry} to data_files in setup.py'
+    what, folder = f'FILES {origin}', Path('share/${PROJECT_NAME}')
+    if path.parent.is_dir() or origin != str(relative):
+        folder /= relative.parent
+    elif len(relative.parts) > 1:
+        what = f'DIRECTORY {relative.parts[0]}'
+    return f"add 'install({what} DESTINATION {folder})' to CMakeLists.txt"

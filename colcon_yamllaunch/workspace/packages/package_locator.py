@@ -4,7 +4,6 @@
 """Where the files of packages are, or are going to be once it is built."""
 
 from collections.abc import Iterable
-from collections.abc import Iterator
 from collections.abc import Mapping
 import os
 from pathlib import Path
@@ -106,12 +105,8 @@ class PackageLocator:
         if prefix is None:
             return ()
         folder = Path(prefix, 'lib', package)
-        paths = (folder / name for name, _ in source_files(folder))
-        return tuple(
-            sorted(
-                str(p.relative_to(folder)) for p in paths if is_executable(p)
-            )
-        )
+        names = sorted(name for name, _ in source_files(folder))
+        return tuple(n for n in names if is_executable(folder / n))
 
     def source_of(self, path: str) -> str | None:
         """
@@ -139,8 +134,8 @@ class PackageLocator:
     def shared(self, path: str) -> tuple[Package, Path] | None:
         """Split a path into a package and what is below its share folder."""
         normal = Path(os.path.normpath(path))
-        name = self._share_name(normal)
-        package = self._packages.get(name or '')
+        # <package>/share/<package>/…, or share/<package>/… when merged
+        package = self._named(normal, 1 if self._merge_install else 2)
         if package is None:
             return None
         share = Path(self.share(package.name) or '')
@@ -177,22 +172,16 @@ class PackageLocator:
 
     def owner(self, path: str) -> Package | None:
         """Return the package of the workspace whose prefix has a path."""
-        normal = Path(os.path.normpath(path))
-        if not normal.is_relative_to(self._install_base):
-            return None
-        names = normal.relative_to(self._install_base).parts
         # when merged, the path tells whose it is in lib/ and share/ only
         where = 1 if self._merge_install else 0
-        name = names[where] if len(names) > where else ''
-        return self._packages.get(name)
+        return self._named(Path(os.path.normpath(path)), where)
 
-    def _share_name(self, path: Path) -> str | None:
+    def _named(self, path: Path, where: int) -> Package | None:
+        """Return the package that a part of an installed path names."""
         if not path.is_relative_to(self._install_base):
             return None
         parts = path.relative_to(self._install_base).parts
-        # <package>/share/<package>/…, or share/<package>/… when merged
-        where = 1 if self._merge_install else 2
-        return parts[where] if len(parts) > where else None
+        return self._packages.get(parts[where]) if where < len(parts) else None
 
 
 def is_executable(path: Path) -> bool:
@@ -204,9 +193,8 @@ def _prefixes(environment: Mapping[str, str], name: str) -> list[Path]:
     return [Path(entry) for entry in split_path(environment.get(name))]
 
 
-def _children(folder: Path) -> Iterator[str]:
+def _children(folder: Path) -> list[str]:
     try:
-        names = [child.name for child in folder.iterdir()]
+        return os.listdir(folder)
     except OSError:
-        return
-    yield from names
+        return []

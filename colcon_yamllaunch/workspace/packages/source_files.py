@@ -11,30 +11,18 @@ import stat
 
 from colcon_yamllaunch.workspace.packages.workspace_root import IGNORE_MARKERS
 
-_SKIPPED_FOLDERS = (
-    frozenset(
-        (
-            '.git',
-            '.hg',
-            '.svn',
-            '.bzr',
-            'CVS',
-            '.cache',
-            '.vscode',
-            '.idea',
-            '.vs',
-        )
-    )
-    | frozenset(('__pycache__', '.pytest_cache', '.mypy_cache', '.ruff_cache'))
-    | frozenset(('.hypothesis', '.eggs', '.tox', '.nox'))
-)
+_SKIPPED_FOLDERS = {
+    *('.git', '.hg', '.svn', '.bzr', 'CVS', '.vscode', '.idea', '.vs'),
+    *('__pycache__', '.cache', '.pytest_cache', '.mypy_cache', '.ruff_cache'),
+    *('.hypothesis', '.eggs', '.tox', '.nox'),
+}
 #: Left by editors and by others: *~ .#* #*# .*.sw? *.kate-swp 4913 *.pyc …
 _SKIPPED_FILES = re.compile(
     r'.*~|\.#.*|#.*#|\..*\.sw.|.*\.kate-swp|4913'
     r'|.*\.pyc|\.coverage|\.nfs.*|\.fuse_hidden.*|\.DS_Store',
     re.DOTALL,
 )
-_BUILD_FOLDERS = frozenset(('build', 'install', 'log'))
+_BUILD_FOLDERS = ('build', 'install', 'log')
 
 
 def source_files(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
@@ -56,7 +44,7 @@ def source_files(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
                 status = entry.stat(follow_symlinks=False)
             relative = below + entry.name
             if not stat.S_ISDIR(status.st_mode):
-                if not _is_skipped_file(entry.name):
+                if not _SKIPPED_FILES.fullmatch(entry.name):
                     yield relative, status
                 continue
             place = (status.st_dev, status.st_ino)
@@ -71,10 +59,6 @@ def _entries(path: str) -> list[os.DirEntry[str]]:
             return list(entries)
     except OSError:
         return []
-
-
-def _is_skipped_file(name: str) -> bool:
-    return _SKIPPED_FILES.fullmatch(name) is not None
 
 
 def _is_skipped_folder(entry: os.DirEntry[str]) -> bool:

@@ -12,9 +12,8 @@ from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package_folder import cmake_files
 
 _COMMENT = re.compile(r'#.*')
-_TARGET = re.compile(r'\badd_executable\s*\(\s*"?([\w.+-]+)', re.I)
-_AMENT_TARGET = re.compile(
-    r'\bament_auto_add_executable\s*\(\s*"?([\w.+-]+)', re.I
+_TARGET = re.compile(
+    r'\b(?:ament_auto_)?add_executable\s*\(\s*"?([\w.+-]+)', re.I
 )
 # rclcpp_components_register_node
 _COMPONENT = re.compile(r'\bEXECUTABLE\s+"?([\w.+-]+)')
@@ -22,8 +21,6 @@ _SCRIPTS = re.compile(
     r'\binstall\s*\(\s*PROGRAMS\s+([^)]*?)\s+(?:DESTINATION|TYPE)\b', re.I
 )
 _ENTRY = re.compile(r'([\w.-]+)\s*=\s*[\w.]+\s*:\s*\w+')
-_CONSOLE_SCRIPTS = 'console_scripts'
-_SETUP_FILES = ('setup.py', 'setup.cfg')
 
 
 def source_programs(folder: Path) -> set[str]:
@@ -37,14 +34,14 @@ def source_programs(folder: Path) -> set[str]:
     found: set[str] = set()
     for name in cmake_files(str(folder))[0]:
         found.update(_in_cmake(text_of(folder / name)))
-    for name in _SETUP_FILES:
+    for name in ('setup.py', 'setup.cfg'):
         found.update(_in_setup(text_of(folder / name)))
     return found
 
 
 def _in_cmake(text: str) -> Iterator[str]:
     text = _COMMENT.sub('', text)
-    for pattern in (_TARGET, _AMENT_TARGET, _COMPONENT):
+    for pattern in (_TARGET, _COMPONENT):
         yield from pattern.findall(text)
     for words in _SCRIPTS.findall(text):
         for word in words.split():
@@ -54,7 +51,7 @@ def _in_cmake(text: str) -> Iterator[str]:
 
 
 def _in_setup(text: str) -> Iterator[str]:
-    _, found, scripts = text.partition(_CONSOLE_SCRIPTS)
+    _, found, scripts = text.partition('console_scripts')
     # the list ends in setup.py, the next section begins in setup.cfg
     end = re.search(r'\]|^\[', scripts, re.M)
     if found:

@@ -20,10 +20,7 @@ PACKAGE_SEARCH_FOLDERS = 2000
 _STRONG_MARKERS = ('install/.colcon_install_layout', 'build/.built_by')
 _WEAK_MARKERS = ('install', 'build')
 _PACKAGE_FILES = (
-    'package.xml',
-    'CMakeLists.txt',
-    'setup.py',
-    'pyproject.toml',
+    *('package.xml', 'CMakeLists.txt', 'setup.py', 'pyproject.toml'),
     'colcon.pkg',
 )
 #: What colcon does not crawl below (colcon-core, colcon-ros).
@@ -40,7 +37,6 @@ def find_root(start: Path, home: Path | None = None) -> Path | None:
     the `src/` of a workspace that was built is never taken for one of its own
     just because of the names in it.
 
-    :param start: Where the user is
     :param home: The user's home folder; the current user's if not given
     """
     start = Path(os.path.realpath(start))
@@ -61,9 +57,9 @@ def find_root(start: Path, home: Path | None = None) -> Path | None:
 
 def is_package(folder: Path) -> bool:
     """Tell whether a folder looks like a package of any type."""
-    if any((folder / name).is_file() for name in _PACKAGE_FILES):
-        return True
-    return _names_a_project(folder / 'setup.cfg')
+    return any(
+        (folder / name).is_file() for name in _PACKAGE_FILES
+    ) or _names_a_project(folder / 'setup.cfg')
 
 
 def has_package_below(folder: Path) -> bool:
@@ -92,9 +88,8 @@ def _crawled_folders(folder: Path) -> Iterator[Path]:
     except OSError:
         return
     for child in children:
-        if child.name.startswith('.') or not child.is_dir():
-            continue
-        if not is_ignored(child):
+        is_hidden = child.name.startswith('.')
+        if not is_hidden and child.is_dir() and not is_ignored(child):
             yield child
 
 
@@ -117,9 +112,8 @@ def _is_weak(folder: Path, home: Path) -> bool:
 
 
 def _may_be_weak(folder: Path, home: Path) -> bool:
-    if home.is_relative_to(folder) or _belongs_to_everyone(folder):
-        return False
-    return not is_package(folder)
+    is_common = home.is_relative_to(folder) or _belongs_to_everyone(folder)
+    return not is_common and not is_package(folder)
 
 
 def _belongs_to_everyone(folder: Path) -> bool:
@@ -131,12 +125,6 @@ def _belongs_to_everyone(folder: Path) -> bool:
 
 
 def _names_a_project(path: Path) -> bool:
-    section = ''
-    for line in text_of(path).splitlines():
-        if line.startswith('['):
-            section = line.strip()
-        elif section == '[metadata]' and line.partition('=')[0].strip() == (
-            'name'
-        ):
-            return True
-    return False
+    _, _, metadata = f'\n{text_of(path)}'.partition('\n[metadata]')
+    lines = metadata.partition('\n[')[0].splitlines()
+    return any(line.partition('=')[0].strip() == 'name' for line in lines)

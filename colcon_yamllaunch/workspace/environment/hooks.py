@@ -28,17 +28,10 @@ _SH_HOOK = re.compile(
 
 
 class DamagedHooksError(Exception):
-    """
-    A description of hooks that sourcing trips over or falls short with.
-
-    :param path: The file
-    :param reason: What is wrong with it
-    """
+    """A description of hooks that sourcing trips over or falls short with."""
 
     def __init__(self, path: str, reason: str) -> None:
         super().__init__(f'{path} is damaged: {reason}')
-        self.path = path
-        self.reason = reason
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +56,6 @@ def read_hooks(prefix: str, name: str) -> Hooks:
     Read what sourcing does for a package.
 
     :param prefix: The prefix that it is installed in
-    :param name: Its name
     :raises DamagedHooksError: when a description of its hooks is damaged
     """
     hooks = Hooks()
