@@ -15,14 +15,13 @@ import subprocess
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.verb.cli.create_options import CreateOptions
+from colcon_yamllaunch.verb.cli.create_options import parse_create_options
 from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import show_versions
-from colcon_yamllaunch.verb.cli.option_parser import read_options
-from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
 from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
 from colcon_yamllaunch.workspace.create.new_package import LICENSES
 from colcon_yamllaunch.workspace.create.new_package import make_package
@@ -40,40 +39,7 @@ from colcon_yamllaunch.workspace.packages.workspace_root import is_package
 #: How long git may take to tell a setting (seconds).
 GIT_TIMEOUT = 10.0
 
-_USAGE = 'Usage: colcon create PKG [options]'
 _DEPENDENCY = re.compile(r'[a-zA-Z0-9][a-zA-Z0-9_.+-]*')
-
-
-@dataclass(frozen=True, slots=True)
-class CreateOptions:
-    """What the user asks for; the options by their keys in the table."""
-
-    package: str
-    build_type: str
-    dependencies: tuple[str, ...] = ()
-    node: str | None = None
-    license: str | None = None
-    description: str | None = None
-    maintainer_name: str | None = None
-    maintainer_email: str | None = None
-    destination: Path | None = None
-
-
-def _read(known: Any) -> CreateOptions:
-    words = known.positionals
-    refuse_unknown(words, 'create')
-    if not words:
-        swallowed = ''
-        if known.dependencies:
-            swallowed = '--dependencies took all that follows it: put it '
-            swallowed += 'behind the name of the package. '
-        raise UserError(f'{swallowed}Which package? {_USAGE}')
-    if len(words) > 1:
-        raise UserError(
-            f"'{words[1]}' is one word too many: one package is made at a "
-            f'time. {_USAGE}'
-        )
-    return CreateOptions(words[0], **read_options(known, 'create'))
 
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
@@ -84,7 +50,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
 def _create(known: Any, environment: Mapping[str, str]) -> int:
     if known.version:
         return show_versions()
-    options = _read(known)
+    options = parse_create_options(known)
     cwd = Path.cwd()
     package = new_package(
         options, lambda name: git_setting(name, cwd, environment)

@@ -10,6 +10,7 @@ import re
 from typing import get_args
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.verb.cli.create_options import CreateOptions
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
 from colcon_yamllaunch.verb.cli.option_parser import add_options
@@ -21,7 +22,6 @@ from colcon_yamllaunch.verb.cli.option_table import options_of
 from colcon_yamllaunch.verb.cli.option_table import SECTIONS
 from colcon_yamllaunch.verb.cli.option_table import Verb
 from colcon_yamllaunch.verb.completion.completing import COMPLETERS
-from colcon_yamllaunch.verb.launching.create_flow import CreateOptions
 from colcon_yamllaunch.verb.launching.run_flow import RunOptions
 import pytest
 from support.user import User
