@@ -21,6 +21,7 @@ _VARIABLES = (
     *('CC', 'CXX', 'FC', 'CUDACXX', 'CUDAHOSTCXX', 'CPATH', 'LIBRARY_PATH'),
     *('CFLAGS', 'CXXFLAGS', 'CPPFLAGS', 'FFLAGS', 'LDFLAGS'),
     *('PKG_CONFIG_PATH', 'COLCON_PREFIX_PATH', 'AMENT_PREFIX_PATH'),
+    'CMAKE_PREFIX_PATH',
 )
 #: What builds call, with the variable that may name another one.
 _PROGRAMS = (('cc', 'CC'), ('c++', 'CXX'), ('cmake', ''), ('python3', ''))
