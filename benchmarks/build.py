@@ -94,7 +94,7 @@ import sys
 from colcon_core.command import main
 from colcon_yamllaunch.verb.launching import workspace_session
 from colcon_yamllaunch.workspace.environment.sourcing import source
-workspace_session.remembered = lambda setup, variables, _: source(
+workspace_session.cached_environment = lambda setup, variables, _: source(
     setup, variables)
 sys.exit(main())
 """

@@ -13,7 +13,7 @@ from pathlib import Path
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 from colcon_yamllaunch.workspace.environment.environment_cache import (
-    remembered,
+    cached_environment,
 )
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.environment.underlays import build_environment
@@ -141,7 +141,7 @@ class WorkspaceSession:
                 raise WorkspaceError(
                     f'the package {name} is not built: {cure}'
                 )
-        if self._sourced.arrived.issuperset(names):
+        if self._sourced.packages.issuperset(names):
             return
         # most launches need not look for them
         from colcon_yamllaunch.workspace.environment.environment_check import (
@@ -162,7 +162,7 @@ class WorkspaceSession:
         self._packages = {p.name: p for p in self.colcon.packages()}
 
     def _source(self) -> None:
-        self._sourced = remembered(
+        self._sourced = cached_environment(
             self._setup, self._user_environment, self.colcon.build_base
         )
         for note in self._sourced.notes:

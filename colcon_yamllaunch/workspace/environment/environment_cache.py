@@ -41,7 +41,7 @@ from colcon_yamllaunch.workspace.environment.underlays import gone_underlays
 #: The folder with the records, below the build folder.
 FOLDER_NAME = '.colcon_launch_environments'
 #: To be raised when what is in a record, or what is trusted, changes.
-RECORD_VERSION = 3
+RECORD_VERSION = 4
 #: How many are kept: one for each terminal with variables of its own.
 MAXIMUM_RECORDS = 8
 
@@ -54,7 +54,7 @@ _MODE = 0o600
 _SECOND = 1_000_000_000
 
 
-def remembered(
+def cached_environment(
     setup: Path,
     environment: Mapping[str, str],
     build_base: Path,
@@ -90,7 +90,7 @@ def _recall(path: Path, environment: Mapping[str, str]) -> Environment | None:
         for name, change in record['changes'].items():
             _apply(change, name, variables)
         os.utime(path)
-        return Environment(variables, arrived=frozenset(record['arrived']))
+        return Environment(variables, packages=frozenset(record['packages']))
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
         return None
 
@@ -121,16 +121,16 @@ def _source(
         return replace(result, notes=tuple(map(gone_note, gone)))
     found = before.values()
     if paths and fingerprints(paths) == before and _are_older(found, started):
-        arrived = environment_check.arrived_packages(
+        packages = environment_check.sourced_packages(
             result, paths, setup.parent
         )
-        result = replace(result, arrived=arrived)
+        result = replace(result, packages=packages)
         values = {
             'paths': paths,
             'state': _digest(list(found)),
             'contents': contents,
             'changes': _changes(environment, result.variables),
-            'arrived': sorted(arrived),
+            'packages': sorted(packages),
         }
         _write(record, values)
     return result

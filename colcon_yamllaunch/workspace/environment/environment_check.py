@@ -41,7 +41,7 @@ def missing_packages(
     """
     missing = {}
     for name in names:
-        if name in environment.arrived:
+        if name in environment.packages:
             continue
         prefix = prefix_of(name, install_base, merge_install)
         cure = _again(name, prefix, merge_install)
@@ -59,7 +59,7 @@ def missing_packages(
     return missing
 
 
-def arrived_packages(
+def sourced_packages(
     environment: Environment, paths: Iterable[str], install_base: Path
 ) -> frozenset[str]:
     """
@@ -69,14 +69,14 @@ def arrived_packages(
     :param paths: What sourcing it depends on
     """
     described = [path for path in paths if path.endswith('/package.dsv')]
-    arrived = set()
+    packages = set()
     for path in map(Path, described):
         name, prefix = path.parent.name, path.parents[2]
         if install_base in (prefix, prefix.parent):
             merged = prefix == install_base
             if not missing_packages(environment, [name], install_base, merged):
-                arrived.add(name)
-    return frozenset(arrived)
+                packages.add(name)
+    return frozenset(packages)
 
 
 def cure_of_script(setup: Path) -> str:

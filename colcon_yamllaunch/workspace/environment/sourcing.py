@@ -48,13 +48,13 @@ class Environment:
     What a setup script made of an environment.
 
     :param messages: What the script printed
-    :param arrived: Packages that are known to be brought in by it
+    :param packages: Packages that are known to be brought in by it
     :param notes: What the user should know about it, a line each
     """
 
     variables: Mapping[str, str]
     messages: str = field(default='', compare=False)
-    arrived: frozenset[str] = field(default=frozenset(), compare=False)
+    packages: frozenset[str] = field(default=frozenset(), compare=False)
     notes: tuple[str, ...] = field(default=(), compare=False)
 
 

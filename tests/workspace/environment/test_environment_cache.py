@@ -12,13 +12,13 @@ import time
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.workspace.environment.environment_cache import (
+    cached_environment,
+)
+from colcon_yamllaunch.workspace.environment.environment_cache import (
     FOLDER_NAME,
 )
 from colcon_yamllaunch.workspace.environment.environment_cache import (
     MAXIMUM_RECORDS,
-)
-from colcon_yamllaunch.workspace.environment.environment_cache import (
-    remembered,
 )
 from colcon_yamllaunch.workspace.environment.sourcing import source
 import pytest
@@ -46,7 +46,7 @@ class Memory:
         if settled:
             time.sleep(SETTLE)
         environment = BASE if environment is None else environment
-        result = remembered(
+        result = cached_environment(
             self.install.setup, environment, self.build, self._source
         )
         raw = {os.fsencode(k): os.fsencode(v) for k, v in environment.items()}
@@ -78,7 +78,7 @@ def test_sourced_once(memory):
     assert memory.sourced == 1
     assert memory.get() == first
     assert memory.sourced == 1
-    assert first.arrived == {'a', 'b'}
+    assert first.packages == {'a', 'b'}
 
 
 def test_every_kind_of_hook(memory):
@@ -137,7 +137,7 @@ def test_underlays(tmp_path):
     memory = Memory(tmp_path / 'ws', chained=chained)
     memory.install.package('z', 'set;Z;1')
     assert memory.get().variables['Y'] == '1'
-    assert memory.get().arrived == {'z'}
+    assert memory.get().packages == {'z'}
     assert memory.sourced == 1
     below.package('x', 'set;Y;2')
     assert memory.get().variables['Y'] == '1'
@@ -234,7 +234,9 @@ def test_value_that_bash_evaluates_is_not_remembered(tmp_path, line):
     memory.install.package('s', line)
     for _ in range(2):
         time.sleep(SETTLE)
-        remembered(memory.install.setup, BASE, memory.build, memory._source)
+        cached_environment(
+            memory.install.setup, BASE, memory.build, memory._source
+        )
     assert memory.sourced == 2
     assert memory.records() == []
 
@@ -277,7 +279,7 @@ def test_few_records_are_kept(memory):
     environments = [{**BASE, 'A': str(n)} for n in range(MAXIMUM_RECORDS + 2)]
     time.sleep(SETTLE)
     for environment in environments:
-        remembered(memory.install.setup, environment, memory.build)
+        cached_environment(memory.install.setup, environment, memory.build)
     assert len(memory.records()) == MAXIMUM_RECORDS
 
 
@@ -321,7 +323,7 @@ def test_change_in_the_same_tick_as_the_record(memory, value, monkeypatch):
     monkeypatch.setattr(time, 'time_ns', lambda: now + 1)
 
     def get():
-        return remembered(
+        return cached_environment(
             memory.install.setup, BASE, memory.build, memory._source
         ).variables['WORD']
 
@@ -367,7 +369,7 @@ def test_change_while_the_scripts_are_sourced(memory):
         return result
 
     time.sleep(SETTLE)
-    remembered(memory.install.setup, BASE, memory.build, sourcing)
+    cached_environment(memory.install.setup, BASE, memory.build, sourcing)
     assert memory.get().variables['LATE'] == '1'
 
 
@@ -375,8 +377,8 @@ def test_without_a_build_folder(memory):
     memory.build.rmdir()
     time.sleep(SETTLE)
     for _ in range(2):
-        result = remembered(memory.install.setup, BASE, memory.build)
-        assert result.arrived == {'a', 'b'}
+        result = cached_environment(memory.install.setup, BASE, memory.build)
+        assert result.packages == {'a', 'b'}
     assert not memory.build.exists()
 
 
@@ -406,7 +408,7 @@ def test_script_that_fails_names_the_cure(memory):
     text = memory.install.setup.read_text()
     memory.install.setup.write_text(text[: text.index('fi\n')])
     with pytest.raises(WorkspaceError) as error:
-        remembered(memory.install.setup, BASE, memory.build)
+        cached_environment(memory.install.setup, BASE, memory.build)
     assert 'syntax error' in str(error.value)
     assert 'run `colcon build`' in str(error.value)
 
@@ -417,5 +419,7 @@ def test_nothing_is_run_when_it_is_remembered(memory):
     def sourcing(setup, environment):
         raise AssertionError
 
-    result = remembered(memory.install.setup, BASE, memory.build, sourcing)
-    assert result.arrived == {'a', 'b'}
+    result = cached_environment(
+        memory.install.setup, BASE, memory.build, sourcing
+    )
+    assert result.packages == {'a', 'b'}

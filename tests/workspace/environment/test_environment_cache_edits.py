@@ -11,7 +11,7 @@ import tempfile
 import time
 
 from colcon_yamllaunch.workspace.environment.environment_cache import (
-    remembered,
+    cached_environment,
 )
 from hypothesis import given
 from hypothesis import settings
@@ -61,7 +61,7 @@ class Edited:
 
     def check(self) -> None:
         environment = self.environment
-        result = remembered(self.above.setup, environment, self.build)
+        result = cached_environment(self.above.setup, environment, self.build)
         raw = {os.fsencode(k): os.fsencode(v) for k, v in environment.items()}
         assert {
             os.fsencode(k): os.fsencode(v) for k, v in result.variables.items()

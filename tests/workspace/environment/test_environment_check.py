@@ -166,7 +166,7 @@ def test_circle(space):
 
 
 def test_what_is_known_to_arrive_is_not_looked_for(tmp_path):
-    environment = Environment({}, arrived=frozenset('a'))
+    environment = Environment({}, packages=frozenset('a'))
     names = ['a', 'b']
     missing = missing_packages(environment, names, tmp_path, False)
     assert list(missing) == ['b']
