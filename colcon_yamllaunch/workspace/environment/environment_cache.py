@@ -41,7 +41,7 @@ from colcon_yamllaunch.workspace.environment.underlays import gone_underlays
 #: The folder with the records, below the build folder.
 FOLDER_NAME = '.colcon_launch_environments'
 #: To be raised when what is in a record, or what is trusted, changes.
-RECORD_VERSION = 4
+RECORD_VERSION = 3
 #: How many are kept: one for each terminal with variables of its own.
 MAXIMUM_RECORDS = 8
 
@@ -88,7 +88,11 @@ def _recall(path: Path, environment: Mapping[str, str]) -> Environment | None:
             write_json(path, {**record, 'state': is_settled and state}, _MODE)
         variables = dict(environment)
         for name, change in record['changes'].items():
-            _apply(change, name, variables)
+            if change is None:
+                del variables[name]
+            else:
+                # where the value before stands in the new one
+                variables[name] = variables.get(name, '').join(change)
         os.utime(path)
         return Environment(variables, packages=frozenset(record['packages']))
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
@@ -182,29 +186,16 @@ def _key(setup: Path, environment: Mapping[str, str]) -> str:
 
 def _changes(
     before: Mapping[str, str], after: Mapping[str, str]
-) -> dict[str, list[str]]:
+) -> dict[str, list[str] | None]:
     """Return what sets variables, without the values that they had."""
-    changes: dict[str, list[str]] = {n: [] for n in before if n not in after}
-    for name, value in after.items():
-        old = before.get(name)
-        if old == value:
-            continue
-        changes[name] = [value]
-        if old is not None:
-            head, found, tail = f':{value}:'.partition(f':{old}:')
-            if found:
-                changes[name] = [head, tail]
+    changes: dict[str, list[str] | None] = {}
+    for name in before.keys() | after.keys():
+        old, value = before.get(name), after.get(name)
+        if value is None:
+            changes[name] = None
+        elif value != old:
+            changes[name] = value.split(old) if old else [value]
     return changes
-
-
-def _apply(change: list[str], name: str, variables: dict[str, str]) -> None:
-    if not change:
-        del variables[name]
-    elif len(change) == 1:
-        variables[name] = ''.join(change)
-    else:
-        head, tail = change
-        variables[name] = (head + ':' + variables[name] + ':' + tail)[1:-1]
 
 
 def _write(path: Path, record: Mapping[str, object]) -> None:

@@ -138,7 +138,7 @@ def _again(name: str, prefix: Path, merge_install: bool) -> str:
 
 
 def _common_cure(environment: Environment, install_base: Path) -> str | None:
-    """Get the cure of what keeps all packages out."""
+    """Return the cure of what keeps all packages out."""
     circle = _CIRCLE.search(environment.messages)
     if circle is not None:
         return (

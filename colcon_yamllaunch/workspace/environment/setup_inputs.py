@@ -18,7 +18,6 @@ from colcon_yamllaunch.common.search_path import split_path
 from colcon_yamllaunch.workspace.environment import hooks
 from colcon_yamllaunch.workspace.environment import setup_templates
 from colcon_yamllaunch.workspace.environment.sourcing import OWN_VARIABLES
-from colcon_yamllaunch.workspace.environment.sourcing import SCRIPT
 
 #: Where colcon and ament list the packages of a prefix.
 _COLCON_INDEX = 'share/colcon-core/packages'
@@ -47,9 +46,6 @@ _NAME = re.compile(r'[A-Za-z_]\w*', re.A)
 _RESTLESS = frozenset(
     ('BASHPID', 'EPOCHREALTIME', 'EPOCHSECONDS', 'HISTCMD', 'LINENO')
 ) | frozenset(('PPID', 'RANDOM', 'SECONDS', 'SRANDOM', *OWN_VARIABLES))
-_FUNCTION = re.compile(r'BASH_FUNC_(.*)(?:%%|\(\))', re.S)
-_COMMENT = re.compile(r'^ *#.*$', re.M)
-_WORD = re.compile(r'[\w.:\[-]+')
 
 
 class UnknownContentError(Exception):
@@ -79,7 +75,10 @@ class _Inputs:
         self._paths: dict[str, None] = {}
 
     def follow(self, setup: Path) -> tuple[str, ...]:
-        self._refuse_functions(SCRIPT)
+        for name in self._environment:
+            # a function may stand for any command of the scripts
+            if name.startswith('BASH_FUNC_'):
+                raise UnknownContentError(name)
         text = self._read(setup, setup_templates.colcon(setup.name))
         for prefix in [*_CHAINED.findall(text), str(setup.parent)]:
             self._follow_prefix(Path(prefix))
@@ -93,14 +92,7 @@ class _Inputs:
         text = path.read_text('utf-8', 'surrogateescape')
         if not any(setup_templates.is_from(t, text) for t in templates):
             raise UnknownContentError(path)
-        self._refuse_functions(text)
         return text
-
-    def _refuse_functions(self, script: str) -> None:
-        words = set(_WORD.findall(_COMMENT.sub('', script)))
-        for function in map(_FUNCTION.fullmatch, self._environment):
-            if function is not None and function[1] in words:
-                raise UnknownContentError(function[1])
 
     def _follow_prefix(self, prefix: Path) -> None:
         # the list goes through a script without quotes
