@@ -32,7 +32,7 @@ help:
 	@echo 'make test       ruff, mypy and all tests'
 	@echo 'make quick      the tests that need no build and no ROS'
 	@echo 'make lint       ruff and mypy alone'
-	@echo 'make fuzz       the fuzz tests with 100,000 inputs'
+	@echo 'make fuzz       the fuzz tests with 10,000 inputs each'
 	@echo 'make soak       an unruly launch for 3 minutes, or MINUTES=…'
 	@echo 'make clean      remove what was built, keep .venv'
 	@echo 'make distclean  remove .venv too'

@@ -51,7 +51,9 @@ class Timeouts:
 @dataclass(frozen=True, slots=True)
 class Orphan:
     """
-    A process that no signal to a group reaches for sure.
+    A process whose group has no leader that runs, or is not ours.
+
+    No signal to a group of the launch is sure to reach it.
 
     :param birth: When it started; with the process id it names one process
       for good
@@ -160,7 +162,7 @@ class Escalation:
         self.advance(now)
 
     def due(self) -> float:
-        """Return when to call :meth:`advance` next, or infinity."""
+        """Return the moment to call :meth:`advance` next, or infinity."""
         deadlines = [self._deadlines[self._known(n)] for n in self.alive()]
         check = self._checked + CHECK_INTERVAL if self.orphans else math.inf
         return min((*deadlines, check))

@@ -144,7 +144,7 @@ FLOW_HANDLERS: Mapping[str, Handler] = {
     'include': _include,
 }
 #: What does each action that shows a line or ends the launch.
-SIGN_HANDLERS: Mapping[str, Handler] = {
+MESSAGE_HANDLERS: Mapping[str, Handler] = {
     'log': _log,
     'log_info': _log,
     'log_warning': _log,

@@ -6,7 +6,7 @@
 from collections.abc import Mapping
 
 from colcon_yamllaunch.language.actions.flow_actions import FLOW_HANDLERS
-from colcon_yamllaunch.language.actions.flow_actions import SIGN_HANDLERS
+from colcon_yamllaunch.language.actions.flow_actions import MESSAGE_HANDLERS
 from colcon_yamllaunch.language.actions.process_actions import PROCESS_HANDLERS
 from colcon_yamllaunch.language.actions.scope_actions import SCOPE_HANDLERS
 from colcon_yamllaunch.language.evaluation.walk import Handler
@@ -15,8 +15,8 @@ from colcon_yamllaunch.language.evaluation.walk import Handler
 HANDLERS: Mapping[str, Handler] = {
     **SCOPE_HANDLERS,
     **FLOW_HANDLERS,
-    **SIGN_HANDLERS,
+    **MESSAGE_HANDLERS,
     **PROCESS_HANDLERS,
 }
 #: The actions that no other depends on.
-PASSIVE = frozenset((*SIGN_HANDLERS, *PROCESS_HANDLERS))
+PASSIVE = frozenset((*MESSAGE_HANDLERS, *PROCESS_HANDLERS))

@@ -13,7 +13,7 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.syntax.diagnostics import shown_path
 
 
-def plan_as_mermaid(plan: Plan, cwd: str) -> str:
+def plan_to_mermaid(plan: Plan, cwd: str) -> str:
     """
     Draw a plan as a Mermaid flowchart.
 
@@ -22,7 +22,7 @@ def plan_as_mermaid(plan: Plan, cwd: str) -> str:
     return '\n'.join(['flowchart TB', *_Drawing(plan, cwd).lines(_MERMAID)])
 
 
-def plan_as_dot(plan: Plan, cwd: str) -> str:
+def plan_to_dot(plan: Plan, cwd: str) -> str:
     """
     Draw a plan in the language of Graphviz.
 

@@ -27,7 +27,7 @@ from colcon_yamllaunch.language.syntax.yaml_reader import Value
 _INDENT = '    '
 
 
-def plan_as_text(plan: Plan, cwd: str) -> str:
+def plan_to_text(plan: Plan, cwd: str) -> str:
     """
     Describe what a plan would do, in order.
 

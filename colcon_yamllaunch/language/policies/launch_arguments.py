@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The launch arguments that there are besides those of one launch file."""
+"""What declares a launch argument, and what is said where nothing does."""
 
 from collections.abc import Collection
 
@@ -22,7 +22,7 @@ PROCESS_ARGUMENTS = (
 
 
 def undeclared_argument(name: str, hint: str) -> LaunchError:
-    """Return the warning of a given argument that no launch file declares."""
+    """Return the warning of a given argument that no launch file knows."""
     message = f"no launch file declares the launch argument '{name}'"
     return error(message, hint=hint).as_warning()
 

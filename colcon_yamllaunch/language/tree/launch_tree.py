@@ -123,7 +123,7 @@ class _TreeReader:
     def read(self) -> LaunchFile:
         if is_xml(self._source):
             # most launch files are in YAML
-            from colcon_yamllaunch.language.tree.xml_values import (
+            from colcon_yamllaunch.language.tree.xml_to_yaml import (
                 read_xml_document,
             )
 

@@ -22,11 +22,11 @@ PATIENCE = 3.0
 _CHUNK = 64 * 1024
 
 
-class LaunchError(Exception):
+class ControlError(Exception):
     """A launch does not do what it was asked; the text says why."""
 
 
-class LaunchEndedError(LaunchError):
+class LaunchEndedError(ControlError):
     """The launch ended meanwhile."""
 
     def __init__(self) -> None:
@@ -49,36 +49,36 @@ class RunningLaunch:
         """
         Return its state.
 
-        :raises LaunchError: when it does not answer
+        :raises ControlError: when it does not answer
         """
         answer = self.request('status')
         try:
             return from_json(answer.get('launch'))
         except ProtocolError as error:
-            raise LaunchError(str(error)) from error
+            raise ControlError(str(error)) from error
 
     def request(self, name: str, **more: Any) -> dict[str, Any]:
         """
         Have something done, and return the answer; see `protocol`.
 
-        :raises LaunchError: when it refuses, or does not answer
+        :raises ControlError: when it refuses, or does not answer
         """
         self.send(protocol.request(name, **more))
         answer = self.receive()
         if not answer.get('ok'):
-            raise LaunchError(str(answer.get('error')))
+            raise ControlError(str(answer.get('error')))
         return answer
 
     def send(self, message: Mapping[str, Any]) -> None:
         """
         Send a message.
 
-        :raises LaunchError: when it does not take it
+        :raises ControlError: when it does not take it
         """
         try:
             self.connection.sendall(protocol.encode(message))
         except TimeoutError as error:
-            raise LaunchError(_no_answer(self.connection)) from error
+            raise ControlError(_no_answer(self.connection)) from error
         except OSError as error:
             raise LaunchEndedError from error
 
@@ -86,7 +86,7 @@ class RunningLaunch:
         """
         Return the next message, and wait for it.
 
-        :raises LaunchError: when there is none
+        :raises ControlError: when there is none
         """
         while (message := self.received()) is None:
             self.read()
@@ -96,7 +96,7 @@ class RunningLaunch:
         """
         Return the next message if it has been read in whole.
 
-        :raises LaunchError: when it makes no sense
+        :raises ControlError: when it makes no sense
         """
         end = self._received.find(b'\n') + 1
         if not end:
@@ -106,18 +106,18 @@ class RunningLaunch:
         try:
             return protocol.decode(line)
         except ProtocolError as error:
-            raise LaunchError(str(error)) from error
+            raise ControlError(str(error)) from error
 
     def read(self) -> None:
         """
         Read what has been sent, and wait for something.
 
-        :raises LaunchError: when nothing comes
+        :raises ControlError: when nothing comes
         """
         try:
             data = self.connection.recv(_CHUNK)
         except TimeoutError as error:
-            raise LaunchError(_no_answer(self.connection)) from error
+            raise ControlError(_no_answer(self.connection)) from error
         except OSError as error:
             raise LaunchEndedError from error
         if not data:

@@ -32,7 +32,7 @@ def names_of(label: str, executable: str, node: str | None) -> Iterator[str]:
             namespace = namespace.rpartition('/')[0]
 
 
-def is_meant(
+def matches_process(
     pattern: str, label: str, executable: str, node: str | None
 ) -> bool:
     """

@@ -195,7 +195,8 @@ class Respawned(Event):
     """
     A process that ended is started once more; `Started` follows.
 
-    :param attempt: The number of the restart, counted from 1
+    :param attempt: The number of the respawn, counted from 1; a restart on
+      request counts anew
     """
 
     process: Process

@@ -34,7 +34,7 @@ from colcon_yamllaunch.runtime.process.spawn import spawn_process
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
 from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
-from colcon_yamllaunch.runtime.stopping.launch_scan import MARK
+from colcon_yamllaunch.runtime.stopping.launch_scan import LAUNCH_ID_VARIABLE
 from colcon_yamllaunch.runtime.stopping.launch_stop import timeouts_of
 from colcon_yamllaunch.runtime.streams.channels import Channel
 from colcon_yamllaunch.runtime.streams.channels import close
@@ -243,7 +243,7 @@ class Engine:
                 environment.pop(name, None)
             else:
                 environment[name] = value
-        environment[MARK] = f'{self._settings.identity}.{number}'
+        environment[LAUNCH_ID_VARIABLE] = f'{self._settings.identity}.{number}'
         return spawn_process(
             argv,
             environment,

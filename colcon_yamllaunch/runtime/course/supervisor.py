@@ -103,7 +103,11 @@ class Supervisor:
         self._end_if_idle()
 
     def seconds_to_wait(self) -> float | None:
-        """Return when to call :meth:`advance` again unless more happens."""
+        """
+        Return the seconds until :meth:`advance` is to be called again.
+
+        None means not before something happens.
+        """
         if self._agenda or self.done:
             return 0.0
         due = self._schedule.next_due()

@@ -43,7 +43,7 @@ class Display:
             color = self.terminal and _wants_color(environment)
         self._color = color
         #: The environment, and what makes output show at once and in colour.
-        self.environment = _with_defaults(environment, color, is_plain)
+        self.environment = _process_environment(environment, color, is_plain)
         #: Writes to the stream.
         self.writer = _writer(stream, self.descriptor)
 
@@ -74,7 +74,7 @@ def _wants_color(environment: Mapping[str, str]) -> bool:
     )
 
 
-def _with_defaults(
+def _process_environment(
     environment: Mapping[str, str], color: bool, plain: bool
 ) -> dict[str, str]:
     """

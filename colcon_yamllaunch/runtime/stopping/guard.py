@@ -37,7 +37,7 @@ from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
 
 
 @dataclass
-class Charge(Targets):
+class GuardedLaunch(Targets):
     """
     What the guard has been told, and what is left of it.
 
@@ -91,18 +91,18 @@ def main() -> None:
     launcher.
     """
     identity, session = sys.argv[1:]
-    charge = Charge(identity, int(session))
+    launch = GuardedLaunch(identity, int(session))
     # a line that the launcher could not finish says nothing
     for line in _whole_lines():
-        charge.note(line)
-    if charge.socket is not None:
+        launch.note(line)
+    if launch.socket is not None:
         with suppress(OSError):
-            os.unlink(charge.socket)
-    Escalation(charge, charge.timeouts, time.monotonic()).run()
-    if charge.folder is not None:
+            os.unlink(launch.socket)
+    Escalation(launch, launch.timeouts, time.monotonic()).run()
+    if launch.folder is not None:
         import shutil
 
-        shutil.rmtree(charge.folder, ignore_errors=True)
+        shutil.rmtree(launch.folder, ignore_errors=True)
 
 
 def _whole_lines() -> Iterator[str]:

@@ -24,7 +24,7 @@ from colcon_yamllaunch.common.process_scan import variable_of
 
 #: The environment variable that marks the processes of a launch; its value is
 #: the identity of the launch, a dot, and the number of the process.
-MARK = 'COLCON_LAUNCH_ID'
+LAUNCH_ID_VARIABLE = 'COLCON_LAUNCH_ID'
 
 
 def new_identity() -> str:
@@ -36,15 +36,16 @@ def find_orphans(
     identity: str,
     session: int,
     groups: Mapping[int, int],
-    led: Collection[int] = (),
+    with_leader: Collection[int] = (),
 ) -> list[Orphan]:
     """
-    Find the running processes of a launch.
+    Find the running processes of a launch, but those whose leader runs.
 
     :param session: The session of the launcher, as a group's id may have been
       given to somebody else after the group's end
     :param groups: The process groups that it made, with their numbers
-    :param led: The groups whose leader runs; their processes are left out
+    :param with_leader: The groups whose leader runs; a signal to the group
+      reaches their processes, so these are left out
     """
     numbers: dict[int, int] = {}
     found: list[RunningProcess] = []
@@ -66,12 +67,13 @@ def find_orphans(
     return [
         Orphan(p.pid, p.birth, p.group, numbers[p.pid])
         for p in found
-        if p.group not in led
+        if p.group not in with_leader
     ]
 
 
 def _marked_number(pid: int, identity: str) -> int | None:
-    owner, _, number = (variable_of(pid, MARK) or '').partition('.')
+    value = variable_of(pid, LAUNCH_ID_VARIABLE) or ''
+    owner, _, number = value.partition('.')
     if owner != identity:
         return None
     return int(number) if number.isdecimal() else None

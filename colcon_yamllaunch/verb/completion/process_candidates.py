@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from colcon_yamllaunch.runtime.control.client import LaunchError
+from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import running_launches
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.process_names import names_of
@@ -72,7 +72,7 @@ def _running(environment: Mapping[str, str]) -> list[LaunchState]:
     states = []
     for launch in running_launches(environment):
         launch.connection.settimeout(PATIENCE)
-        with suppress(LaunchError):
+        with suppress(ControlError):
             states.append(launch.status())
         launch.close()
     return states

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from colcon_yamllaunch.verb.cli.messages import say
-from colcon_yamllaunch.verb.launching.interruption import interruption
+from colcon_yamllaunch.verb.launching.build_interruption import interruption
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.building.build_report import after_build
 from colcon_yamllaunch.workspace.building.build_report import after_failure

@@ -9,10 +9,10 @@ from dataclasses import replace
 
 from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan_graph import plan_as_dot
-from colcon_yamllaunch.language.plan.plan_graph import plan_as_mermaid
+from colcon_yamllaunch.language.plan.plan_graph import plan_to_dot
+from colcon_yamllaunch.language.plan.plan_graph import plan_to_mermaid
 from colcon_yamllaunch.language.plan.plan_json import plan_to_json
-from colcon_yamllaunch.language.plan.plan_text import plan_as_text
+from colcon_yamllaunch.language.plan.plan_text import plan_to_text
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.show_args import show_arguments
@@ -34,10 +34,10 @@ _CHECK_FORMATS: Mapping[str, Callable[[Checked, str], str]] = {
     'sarif': as_sarif,
 }
 _PLAN_FORMATS: Mapping[str, Callable[[Plan, str], str]] = {
-    TEXT: plan_as_text,
+    TEXT: plan_to_text,
     'json': lambda plan, _: plan_to_json(plan),
-    'mermaid': plan_as_mermaid,
-    'dot': plan_as_dot,
+    'mermaid': plan_to_mermaid,
+    'dot': plan_to_dot,
 }
 
 

@@ -32,8 +32,8 @@ from colcon_yamllaunch.verb.cli.target import Target
 from colcon_yamllaunch.verb.launching.builds import Builds
 from colcon_yamllaunch.verb.launching.builds import failure
 from colcon_yamllaunch.verb.launching.launch_packages import LaunchPackages
+from colcon_yamllaunch.verb.launching.log_folders import delete_old_log_folders
 from colcon_yamllaunch.verb.launching.log_folders import locked
-from colcon_yamllaunch.verb.launching.log_folders import prune
 from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
 from colcon_yamllaunch.verb.launching.plan_run import PlanRun
 from colcon_yamllaunch.verb.launching.preflight import preflight
@@ -119,7 +119,7 @@ class LaunchFlow:
         self, plan: Plan, environment: Mapping[str, str], plan_run: PlanRun
     ) -> int:
         if self._log_folder is not None:
-            prune(self._log_folder, self._environment, say)
+            delete_old_log_folders(self._log_folder, self._environment, say)
         label = None
         if self._options.attach is not None:
             from colcon_yamllaunch.verb.sessions.attaching import with_terminal

@@ -48,7 +48,7 @@ def locked(folder: Path | None) -> Iterator[None]:
             os.close(descriptor)
 
 
-def prune(
+def delete_old_log_folders(
     folder: Path,
     environment: Mapping[str, str],
     warn: Callable[[str], None],
@@ -56,8 +56,8 @@ def prune(
     """
     Delete the oldest folders beside that of a launch.
 
-    Launches that ran count, and so, apart from them, do inspections. What
-    cannot be deleted stays.
+    As many are kept of launches that ran as, apart from these, of inspections.
+    The last launch, to which `latest` leads, and what cannot be deleted stay.
 
     :param folder: The folder of the launch, which stays
     :param warn: Is told that the user's wish is no number

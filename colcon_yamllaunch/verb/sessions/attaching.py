@@ -14,13 +14,13 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.runtime.control import protocol
+from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
-from colcon_yamllaunch.runtime.control.client import LaunchError
 from colcon_yamllaunch.runtime.control.client import RunningLaunch
 from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.control.process_names import is_meant
+from colcon_yamllaunch.runtime.control.process_names import matches_process
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.streams.signals import caught
 from colcon_yamllaunch.runtime.streams.signals import received
@@ -60,7 +60,7 @@ def with_terminal(plan: Plan, name: str) -> tuple[Plan, str]:
     meant = []
     for p in plan.processes():
         executable = os.path.basename(str(p.argv[0]))
-        if is_meant(name, p.label, executable, p.node_name):
+        if matches_process(name, p.label, executable, p.node_name):
             meant.append(p.label)
     if len(meant) != 1:
         raise UserError(
@@ -78,7 +78,7 @@ def attach(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
 
     :param processes: The process that is meant
     :raises UserError: when there are more of them, or no keyboard
-    :raises LaunchError: when the launch refuses
+    :raises ControlError: when the launch refuses
     """
     if len(processes) != 1:
         names = listing(p.label for p in processes)
@@ -169,7 +169,7 @@ def _show(message: dict[str, object]) -> None:
         try:
             data = protocol.bytes_of(message['output'])
         except ProtocolError as e:
-            raise LaunchError(str(e)) from e
+            raise ControlError(str(e)) from e
         sys.stdout.buffer.write(data)
         sys.stdout.flush()
     elif 'skipped' in message:

@@ -13,8 +13,8 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
-from colcon_yamllaunch.runtime.control.client import LaunchError
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.resource_usage import Usage
@@ -56,7 +56,7 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
         from colcon_yamllaunch.verb.sessions.reading_logs import show_logs
 
         return show_logs(chosen, processes, follow=options.follow)
-    except LaunchError as e:
+    except ControlError as e:
         raise UserError(f'{chosen.state.title}: {e}') from e
 
 

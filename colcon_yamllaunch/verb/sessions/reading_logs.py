@@ -12,8 +12,8 @@ import sys
 import time
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
-from colcon_yamllaunch.runtime.control.client import LaunchError
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.streams.lines import legible
 from colcon_yamllaunch.runtime.streams.lines import LineBuffer
@@ -197,7 +197,7 @@ def _follow(chosen: Candidate, logs: Sequence[LogReader]) -> None:
                 chosen.launch.status()
             except LaunchEndedError:
                 return
-            except LaunchError:
+            except ControlError:
                 # it is suspended, and may go on
                 continue
 

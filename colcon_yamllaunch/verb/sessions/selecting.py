@@ -12,13 +12,13 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
-from colcon_yamllaunch.runtime.control.client import LaunchError
 from colcon_yamllaunch.runtime.control.client import running_launches
 from colcon_yamllaunch.runtime.control.client import RunningLaunch
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.control.process_names import is_meant
+from colcon_yamllaunch.runtime.control.process_names import matches_process
 from colcon_yamllaunch.runtime.control.process_names import names_of
 from colcon_yamllaunch.runtime.control.socket_folder import FolderError
 from colcon_yamllaunch.verb.cli.messages import say
@@ -58,7 +58,7 @@ def find_launches(
         except LaunchEndedError:
             # it was just about to end
             continue
-        except LaunchError as e:
+        except ControlError as e:
             # others can be looked at all the same
             say(f'colcon launch: warning: {e}')
             silent += 1
@@ -124,7 +124,7 @@ def matches(
         [
             p
             for p in state.processes
-            if is_meant(name, p.label, p.executable, p.node)
+            if matches_process(name, p.label, p.executable, p.node)
         ]
         for name in names
     ]

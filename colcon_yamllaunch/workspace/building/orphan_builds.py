@@ -24,7 +24,7 @@ from colcon_yamllaunch.common.process_scan import variable_of
 
 #: The variable that the processes of a build have; its value is the process
 #: id of the launch, a colon, and the build folder.
-MARK = 'COLCON_LAUNCH_BUILD'
+BUILD_ID_VARIABLE = 'COLCON_LAUNCH_BUILD'
 #: How long they have after SIGTERM, with which their end begins (seconds).
 PATIENCE = 2.0
 
@@ -46,7 +46,7 @@ class BuildProcesses(Targets):
         """Find all of them."""
         found = []
         for process in running_processes():
-            value = variable_of(process.pid, MARK) or ''
+            value = variable_of(process.pid, BUILD_ID_VARIABLE) or ''
             if value.startswith(self._start) and value.endswith(self._end):
                 found.append(
                     Orphan(process.pid, process.birth, process.group, 0)
@@ -66,7 +66,7 @@ class BuildProcesses(Targets):
 
 def mark(build_base: Path) -> dict[str, str]:
     """Return the variable for what this process builds."""
-    return {MARK: f'{os.getpid()}:{build_base}'}
+    return {BUILD_ID_VARIABLE: f'{os.getpid()}:{build_base}'}
 
 
 def end_orphans(build_base: Path, announce: Callable[[str], None]) -> None:

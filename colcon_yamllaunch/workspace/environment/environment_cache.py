@@ -67,7 +67,7 @@ def cached_environment(
     :raises WorkspaceError: when the script is missing, fails or takes too long
     """
     path = build_base / FOLDER_NAME / _key(setup, environment)
-    recalled = _recall(path, environment)
+    recalled = _load_if_valid(path, environment)
     if recalled is not None:
         return recalled
     with suppress(OSError):
@@ -75,7 +75,9 @@ def cached_environment(
     return _source(setup, environment, path, sourcing)
 
 
-def _recall(path: Path, environment: Mapping[str, str]) -> Environment | None:
+def _load_if_valid(
+    path: Path, environment: Mapping[str, str]
+) -> Environment | None:
     record = read_json(path)
     try:
         paths = record['paths']

@@ -10,7 +10,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 
 class BuildMode(IntEnum):
     """
-    How a package is built; each one includes those before it.
+    How a package is built; each mode does what those before it do, too.
 
     Build tools compare times and keep answers from earlier runs. Where this
     could give another outcome than a build from scratch, less is kept.

@@ -7,6 +7,12 @@ Whether what was built last still is what a build would give now.
 The measure is a build from scratch: where the build tools would give another
 outcome than that, because they compare times or keep earlier answers, less of
 the last build is kept. In doubt a package is built.
+
+What makes a package stale: a file of its source, headers among them
+(`source_changes`); a file elsewhere that its build read, such as a header of
+the system (`build_inputs`); a package that it needs (`building.update`); the
+environment and arguments of the build (`build_context`); and what is missing
+of its products (`build_products`).
 """
 
 from collections.abc import Iterable
@@ -76,7 +82,7 @@ class Attempt:
 
 
 class Freshness:
-    """The records of a workspace."""
+    """Decides which packages are stale, by the records of their builds."""
 
     def __init__(self, products: Products) -> None:
         self._products = products

@@ -28,7 +28,7 @@ from tests.language.conftest import Launcher
 FAMILIES = [
     handlers.SCOPE_HANDLERS,
     handlers.FLOW_HANDLERS,
-    handlers.SIGN_HANDLERS,
+    handlers.MESSAGE_HANDLERS,
     handlers.PROCESS_HANDLERS,
 ]
 LANGUAGE = Path(colcon_yamllaunch.__file__).parent / 'language'

@@ -15,13 +15,13 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
-from colcon_yamllaunch.language.plan.plan_graph import plan_as_dot
-from colcon_yamllaunch.language.plan.plan_graph import plan_as_mermaid
+from colcon_yamllaunch.language.plan.plan_graph import plan_to_dot
+from colcon_yamllaunch.language.plan.plan_graph import plan_to_mermaid
 from colcon_yamllaunch.language.plan.plan_json import plan_from_json
 from colcon_yamllaunch.language.plan.plan_json import plan_to_json
 from colcon_yamllaunch.language.plan.plan_json import PlanFormatError
 from colcon_yamllaunch.language.plan.plan_text import command
-from colcon_yamllaunch.language.plan.plan_text import plan_as_text
+from colcon_yamllaunch.language.plan.plan_text import plan_to_text
 from colcon_yamllaunch.language.syntax.position import Position
 from hypothesis import given
 from hypothesis import strategies as st
@@ -172,7 +172,7 @@ def test_json_of_anything_is_refused_in_one_way(value: object) -> None:
 
 
 def test_text_names_what_a_user_asks_for() -> None:
-    lines = plan_as_text(PLAN, '/ws').splitlines()
+    lines = plan_to_text(PLAN, '/ws').splitlines()
     assert lines[0] == 'INFO: hello'
     assert lines[1] == (
         'driver-1, node /left/driver, package drivers  (demo.yaml:14:9)'
@@ -190,7 +190,7 @@ def test_text_names_what_a_user_asks_for() -> None:
 
 
 def test_text_of_an_empty_plan() -> None:
-    assert plan_as_text(Plan(), '/ws') == 'nothing would run'
+    assert plan_to_text(Plan(), '/ws') == 'nothing would run'
 
 
 def test_command_can_be_pasted(tmp_path) -> None:
@@ -239,7 +239,7 @@ def test_command_with_a_file_whose_substitutions_are_made() -> None:
 
 
 def test_mermaid() -> None:
-    assert plan_as_mermaid(PLAN, '/ws').splitlines() == [
+    assert plan_to_mermaid(PLAN, '/ws').splitlines() == [
         'flowchart TB',
         '  subgraph block0 ["demo.yaml"]',
         '    subgraph block1 ["group namespace /left"]',
@@ -250,7 +250,7 @@ def test_mermaid() -> None:
 
 
 def test_dot() -> None:
-    assert plan_as_dot(PLAN, '/ws').splitlines() == [
+    assert plan_to_dot(PLAN, '/ws').splitlines() == [
         'digraph launch {',
         '  node [shape=box];',
         '  subgraph cluster0 { label="demo.yaml";',

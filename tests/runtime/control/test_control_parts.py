@@ -14,7 +14,7 @@ from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.launch_states import from_json
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.control.process_names import is_meant
+from colcon_yamllaunch.runtime.control.process_names import matches_process
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.control.resource_usage import usage_of
 from colcon_yamllaunch.runtime.control.socket_address import Address
@@ -147,12 +147,12 @@ def test_there_is_no_folder_yet(place):
 )
 def test_names_of_a_process(pattern, fits):
     node = '/demo/inner/my_counter'
-    assert is_meant(pattern, 'counter.py-1', 'python3', node) is fits
+    assert matches_process(pattern, 'counter.py-1', 'python3', node) is fits
 
 
 def test_a_process_without_a_node_has_fewer_names():
-    assert is_meant('sh', 'sh-2', 'sh', None)
-    assert not is_meant('/*', 'sh-2', 'sh', None)
+    assert matches_process('sh', 'sh-2', 'sh', None)
+    assert not matches_process('/*', 'sh-2', 'sh', None)
 
 
 @given(strategies.binary())

@@ -13,8 +13,8 @@ import socket
 import time
 
 from colcon_yamllaunch.runtime.control import protocol
+from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
-from colcon_yamllaunch.runtime.control.client import LaunchError
 from colcon_yamllaunch.runtime.control.client import running_launches
 from colcon_yamllaunch.runtime.control.client import RunningLaunch
 import pytest
@@ -179,9 +179,9 @@ def test_a_single_stop_reaches_what_the_process_started(
 
 
 def test_a_refusal_says_why(idle):
-    with pytest.raises(LaunchError, match="no process 'x'"):
+    with pytest.raises(ControlError, match="no process 'x'"):
         idle.client.request('stop', process='x')
-    with pytest.raises(LaunchError, match='emulate_tty'):
+    with pytest.raises(ControlError, match='emulate_tty'):
         idle.client.request('attach', process='a')
     assert idle.process('a').phase == 'running'
 
@@ -322,7 +322,7 @@ def test_a_launch_that_is_suspended_does_not_answer(
     c = controlled(sleep('a'))
     c.one.sends(signal.SIGSTOP)
     c.client.connection.settimeout(0.2)
-    with pytest.raises(LaunchError, match=r'pid \d+ does not answer'):
+    with pytest.raises(ControlError, match=r'pid \d+ does not answer'):
         c.client.status()
     c.one.sends(signal.SIGCONT)
 

@@ -9,7 +9,7 @@ import sys
 import time
 
 from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
-from colcon_yamllaunch.runtime.stopping.launch_scan import MARK
+from colcon_yamllaunch.runtime.stopping.launch_scan import LAUNCH_ID_VARIABLE
 from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
 import pytest
 
@@ -45,8 +45,10 @@ def start():
 
 def test_a_process_is_found_by_its_mark_wherever_it_went(start):
     identity = new_identity()
-    process = start({MARK: f'{identity}.7'}, start_new_session=True)
-    start({MARK: f'{new_identity()}.7'})
+    process = start(
+        {LAUNCH_ID_VARIABLE: f'{identity}.7'}, start_new_session=True
+    )
+    start({LAUNCH_ID_VARIABLE: f'{new_identity()}.7'})
     found = find_orphans(identity, NO_SESSION, {})
     assert [(m.pid, m.number) for m in found] == [(process.pid, 7)]
 
@@ -63,7 +65,7 @@ def test_a_process_is_found_by_its_group_in_our_session_only(start):
 def test_a_child_without_the_mark_is_found_by_its_parent(start):
     identity = new_identity()
     process = start(
-        {MARK: f'{identity}.2'},
+        {LAUNCH_ID_VARIABLE: f'{identity}.2'},
         "env -i sh -c 'echo $$; exec sleep 99' & read x; kill $!",
     )
     child = int(process.stdout.readline())
@@ -74,7 +76,7 @@ def test_a_child_without_the_mark_is_found_by_its_parent(start):
 def test_a_group_whose_leader_runs_is_left_out_but_not_who_left_it(start):
     identity = new_identity()
     process = start(
-        {MARK: f'{identity}.2'},
+        {LAUNCH_ID_VARIABLE: f'{identity}.2'},
         "setsid sh -c 'echo $$; exec sleep 99' & read x; kill $!",
         start_new_session=True,
     )
@@ -89,7 +91,9 @@ def test_a_process_may_have_any_name(start, tmp_path):
     identity = new_identity()
     link = tmp_path / ') Z 1 (x'
     link.symlink_to(sys.executable)
-    process = start({MARK: f'{identity}.0'}, f"exec '{link}' -S -c 'input()'")
+    process = start(
+        {LAUNCH_ID_VARIABLE: f'{identity}.0'}, f"exec '{link}' -S -c 'input()'"
+    )
     found = find_orphans(identity, NO_SESSION, {})
     assert [m.pid for m in found] == [process.pid]
     process.communicate(b'\n')

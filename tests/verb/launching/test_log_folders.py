@@ -5,8 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
+from colcon_yamllaunch.verb.launching.log_folders import delete_old_log_folders
 from colcon_yamllaunch.verb.launching.log_folders import locked
-from colcon_yamllaunch.verb.launching.log_folders import prune
 import pytest
 
 Make = Callable[..., Path]
@@ -33,7 +33,7 @@ def name_of(number: int) -> str:
 def pruned(folder: Path, kept: str | None) -> list[str]:
     """Prune, and return what is left."""
     variables = {} if kept is None else {'COLCON_LAUNCH_LOG_FOLDERS': kept}
-    prune(folder, variables, pytest.fail)
+    delete_old_log_folders(folder, variables, pytest.fail)
     return sorted(p.name for p in folder.parent.iterdir())
 
 
@@ -125,7 +125,9 @@ def test_without_a_number_nothing_is_deleted(make: Make, kept: str) -> None:
     make(name_of(0))
     folder = make('launch_2026-01-02_00-00-00')
     told: list[str] = []
-    prune(folder, {'COLCON_LAUNCH_LOG_FOLDERS': kept}, told.append)
+    delete_old_log_folders(
+        folder, {'COLCON_LAUNCH_LOG_FOLDERS': kept}, told.append
+    )
     assert len(list(folder.parent.iterdir())) == 2
     (text,) = told
     assert f"not '{kept}'" in text

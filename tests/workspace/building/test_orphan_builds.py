@@ -4,9 +4,11 @@
 import os
 import subprocess
 
+from colcon_yamllaunch.workspace.building.orphan_builds import (
+    BUILD_ID_VARIABLE,
+)
 from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
 from colcon_yamllaunch.workspace.building.orphan_builds import end_orphans
-from colcon_yamllaunch.workspace.building.orphan_builds import MARK
 from colcon_yamllaunch.workspace.building.orphan_builds import mark
 import pytest
 
@@ -32,8 +34,8 @@ def start():
 
 
 def test_orphans_are_those_of_the_build_folder(start, tmp_path):
-    orphan = start({MARK: f'1:{tmp_path}/build'})
-    start({MARK: f'1:{tmp_path}/other'})
+    orphan = start({BUILD_ID_VARIABLE: f'1:{tmp_path}/build'})
+    start({BUILD_ID_VARIABLE: f'1:{tmp_path}/other'})
     assert [o.pid for o in BuildProcesses(tmp_path / 'build').search()] == [
         orphan.pid
     ]
@@ -51,7 +53,7 @@ def test_nothing_is_said_where_there_is_no_orphan(tmp_path):
 
 def test_own_processes_are_ended_whatever_they_build(start, tmp_path):
     one, two = start(mark(tmp_path / 'a')), start(mark(tmp_path / 'b'))
-    other = start({MARK: f'1:{tmp_path}/a'})
+    other = start({BUILD_ID_VARIABLE: f'1:{tmp_path}/a'})
     assert {o.pid for o in BuildProcesses().search()} == {one.pid, two.pid}
     BuildProcesses().end()
     assert (one.wait(), two.wait()) == (-15, -15)
