@@ -201,11 +201,11 @@ class Engine:
         return send(target, step)
 
     def orphans(
-        self, groups: Mapping[int, int], led: Collection[int]
+        self, groups: Mapping[int, int], with_leader: Collection[int]
     ) -> list[Orphan]:
         """Find processes of the launch."""
         identity = self._settings.identity
-        return find_orphans(identity, self._session, groups, led)
+        return find_orphans(identity, self._session, groups, with_leader)
 
     def is_alive(self, orphan: Orphan) -> bool:
         """Tell whether a process still runs."""

@@ -30,7 +30,7 @@ class StopHost(Protocol):
         """Send a signal, and return whether anybody got it."""
 
     def orphans(
-        self, groups: Mapping[int, int], led: Collection[int]
+        self, groups: Mapping[int, int], with_leader: Collection[int]
     ) -> list[Orphan]:
         """Find processes of the launch; see `launch_scan.find_orphans`."""
 
