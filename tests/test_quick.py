@@ -4,6 +4,7 @@
 """No test that builds gets among those of `make quick` by oversight."""
 
 import subprocess
+import sys
 
 import pytest
 
@@ -14,7 +15,11 @@ def test_a_quick_test_cannot_build(program: str) -> None:
         subprocess.run([program], check=False)
 
 
-def test_a_quick_test_cannot_be_a_node() -> None:
+def test_a_quick_test_cannot_be_a_node(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # another test of this process may have imported it
+    monkeypatch.delitem(sys.modules, 'rclpy', raising=False)
     with pytest.raises(pytest.fail.Exception, match='`full`'):
         __import__('rclpy')
 
