@@ -26,7 +26,7 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.register_profile(
-    'quick', settings.get_profile('default'), max_examples=20
+    'quick', settings.get_profile('default'), max_examples=10
 )
 settings.register_profile(
     'long', settings.get_profile('default'), max_examples=10_000
