@@ -22,13 +22,12 @@ from colcon_yamllaunch.workspace.environment.environment_cache import (
 )
 from colcon_yamllaunch.workspace.environment.sourcing import source
 import pytest
+from support.file_clock import let_files_settle
 from support.install_space import in_bash
 from support.install_space import InstallSpace
 
 pytestmark = pytest.mark.full
 
-#: Seconds after which a change of a file is told from the one before.
-SETTLE = 0.05
 BASE = {'PATH': os.defpath, 'HOME': '/nowhere', 'LANG': 'C.UTF-8'}
 
 
@@ -44,7 +43,7 @@ class Memory:
     def get(self, environment=None, settled=True):
         """Source, and compare with a real bash."""
         if settled:
-            time.sleep(SETTLE)
+            self.settle()
         environment = BASE if environment is None else environment
         result = cached_environment(
             self.install.setup, environment, self.build, self._source
@@ -56,6 +55,10 @@ class Memory:
             os.fsencode(k): os.fsencode(v) for k, v in variables
         } == expected
         return result
+
+    def settle(self):
+        """Wait until any change of a file would show."""
+        let_files_settle(self.install.path.parent)
 
     def _source(self, setup, environment):
         self.sourced += 1
@@ -233,7 +236,7 @@ def test_value_that_bash_evaluates_is_not_remembered(tmp_path, line):
     memory = Memory(tmp_path)
     memory.install.package('s', line)
     for _ in range(2):
-        time.sleep(SETTLE)
+        memory.settle()
         cached_environment(
             memory.install.setup, BASE, memory.build, memory._source
         )
@@ -277,7 +280,7 @@ def test_folders_of_libraries_in_another_order(memory):
 
 def test_few_records_are_kept(memory):
     environments = [{**BASE, 'A': str(n)} for n in range(MAXIMUM_RECORDS + 2)]
-    time.sleep(SETTLE)
+    memory.settle()
     for environment in environments:
         cached_environment(memory.install.setup, environment, memory.build)
     assert len(memory.records()) == MAXIMUM_RECORDS
@@ -368,14 +371,14 @@ def test_change_while_the_scripts_are_sourced(memory):
         memory.install.package('a', 'set;LATE;1')
         return result
 
-    time.sleep(SETTLE)
+    memory.settle()
     cached_environment(memory.install.setup, BASE, memory.build, sourcing)
     assert memory.get().variables['LATE'] == '1'
 
 
 def test_without_a_build_folder(memory):
     memory.build.rmdir()
-    time.sleep(SETTLE)
+    memory.settle()
     for _ in range(2):
         result = cached_environment(memory.install.setup, BASE, memory.build)
         assert result.packages == {'a', 'b'}

@@ -8,7 +8,6 @@ import os
 from pathlib import Path
 import shutil
 import tempfile
-import time
 
 from colcon_yamllaunch.workspace.environment.environment_cache import (
     cached_environment,
@@ -17,6 +16,7 @@ from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
 import pytest
+from support.file_clock import let_files_settle
 from support.install_space import in_bash
 from support.install_space import InstallSpace
 
@@ -24,8 +24,6 @@ pytestmark = pytest.mark.full
 
 #: Each edit sources twice, in a bash with Python in it.
 EXAMPLES = 6
-#: Seconds after which a change of a file is told from the one before.
-SETTLE = 0.05
 NAMES = st.sampled_from('abc')
 LINES = st.sampled_from(
     (
@@ -137,7 +135,7 @@ EDITS = st.one_of(
 def test_edits(merged, steps):
     with tempfile.TemporaryDirectory() as folder:
         edited = Edited(Path(folder).resolve(), merged)
-        time.sleep(SETTLE)
+        let_files_settle(Path(folder))
         edited.check()
         for (what, *arguments), settles in steps:
             if callable(what):
@@ -148,6 +146,6 @@ def test_edits(merged, steps):
             else:
                 edited.environment[what] = arguments[0]
             if settles:
-                time.sleep(SETTLE)
+                let_files_settle(Path(folder))
             edited.check()
             edited.check()
