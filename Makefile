@@ -25,13 +25,14 @@ unexport MAKEFLAGS MAKELEVEL MFLAGS
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .NOTPARALLEL:
-.PHONY: help demo test quick lint fuzz soak clean distclean
+.PHONY: help demo test quick lint hostile fuzz soak clean distclean
 
 help:
 	@echo 'make demo       build and launch sample_ws, stop after 15 seconds'
 	@echo 'make test       ruff, mypy and all tests'
 	@echo 'make quick      the tests that need no build and no ROS'
 	@echo 'make lint       ruff and mypy alone'
+	@echo 'make hostile    other users, faults, full disks, stale results'
 	@echo 'make fuzz       the fuzz tests with 10,000 inputs each'
 	@echo 'make soak       an unruly launch for 3 minutes, or MINUTES=…'
 	@echo 'make clean      remove what was built, keep .venv'
@@ -51,6 +52,9 @@ lint: $(VENV)/.installed
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+
+hostile: $(VENV)/.installed
+	$(BIN)/pytest -n auto --dist loadgroup -m hostile
 
 fuzz: $(VENV)/.installed
 	HYPOTHESIS_PROFILE=long $(BIN)/pytest -n auto tests/language -k fuzz

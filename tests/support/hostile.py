@@ -1,0 +1,47 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What hostile tests need of the system: another user, disks of their own."""
+
+from collections.abc import Sequence
+import functools
+import os
+import shlex
+import subprocess
+
+import pytest
+
+#: Another user, who owns nothing: `nobody` of Linux.
+OTHER_USER = 65534
+
+needs_other_user = pytest.mark.skipif(
+    os.getuid() != 0, reason='only root can give files to another user'
+)
+
+
+@functools.cache
+def _private() -> tuple[str, ...] | None:
+    """Return what runs a command with mounts of its own, if anything."""
+    for command in (('unshare', '-m'), ('unshare', '-r', '-m')):
+        try:
+            subprocess.run([*command, 'true'], check=True, capture_output=True)
+        except (OSError, subprocess.CalledProcessError):
+            continue
+        return command
+    return None
+
+
+def with_mounts(script: str, argv: Sequence[str]) -> list[str]:
+    """
+    Return a command line that runs another one with mounts of its own.
+
+    Nobody else sees the mounts, and they end with the last process. The test
+    is skipped where neither root's rights nor a user namespace allows them.
+
+    :param script: Shell commands that mount, such as `mount -t tmpfs …`
+    :param argv: The command line
+    """
+    command = _private()
+    if command is None:
+        pytest.skip('mounts of its own need root or a user namespace')
+    return [*command, 'sh', '-ec', f'{script}\nexec {shlex.join(argv)}']
