@@ -53,7 +53,9 @@ def _declare(
         return
     message = f"launch argument '{name}' cannot be '{given}'"
     hint, place = one_of(given, choices), value.place
-    if place is None:
+    if place is None and attributes.item.texts.get('default') is not None:
+        attributes.fail('default', message, hint)
+    elif place is None:
         attributes.fail_as_whole(message, hint)
     else:
         walk.fail_at(place, message, hint)

@@ -14,6 +14,7 @@ import yaml
 
 _ITEM = re.compile(r'\s*-(\s|$)')
 _KEY_WITHOUT_SPACE = re.compile(r'(\s*(?:- )?)([\w-]+):[^\s/]')
+_NO_BREAK_SPACE = '\u00a0'
 _COMMENT_OR_BLANK = re.compile(r'\s*(#|$)')
 
 
@@ -147,6 +148,18 @@ def _misplaced_colon(
                 f"there is no space after '{glued[2]}:'",
                 source.position(number, glued.end(2)),
             )
+        if _NO_BREAK_SPACE in before:
+            return error(
+                'a no-break space stands here, which is no space for YAML',
+                source.position(number, before.index(_NO_BREAK_SPACE)),
+                hint='type it anew as a space',
+            )
+        if _depth(before) == _depth(line) and ':' not in before:
+            return error(
+                "there is no ':' in this line",
+                source.position(number, _depth(before)),
+                hint="write 'name: value'",
+            )
         break
     indent = len(line) - len(line.lstrip())
     return error(
@@ -223,6 +236,13 @@ def _position(source: Source, mark: yaml.Mark) -> Position:
 def _line(source: Source, number: int) -> str:
     lines = source.text.split('\n')
     return lines[number] if number < len(lines) else ''
+
+
+def _depth(line: str) -> int:
+    """Return the column of the key or value in a line."""
+    item = _ITEM.match(line)
+    start = item.end() if item else 0
+    return start + len(line[start:]) - len(line[start:].lstrip())
 
 
 def _spaces(count: int) -> str:

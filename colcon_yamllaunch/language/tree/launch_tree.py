@@ -3,11 +3,13 @@
 
 """From a launch file to the tree of its actions."""
 
+from collections.abc import Iterable
 from collections.abc import Iterator
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
+from colcon_yamllaunch.common.suggestions import nearest
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
@@ -21,6 +23,7 @@ from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
 from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
 from colcon_yamllaunch.language.syntax.yaml_reader import Value
 from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.vocabulary import names_elsewhere
 from colcon_yamllaunch.language.vocabulary.actions import Action
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
@@ -50,6 +53,17 @@ class Item:
     lists: dict[str, tuple[Text, ...]]
     values: 'dict[str, ParameterValue]'
     items: 'dict[str, tuple[Item, ...]]'
+
+    def every_text(self) -> 'Iterator[Text]':
+        """Return all texts of the attributes, also those of items."""
+        yield from self.texts.values()
+        for texts in self.lists.values():
+            yield from texts
+        for value in self.values.values():
+            yield from value.texts
+        for items in self.items.values():
+            for inner in items:
+                yield from inner.every_text()
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,8 +166,16 @@ class _TreeReader:
                 document.position,
                 hint=hint,
             )
-        for name, (key, _) in document.pairs.items():
+        for name, (key, content) in document.pairs.items():
             if name != 'launch':
+                if (
+                    isinstance(content, Mapping)
+                    and 'ros__parameters' in content.pairs
+                ):
+                    hint = (
+                        'this is a parameter file: a node reads it by '
+                        "'param: [{from: …}]'"
+                    )
                 raise error(
                     f"'{name}' stands where only 'launch' is known",
                     key,
@@ -264,11 +286,10 @@ class _TreeReader:
             children = self._entities(inner, "'children'", inner_key.position)
             value = _without_children(value)
         if not isinstance(value, Mapping):
-            self._report(
-                f"'{action.name}' wants its attributes",
-                key,
-                'indent them deeper than the action',
-            )
+            hint = 'indent them deeper than the action'
+            if isinstance(value, Scalar) and '\u00a0' in value.text:
+                hint = 'a no-break space stands in them; type it anew'
+            self._report(f"'{action.name}' wants its attributes", key, hint)
             return None
         item = self._item(
             f"'{action.name}'",
@@ -303,20 +324,29 @@ class _TreeReader:
         """
         table = by_name(known)
         item = Item(position, {}, {}, {}, {})
+        missing = [
+            name
+            for name in required_of(known)
+            if name not in value.pairs and name != done
+        ]
         for name, (key, attribute_value) in value.pairs.items():
             attribute = table.get(name)
             if attribute is not None:
                 self._attribute(item, attribute, attribute_value)
             else:
                 names = [other for other in table if other != done]
-                self._report_unknown(what, name, key, attribute_value, names)
-        for name in required_of(known):
-            if name not in value.pairs and name != done:
-                self._report(
-                    f"{what} needs the attribute '{name}'",
-                    position,
-                    length=len(what) - 2,
+                meant = _meant(name, missing) or _meant(name, names)
+                # one mistake, one error
+                missing = [other for other in missing if other != meant]
+                self._report_unknown(
+                    what, name, key, attribute_value, names, meant
                 )
+        for name in missing:
+            self._report(
+                f"{what} needs the attribute '{name}'",
+                position,
+                length=len(what) - 2,
+            )
         return item
 
     def _report_unknown(
@@ -326,8 +356,9 @@ class _TreeReader:
         key: Scalar,
         value: Value,
         known: list[str],
+        meant: str | None,
     ) -> None:
-        hint = did_you_mean(name, known)
+        hint = meant and f"did you mean '{meant}'?"
         if name == 'composable_node':
             self._report(
                 "'composable_node' needs a running ROS graph",
@@ -381,7 +412,8 @@ class _TreeReader:
                 raise error(
                     f"an item of '{attribute.name}' is a mapping",
                     element.position,
-                    hint=f'its attributes are {names}',
+                    hint=_as_item(element, known)
+                    or f'its attributes are {names}',
                 )
             found.append(
                 self._item(
@@ -408,6 +440,20 @@ class _TreeReader:
     ) -> None:
         problem = error(message, at, hint=hint, length=length)
         self._problems.extend(problem.diagnostics)
+
+
+def _meant(name: str, known: Iterable[str]) -> str | None:
+    """Return the attribute that is meant by one that does not exist."""
+    elsewhere = names_elsewhere.ATTRIBUTES.get(name, name)
+    elsewhere = names_elsewhere.ATTRIBUTES.get(name, name)
+    return elsewhere if elsewhere in known else nearest(name, known)
+
+
+def _as_item(written: Value, known: tuple[Attribute, ...]) -> str | None:
+    """Return how to write an item that has but one attribute."""
+    if len(known) != 1 or not isinstance(written, Scalar):
+        return None
+    return f'write {{{known[0].name}: {written.text}}}'
 
 
 def _without_children(value: Mapping) -> Mapping:

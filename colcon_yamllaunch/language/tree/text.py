@@ -17,6 +17,7 @@ from colcon_yamllaunch.language.syntax.template import unescape
 from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
 from colcon_yamllaunch.language.syntax.yaml_reader import Kind
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+from colcon_yamllaunch.language.vocabulary import names_elsewhere
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 
 _PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
@@ -110,8 +111,7 @@ class Text:
             raise error(
                 f"unknown substitution '{substitution.name}'",
                 self.position_at(substitution.start),
-                hint=did_you_mean(substitution.name, KINDS)
-                or f'the substitutions are {listing(KINDS)}',
+                hint=_meant(substitution),
                 length=length,
             )
         problem = kind.arity_problem(len(substitution.arguments))
@@ -122,6 +122,22 @@ class Text:
                 hint=f'it is written {kind.usage}',
                 length=substitution.end - substitution.start,
             )
+
+
+def _meant(substitution: Substitution) -> str:
+    """Return what may be meant by a substitution that does not exist."""
+    name = substitution.name
+    known = names_elsewhere.SUBSTITUTIONS.get(name)
+    if known is not None:
+        return f'$({name} …) of ROS 1 is {KINDS[known].usage} in ROS 2'
+    near = did_you_mean(name, KINDS)
+    if near is not None:
+        return near
+    if not substitution.arguments:
+        return f"for the value of the launch argument '{name}', write " + (
+            f'$(var {name})'
+        )
+    return f'the substitutions are {listing(KINDS)}'
 
 
 def _locate(scalar: Scalar, index: int) -> int:

@@ -57,6 +57,18 @@ MISTAKES = {
         'launch:\n  - node:\n      exec: b\n      «pkg a\n  - node:\n',
         "there is no ':' in this line",
     ),
+    'no colon in the first attribute': (
+        'launch:\n  - node:\n      «pkg a\n      exec: b\n',
+        "there is no ':' in this line",
+    ),
+    'no-break space for indentation': (
+        'launch:\n  - node:\n     «\u00a0pkg: a\n      exec: b\n',
+        'a no-break space stands here, which is no space for YAML',
+    ),
+    'no-break space behind a colon': (
+        'launch:\n  - node:\n      pkg:«\u00a0a\n      exec: b\n',
+        'a no-break space stands here, which is no space for YAML',
+    ),
     'text of a block that is not indented': (
         'a: |\n«text\nb: c\n',
         "there is no ':' in this line",

@@ -150,6 +150,36 @@ def test_deprecation():
             None,
         ),
         (
+            'launch: [executable: {«cdm»: a}]\n',
+            "'executable' has no attribute 'cdm'",
+            "did you mean 'cmd'?",
+        ),
+        (
+            'launch: [node: {pkg: a, exec: b, «ns»: c}]\n',
+            "'node' has no attribute 'ns'",
+            "did you mean 'namespace'?",
+        ),
+        (
+            'launch: [node: {pkg: a, «type»: b}]\n',
+            "'node' has no attribute 'type'",
+            "did you mean 'exec'?",
+        ),
+        (
+            'launch: [arg: {name: a, choice: [«b]}]\n',
+            "an item of 'choice' is a mapping",
+            'write {value: b}',
+        ),
+        (
+            'launch: [«node»: "pkg:\u00a0a"]\n',
+            "'node' wants its attributes",
+            'a no-break space stands in them',
+        ),
+        (
+            '«/**»: {ros__parameters: {a: 1}}\n',
+            "'/**' stands where only 'launch' is known",
+            'this is a parameter file',
+        ),
+        (
             'launch: [«timer»: [reset: {}]]\n',
             "'timer' needs the attribute 'period'",
             None,
@@ -292,6 +322,21 @@ def test_deprecation():
             "did you mean 'int'?",
         ),
         # substitutions
+        (
+            'launch: [let: {name: a, value: «$(find» b)}]\n',
+            "unknown substitution 'find'",
+            '$(find …) of ROS 1 is $(find-pkg-share package) in ROS 2',
+        ),
+        (
+            'launch: [let: {name: a, value: «$(unit»)}]\n',
+            "unknown substitution 'unit'",
+            "value of the launch argument 'unit', write $(var unit)",
+        ),
+        (
+            'launch: [let: {name: a, value: «$(unit» b)}]\n',
+            "unknown substitution 'unit'",
+            'the substitutions are',
+        ),
         (
             'launch: [log: {message: a «$(vra» b)}]\n',
             "unknown substitution 'vra'",

@@ -202,7 +202,7 @@ def test_all_mistakes_of_a_file_show_at_once_and_in_order(launcher):
 </launch>"""
     errors = launcher.evaluate(text).errors
     lines = [e.position.line for e in errors]
-    assert lines == [2, 3, 4, 5, 5, 5, 7]
+    assert lines == [2, 3, 4, 5, 5, 7]
 
 
 def test_the_excerpt_and_the_way_there(launcher):
@@ -212,9 +212,9 @@ def test_the_excerpt_and_the_way_there(launcher):
     )
     shown = render(evaluation.errors, str(launcher.folder)).splitlines()
     assert shown[:3] == [
-        "in.launch.xml:2:2: error: 'log' needs the attribute 'message'",
+        "in.launch.xml:2:6: error: 'log' has no attribute 'mesage'",
         '  2 | <log mesage="é"/></launch>',
-        '    |  ^^^',
+        '    |      ^^^^^^',
     ]
     assert '  included from main.yaml:3:16' in shown
 

@@ -1,0 +1,25 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What attributes and substitutions are called in other launch files."""
+
+#: Attributes, by their names in ROS 1 and in ROS 2's Python launch files.
+ATTRIBUTES = {
+    'additional_env': 'env',
+    'arguments': 'args',
+    'environment': 'env',
+    'executable': 'exec',
+    'ns': 'namespace',
+    'package': 'pkg',
+    'parameters': 'param',
+    'prefix': 'launch-prefix',
+    'remappings': 'remap',
+    'rosparam': 'param',
+    'type': 'exec',
+}
+#: Substitutions, by their names in ROS 1.
+SUBSTITUTIONS = {
+    'arg': 'var',
+    'find': 'find-pkg-share',
+    'optenv': 'env',
+}
