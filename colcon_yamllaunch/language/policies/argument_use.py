@@ -23,7 +23,6 @@ from colcon_yamllaunch.language.policies.launch_arguments import (
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.template import Template
-from colcon_yamllaunch.language.tree.launch_tree import Item
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.tree.text import Text
 
@@ -73,8 +72,9 @@ class ArgumentUse:
             if entity.action.name in ARGUMENT_ACTIONS:
                 text = entity.item.texts['name']
                 use.declared.setdefault(text.plain, text)
-            for template in _templates(entity.item):
-                use.add_text(template)
+            for written in entity.item.every_text():
+                if written.literal is None:
+                    use.add_text(written.template)
 
     def reached(self, path: str) -> dict[str, FileUse]:
         """Return a launch file and all that it includes, directly or not."""
@@ -138,16 +138,3 @@ def _is_used(name: str, path: str, reached: Mapping[str, FileUse]) -> bool:
         name in use.read or (other != path and name in use.declared)
         for other, use in reached.items()
     )
-
-
-def _templates(item: Item) -> Iterator[Template]:
-    for text in item.texts.values():
-        if text.literal is None:
-            yield text.template
-    for texts in item.lists.values():
-        yield from (text.template for text in texts)
-    for value in item.values.values():
-        yield from (text.template for text in value.texts)
-    for items in item.items.values():
-        for inner in items:
-            yield from _templates(inner)

@@ -34,6 +34,7 @@ from colcon_yamllaunch.language.policies.argument_use import FileUse
 from colcon_yamllaunch.language.policies.expression import compute
 from colcon_yamllaunch.language.policies.expression import ExpressionError
 from colcon_yamllaunch.language.policies.portability import not_portable
+from colcon_yamllaunch.language.policies.shell_variables import shell_variables
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
@@ -113,6 +114,7 @@ class _Check(Walk):
         for problem in (
             *self._arguments.unused(),
             *self._arguments.unknown_given(request.path, request.arguments),
+            *shell_variables(self.files.values()),
         ):
             self.report(problem)
 

@@ -28,6 +28,7 @@ from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.policies.shell_variables import shell_variables
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.position import Span
@@ -59,6 +60,8 @@ def evaluate(request: Request) -> Evaluation:
     if request.arguments and not walk.has_python:
         # what a launch file in Python declares is not known
         walk.warn_of_unknown_arguments(request.arguments)
+    for problem in shell_variables(walk.files.values()):
+        walk.report(problem)
     return Evaluation(
         tuple(walk.diagnostics),
         tuple(f.source for f in walk.files.values() if f is not None),

@@ -3,7 +3,11 @@
 
 """Launch arguments: given, missing, unknown, one of several."""
 
+from colcon_yamllaunch.language.policies.check import check
+from colcon_yamllaunch.language.policies.evaluate import evaluate
 import pytest
+
+from tests.language.conftest import Marked
 
 
 def said(launcher, text, **arguments):
@@ -94,8 +98,32 @@ def test_choices(launcher, value, hint):
 
 
 def test_a_default_has_to_be_one_of_the_choices(launcher):
-    text = 'launch:\n- «arg»: {name: a, default: c, choice: [{value: b}]}\n'
+    text = 'launch:\n- arg: {name: a, default: «c», choice: [{value: b}]}\n'
     assert "cannot be 'c'" in launcher.error(text).message
+
+
+def test_an_argument_that_is_written_as_in_a_shell(launcher):
+    text = (
+        'launch:\n- arg: {name: a, default: b}\n'
+        '- log: {message: «"${a} $(var a)", level: INFO}\n'
+    )
+    mark = Marked.of(text)
+    request = launcher.request(mark.text)
+    for found in (check(request, portable=False), evaluate(request)):
+        (warning,) = found.diagnostics
+        mark.check(warning)
+        assert warning.severity == 'warning'
+        assert warning.message.startswith("'${a}' is no substitution")
+        assert warning.hint == 'write $(var a)'
+
+
+def test_a_shell_has_variables_of_its_own(launcher):
+    text = (
+        'launch:\n- arg: {name: a, default: b}\n'
+        '- executable: {cmd: "echo ${a} $(var a)", shell: true}\n'
+        '- executable: {cmd: "echo ${HOME}"}\n'
+    )
+    assert not launcher.evaluate(text).diagnostics
 
 
 @pytest.mark.parametrize('value', ['true', 'False', 'TRUE'])
