@@ -5,7 +5,6 @@
 
 import argparse
 from collections.abc import Callable
-from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 import math
@@ -124,20 +123,33 @@ def read_options(values: Any, verb: Verb) -> dict[str, Any]:
     }
 
 
-def refuse_unknown(words: Iterable[str], verb: Verb) -> None:
+def refuse_unknown(words: Sequence[str], verb: Verb) -> None:
     """
     Refuse words that look like options.
 
     :raises UserError: when there is one
     """
-    for word in words:
-        if word.startswith('-'):
-            from colcon_yamllaunch.common.suggestions import did_you_mean
+    for index, word in enumerate(words):
+        if not word.startswith('-'):
+            continue
+        from colcon_yamllaunch.common.suggestions import nearest
 
-            hint = did_you_mean(word, options_of(verb)) or (
-                f"'colcon {verb} --help' lists the options"
-            )
-            raise UserError(f"there is no option '{word}': {hint}")
+        meant = [nearest(word, options_of(verb))]
+        if verb == 'launch':
+            meant.insert(0, _as_argument(word, words[index + 1 :]))
+        listed = ' or '.join(f"'{m}'" for m in meant if m is not None)
+        hint = f"'colcon {verb} --help' lists the options"
+        if listed:
+            hint = f'did you mean {listed}?'
+        raise UserError(f"there is no option '{word}': {hint}")
+
+
+def _as_argument(word: str, rest: Sequence[str]) -> str | None:
+    """Return the launch argument that `--name value` may be meant as."""
+    name, is_given, value = word.lstrip('-').partition('=')
+    if not is_given and rest and not rest[0].startswith('-'):
+        value = rest[0]
+    return f'{name}:={value}' if name and value else None
 
 
 def _refuse_unfit(given: Mapping[str, Option]) -> None:

@@ -10,11 +10,13 @@ from pathlib import Path
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.suggestions import nearest
 from colcon_yamllaunch.verb.cli.log_base import PATH_SUFFIXES
 from colcon_yamllaunch.workspace.packages.launch_files import (
     choose_launch_file,
 )
 from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
+from colcon_yamllaunch.workspace.packages.launch_files import likely_ones
 from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
@@ -48,8 +50,10 @@ def path_target(positionals: tuple[str, ...], cwd: Path) -> Target | None:
         hint = ''
         if path.parent.is_dir():
             names = [child.name for child in path.parent.iterdir()]
-            near = did_you_mean(path.name, names)
-            hint = f': {near}' if near else ''
+            near = nearest(path.name, names)
+            if near is not None:
+                # as it works from here
+                hint = f": did you mean '{Path(word).parent / near}'?"
         raise UserError(f"there is no launch file '{word}'{hint}")
     return None
 
@@ -75,10 +79,11 @@ def package_target(
     folder = Path(locator.share(package) or '') if own is None else own.path
     files = find_launch_files(folder)
     if not rest:
-        listed = ''.join(f'\n  {file}' for file in files)
+        likely = likely_ones(files)
+        listed = ''.join(f'\n  {file}' for file in likely)
         raise UserError(
             f'which launch file of {package}? It has:{listed}'
-            if files
+            if likely
             else f'{package} has no launch files'
         )
     path = str(folder / choose_launch_file(package, files, rest[0]))
@@ -117,5 +122,12 @@ def unknown_package(
 def _refuse_more(positionals: list[str] | tuple[str, ...]) -> None:
     for word in positionals:
         raise UserError(
-            f"malformed launch argument '{word}': it is written name:=value"
+            f"malformed launch argument '{word}': {_argument_hint(word)}"
         )
+
+
+def _argument_hint(word: str) -> str:
+    name, is_given, value = word.partition('=')
+    if name and is_given:
+        return f"did you mean '{name}:={value}'?"
+    return 'it is written name:=value'

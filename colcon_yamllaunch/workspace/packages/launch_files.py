@@ -26,6 +26,7 @@ LAUNCH_SUFFIXES = (
 )
 _YAML_SUFFIXES = ('.yaml', '.yml')
 _MANIFEST = 'package.xml'
+_PARAMETER_FOLDERS = frozenset(('config', 'cfg', 'param', 'params'))
 
 
 def find_launch_files(folder: Path) -> tuple[str, ...]:
@@ -55,7 +56,7 @@ def launch_file_names(package: str, files: Sequence[str]) -> list[str]:
     :param files: As :func:`find_launch_files` returns them
     """
     names = []
-    for file in [f for f in files if _is_likely(f)] or files:
+    for file in likely_ones(files):
         name = PurePosixPath(file).name
         try:
             is_clear = choose_launch_file(package, files, name) == file
@@ -63,6 +64,19 @@ def launch_file_names(package: str, files: Sequence[str]) -> list[str]:
             is_clear = False
         names.append(name if is_clear else file)
     return names
+
+
+def likely_ones(files: Sequence[str]) -> list[str]:
+    """
+    Return what to offer of what may be launch files.
+
+    Those in folders where parameters are kept by custom are none.
+    """
+    return [f for f in files if _is_likely(f)] or [
+        f
+        for f in files
+        if _PARAMETER_FOLDERS.isdisjoint(PurePosixPath(f).parent.parts)
+    ]
 
 
 def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
@@ -97,7 +111,7 @@ def _only(package: str, fitting: list[str], wanted: str) -> str:
 
 
 def _nothing(package: str, files: Sequence[str], wanted: str) -> str:
-    likely = [f for f in files if _is_likely(f)] or list(files)
+    likely = likely_ones(files)
     if not likely:
         return (
             f'{package} has no launch files: put {wanted} into the folder '

@@ -18,6 +18,8 @@ from colcon_yamllaunch.workspace.packages.source_files import source_files
 LISTED = 10
 
 _SCRIPTS = ('.py', '.sh')
+# folders and files whose scripts a build installs as no programs
+_NO_PROGRAMS = frozenset(('test', 'tests', 'launch', 'setup.py'))
 _BUILD_FILES = ('CMakeLists.txt', 'setup.py', 'setup.cfg', 'pyproject.toml')
 
 
@@ -80,6 +82,8 @@ def unknown_executable(
         Path(file).name
         for file, _ in source_files(own.path)
         if Path(file).suffix in _SCRIPTS
+        and not file.endswith('.launch.py')
+        and _NO_PROGRAMS.isdisjoint(Path(file).parts)
     }
     there = {*locator.executables(package), *scripts}
     return f"{package} has no executable '{name}'{_nearest(name, there)}"

@@ -177,3 +177,19 @@ def test_version_is_shown_alone(user: User, words: list[str]) -> None:
         r'colcon-yamllaunch [\d.]+, colcon-core [\d.]+\n', shown.output
     )
     assert list(user.root.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ('words', 'hint'),
+    [
+        ('--unit fahrenheit', "did you mean 'unit:=fahrenheit' or '--junit'?"),
+        ('--chekc', "did you mean '--check'?"),
+        ('--zzz', "'colcon launch --help' lists the options"),
+    ],
+)
+def test_an_unknown_option_may_be_meant_as_an_argument(
+    words: str, hint: str
+) -> None:
+    with pytest.raises(UserError) as error:
+        parsed('pkg', 'file.yaml', *words.split())
+    assert str(error.value).endswith(hint)

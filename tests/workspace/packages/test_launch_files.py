@@ -8,6 +8,7 @@ from colcon_yamllaunch.workspace.packages.launch_files import (
     choose_launch_file,
 )
 from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
+from colcon_yamllaunch.workspace.packages.launch_files import likely_ones
 import pytest
 
 FILES = (
@@ -55,6 +56,13 @@ def test_none_lists_the_nearest_first():
     lines = str(error.value).splitlines()
     assert lines[1] == '  launch/sim/world.yaml'
     assert 'config' not in str(error.value)
+
+
+def test_parameter_files_are_not_offered():
+    files = ('config/demo.yaml', 'params/x/y.yml', 'other.yaml')
+    assert likely_ones(files) == ['other.yaml']
+    with pytest.raises(UserError, match='has no launch files'):
+        choose_launch_file('p', files[:2], 'demmo.yaml')
 
 
 def test_no_launch_files():

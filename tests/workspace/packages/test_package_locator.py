@@ -10,6 +10,9 @@ from colcon_yamllaunch.workspace.packages.missing_files import (
 )
 from colcon_yamllaunch.workspace.packages.missing_files import nearest
 from colcon_yamllaunch.workspace.packages.missing_files import not_installed
+from colcon_yamllaunch.workspace.packages.missing_files import (
+    unknown_executable,
+)
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 import pytest
@@ -243,3 +246,13 @@ def test_first_of_two_packages_with_a_name(tmp_path):
 
 def test_nearest():
     assert nearest('my_pgk', ['rviz2', 'my_pkg', 'other'])[0] == 'my_pkg'
+
+
+def test_what_is_no_program_is_not_offered_as_one(tree):
+    tree.src('scripts/drive.py', mode=0o755)
+    for path in ('test/test_drive.py', 'launch/x.launch.py', 'setup.py'):
+        tree.src(path)
+    problem = unknown_executable(tree.locator, 'my_pkg', 'test_driv')
+    assert problem.endswith(
+        "my_pkg has no executable 'test_driv': it has drive.py"
+    )
