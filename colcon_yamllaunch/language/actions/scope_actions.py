@@ -94,6 +94,8 @@ def set_configuration(walk: Walk, pair: Attributes) -> None:
     name = pair.text('name')
     with _setting(walk, name):
         value = evaluated(walk, pair)
+    if name in walk.given:
+        walk.overwritten(name, pair.item.texts['name'])
     walk.scope.configurations.set(name, value)
 
 

@@ -83,6 +83,8 @@ def _var(call: Call) -> Value:
     configurations = walk.scope.configurations
     value = configurations.get(name)
     if value is not None:
+        if walk.given.get(name) is value:
+            walk.given_read.add(name)
         return value if value.text is not None else walk.settled(value)
     source = f'$(var {name})'
     if len(call) > 1:

@@ -101,14 +101,18 @@ class Findings:
 
     def report(self, problem: LaunchError) -> None:
         """Note a problem, unless it is known."""
-        for position in reversed(self._includes):
-            problem = problem.included_from(position)
-        for diagnostic in problem.diagnostics:
+        for diagnostic in self.located(problem).diagnostics:
             # a file that is included twice has its mistakes but once
             where = (diagnostic.message, diagnostic.position)
             if where not in self._reported:
                 self._reported.add(where)
                 self.diagnostics.append(diagnostic)
+
+    def located(self, problem: LaunchError) -> LaunchError:
+        """Return a problem with the includes that led to it."""
+        for position in self.includes:
+            problem = problem.included_from(position)
+        return problem
 
     def use_package(self, name: str, position: Position) -> None:
         """Note that the launch needs a package."""

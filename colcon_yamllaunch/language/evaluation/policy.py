@@ -87,6 +87,9 @@ class Policy(Findings, Surroundings, ABC):
     ) -> None:
         """Take note of a launch argument that is declared."""
 
+    def overwritten(self, name: str, by: Text) -> None:
+        """Take note of a given launch argument that is set anew."""
+
     @abstractmethod
     def missing_argument(self, attributes: Attributes, name: str) -> None:
         """Take note of a launch argument that was not given."""

@@ -32,8 +32,12 @@ class Surroundings:
         self.cwd = request.cwd
         self.log_folder: str | None = request.log_folder
         self.scope = Scope()
-        for name, value in request.arguments.items():
-            self.scope.configurations.set(name, known(value))
+        #: The launch arguments that were given.
+        self.given = {n: known(v) for n, v in request.arguments.items()}
+        #: Those of them that were read.
+        self.given_read: set[str] = set()
+        for name, value in self.given.items():
+            self.scope.configurations.set(name, value)
 
     @contextmanager
     def within_scope(self, scope: Scope) -> Iterator[None]:

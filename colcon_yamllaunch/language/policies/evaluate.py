@@ -24,11 +24,14 @@ from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.values import expression_error
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
+from colcon_yamllaunch.language.evaluation.walk import Handler
+from colcon_yamllaunch.language.evaluation.walk import Maker
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.policies.shell_variables import shell_variables
+from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.position import Span
@@ -60,6 +63,7 @@ def evaluate(request: Request) -> Evaluation:
     if request.arguments and not walk.has_python:
         # what a launch file in Python declares is not known
         walk.warn_of_unknown_arguments(request.arguments)
+        walk.warn_of_overwritten_arguments()
     for problem in shell_variables(walk.files.values()):
         walk.report(problem)
     return Evaluation(
@@ -76,6 +80,32 @@ class _Launch(Walk):
 
     is_launch = True
     has_python = False
+
+    def __init__(
+        self,
+        request: Request,
+        handlers: Mapping[str, Handler],
+        makers: Mapping[str, Maker],
+    ) -> None:
+        super().__init__(request, handlers, makers)
+        self._overwritten: dict[str, LaunchError] = {}
+
+    def overwritten(self, name: str, by: Text) -> None:
+        if name not in self._overwritten:
+            given = f'{name}:={self.given[name].text}'
+            self._overwritten[name] = self.located(
+                error(
+                    f"the launch argument '{given}' of the command line has "
+                    'no effect: it is always set here',
+                    by,
+                ).as_warning()
+            )
+
+    def warn_of_overwritten_arguments(self) -> None:
+        for name, problem in self._overwritten.items():
+            if name not in self.given_read:
+                # the includes around are not those that led there
+                self.diagnostics.extend(problem.diagnostics)
 
     def visit(self, entity: Entity) -> None:
         try:

@@ -54,7 +54,8 @@ def test_an_argument_that_is_set_already_keeps_its_value(launcher):
 
 def test_let_is_stronger_than_what_was_given(launcher):
     text = 'launch:\n- arg: {name: a}\n- let: {name: a, value: set}\n' + ECHO
-    assert said(launcher, text, a='given') == 'set'
+    (process,) = launcher.evaluate(text, a='given').plan.processes()
+    assert process.argv[1] == 'set'
 
 
 def test_required(launcher):
@@ -115,6 +116,35 @@ def test_an_argument_that_is_written_as_in_a_shell(launcher):
         assert warning.severity == 'warning'
         assert warning.message.startswith("'${a}' is no substitution")
         assert warning.hint == 'write $(var a)'
+
+
+def test_an_argument_that_the_launch_file_sets_itself(launcher):
+    text = (
+        'launch:\n- arg: {name: a, default: b}\n'
+        '- let: {name: «a», value: c}\n'
+        '- log: {message: $(var a), level: INFO}\n'
+    )
+    mark = Marked.of(text)
+    (warning,) = launcher.evaluate(mark.text, a='d').diagnostics
+    mark.check(warning)
+    assert warning.severity == 'warning'
+    assert "'a:=d' of the command line has no effect" in warning.message
+    assert not launcher.evaluate(mark.text).diagnostics
+
+
+def test_an_argument_that_only_an_include_is_given_anew(launcher):
+    launcher.write('in.yaml', 'launch:\n- arg: {name: a}\n' + ECHO)
+    include = '- include: {file: in.yaml, arg: [{name: «a», value: c}]}\n'
+    mark = Marked.of('launch:\n' + include)
+    (warning,) = launcher.evaluate(mark.text, a='d').diagnostics
+    mark.check(warning)
+    text = 'launch:\n' + ECHO + include.replace('«a»', 'a')
+    assert not launcher.evaluate(text, a='d').diagnostics
+
+
+def test_an_argument_that_is_set_to_what_was_made_of_it(launcher):
+    text = 'launch:\n- let: {name: a, value: $(var a)-2}\n' + ECHO
+    assert not launcher.evaluate(text, a='d').diagnostics
 
 
 def test_a_shell_has_variables_of_its_own(launcher):
