@@ -6,16 +6,13 @@
 from collections.abc import Mapping
 from collections.abc import Sequence
 import os
-from pathlib import Path
 import signal
 import sys
 from typing import NoReturn
 
-from colcon_yamllaunch.runtime.process.spawn import ends_as_on_windows
+from colcon_yamllaunch.runtime.process.spawn import check_first_line
 from colcon_yamllaunch.runtime.process.spawn import explained
 from colcon_yamllaunch.runtime.process.spawn import find_program
-from colcon_yamllaunch.runtime.process.spawn import first_bytes
-from colcon_yamllaunch.runtime.process.spawn import StartError
 
 #: What Python ignores for itself; a program that it becomes would, too.
 _IGNORED_BY_PYTHON = (signal.SIGPIPE, signal.SIGXFSZ)
@@ -36,7 +33,7 @@ def exec_program(
     """
     path = environment.get('PATH', os.defpath)
     program = find_program(argv[0], path)
-    _check_first_line(program, path)
+    check_first_line(program, path)
     sys.stdout.flush()
     sys.stderr.flush()
     before = {
@@ -49,28 +46,3 @@ def exec_program(
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _check_first_line(program: str, path: str) -> None:
-    """
-    Check that `env` will find the interpreter of a script.
-
-    The system finds `env` itself, so it would not report this, and what `env`
-    says does not name the script.
-    """
-    line = first_bytes(program).partition(b'\n')[0]
-    words = os.fsdecode(line.removeprefix(b'#!')).split()
-    if not line.startswith(b'#!') or Path(*words[:1]).name != 'env':
-        return
-    if line.endswith(b'\r'):
-        raise StartError(ends_as_on_windows(program))
-    # with options or variables, only `env` itself can tell
-    if len(words) == 2 and not set('-=') & set(words[1]):
-        try:
-            find_program(words[1], path)
-        except StartError:
-            raise StartError(
-                f"the first line of '{program}' names the interpreter "
-                f"'{words[1]}', which is not in the folders of PATH; "
-                'install it, or correct the line'
-            ) from None

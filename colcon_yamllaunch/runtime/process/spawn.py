@@ -44,7 +44,9 @@ def spawn_process(
     :raises StartError: when it cannot be started
     """
     with _working_directory(cwd):
-        program = find_program(argv[0], environment.get('PATH', os.defpath))
+        path = environment.get('PATH', os.defpath)
+        program = find_program(argv[0], path)
+        check_first_line(program, path)
         actions = [
             (os.POSIX_SPAWN_DUP2, descriptor, number)
             for number, descriptor in enumerate(descriptors)
@@ -128,7 +130,7 @@ def _explanation(error: OSError, program: str) -> str:
     return f"'{program}': {reason}"
 
 
-def ends_as_on_windows(program: str) -> str:
+def _ends_as_on_windows(program: str) -> str:
     """Return what to say of a script with the line ends of Windows."""
     return (
         f"the lines of '{program}' end as on Windows, so its "
@@ -136,6 +138,34 @@ def ends_as_on_windows(program: str) -> str:
         # in place of a link, sed would put a copy
         f"sed -i 's/\\r$//' {os.path.realpath(program)}"
     )
+
+
+def check_first_line(program: str, path: str) -> None:
+    """
+    Check that `env` will find the interpreter of a script.
+
+    The system finds `env` itself, so it would not report this, and what `env`
+    says does not name the script.
+
+    :param path: The folders to search, separated by colons
+    :raises StartError: when it will not
+    """
+    line = _first_bytes(program).partition(b'\n')[0]
+    words = os.fsdecode(line.removeprefix(b'#!')).split()
+    if not line.startswith(b'#!') or Path(*words[:1]).name != 'env':
+        return
+    if line.endswith(b'\r'):
+        raise StartError(_ends_as_on_windows(program))
+    # with options or variables, only `env` itself can tell
+    if len(words) == 2 and not set('-=') & set(words[1]):
+        try:
+            find_program(words[1], path)
+        except StartError:
+            raise StartError(
+                f"the first line of '{program}' names the interpreter "
+                f"'{words[1]}', which is not in the folders of PATH; "
+                'install it, or correct the line'
+            ) from None
 
 
 @contextmanager
@@ -178,7 +208,7 @@ def _missing(program: str) -> str:
             'it was made for another system'
         )
     if interpreter.endswith('\r'):
-        return ends_as_on_windows(program)
+        return _ends_as_on_windows(program)
     return (
         f"the first line of '{program}' names the interpreter "
         f"'{interpreter}', which does not exist; "
@@ -187,7 +217,7 @@ def _missing(program: str) -> str:
 
 
 def _wrong_format(program: str) -> str:
-    start = first_bytes(program)
+    start = _first_bytes(program)
     if start.startswith(b'\x7fELF'):
         return f"'{program}' was made for another kind of machine"
     if not start:
@@ -199,14 +229,14 @@ def _wrong_format(program: str) -> str:
 
 
 def _interpreter(program: str) -> str | None:
-    start = first_bytes(program)
+    start = _first_bytes(program)
     if not start.startswith(b'#!'):
         return None
     line = start[2:].partition(b'\n')[0].strip(b' \t')
     return os.fsdecode(line.replace(b'\t', b' ').partition(b' ')[0])
 
 
-def first_bytes(program: str) -> bytes:
+def _first_bytes(program: str) -> bytes:
     """Return what Linux reads to find an interpreter, or nothing."""
     try:
         with Path(program).open('rb') as file:

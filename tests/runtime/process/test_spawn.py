@@ -151,9 +151,17 @@ def test_a_script_whose_interpreter_does_not_exist(start, script):
     assert 'first line' in text
 
 
-def test_a_script_with_windows_line_ends(start, script):
-    path = script(b'#!/bin/sh\r\necho\r\n')
+@pytest.mark.parametrize('program', [b'/bin/sh', b'/usr/bin/env sh'])
+def test_a_script_with_windows_line_ends(start, script, program):
+    path = script(b'#!' + program + b'\r\necho\r\n')
     assert 'Windows' in refusal(start, [str(path)])
+
+
+def test_a_script_whose_interpreter_is_not_in_the_path(start, script):
+    path = script(b'#!/usr/bin/env python9\n')
+    text = refusal(start, [str(path)])
+    assert f"first line of '{path}'" in text
+    assert "'python9', which is not in the folders of PATH" in text
 
 
 def test_a_script_without_a_first_line_for_its_interpreter(start, script):
