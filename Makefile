@@ -8,7 +8,7 @@ PYTHON ?= python3
 MINUTES ?= 3
 VENV := .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip --disable-pip-version-check
+PIP_INSTALL := $(BIN)/python .ci/pip_install.py
 SOURCES := $(shell find colcon_yamllaunch -name '*.py' -o -name '*.em' \
 	-o -name py.typed)
 COLCON_PRODUCTS := $(addprefix sample_ws/,build install log)
@@ -39,29 +39,33 @@ help:
 	@echo 'make distclean  remove .venv too'
 
 demo: $(VENV)/.installed
-	$(BIN)/python .ci/demo.py
+	@$(BIN)/python .ci/demo.py
+	@echo
+	@echo 'Go on by hand:'
+	@echo '    source .venv/bin/activate && cd sample_ws'
+	@echo '    colcon launch my_pkg demo.yaml'
 
 test: lint
 	$(BIN)/pytest -n auto --dist loadgroup
 
-quick: $(VENV)/.installed
+quick: $(VENV)/.test-dependencies $(VENV)/.installed
 	HYPOTHESIS_PROFILE=quick \
 		$(BIN)/pytest -n auto --dist loadgroup -m 'not full'
 
-lint: $(VENV)/.installed
+lint: $(VENV)/.test-dependencies $(VENV)/.installed
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
-hostile: $(VENV)/.installed
+hostile: $(VENV)/.test-dependencies $(VENV)/.installed
 	$(BIN)/pytest -n auto --dist loadgroup -m hostile
 
-fuzz: $(VENV)/.installed
+fuzz: $(VENV)/.test-dependencies $(VENV)/.installed
 	HYPOTHESIS_PROFILE=long $(BIN)/pytest -n auto tests/language -k fuzz
 	HYPOTHESIS_PROFILE=long $(BIN)/pytest -rP \
 		tests/workspace/freshness/test_freshness_properties.py
 
-soak: $(VENV)/.installed
+soak: $(VENV)/.test-dependencies $(VENV)/.installed
 	SOAK_MINUTES=$(MINUTES) $(BIN)/pytest -n 2 tests/runtime/test_soak.py
 
 clean:
@@ -74,18 +78,24 @@ distclean: clean
 # Not editable: the demo and the tests run what a user gets. A `build` folder
 # that is left over would bring deleted modules back.
 $(VENV)/.installed: $(VENV)/.dependencies $(SOURCES) README.md
-	rm -rf build *.egg-info
-	$(PIP) install --quiet --no-build-isolation --no-deps --force-reinstall .
-	rm -rf build *.egg-info
+	@rm -rf build *.egg-info
+	@$(PIP_INSTALL) --no-build-isolation --no-deps --force-reinstall .
+	@rm -rf build *.egg-info
 	@touch $@
 
 # setuptools below 80 still has what colcon needs for --symlink-install, and
 # from 70.1 on it needs no `wheel` package.
 $(VENV)/.dependencies: setup.cfg setup.py | $(BIN)/python
-	@echo 'Installing into $(VENV); the first time takes some minutes.'
-	$(PIP) install --quiet 'setuptools>=70.1,<80'
-	$(PIP) install --quiet --no-build-isolation '.[ros,test]'
-	command -v cmake >/dev/null || $(PIP) install --quiet cmake
+	@echo 'Installing ROS 2 and colcon into $(VENV), some 400 MB…'
+	@$(PIP_INSTALL) 'setuptools>=70.1,<80'
+	@$(PIP_INSTALL) --no-build-isolation '.[ros]'
+	@command -v cmake >/dev/null || $(PIP_INSTALL) cmake
+	@touch $@
+
+$(VENV)/.test-dependencies: $(VENV)/.dependencies
+	@echo 'Installing what the tests use into $(VENV)…'
+	@$(PIP_INSTALL) --no-build-isolation '.[test]'
+	@rm -rf build *.egg-info
 	@touch $@
 
 $(BIN)/python:
