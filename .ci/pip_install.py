@@ -8,6 +8,7 @@ Run `pip install` with the given arguments, and show how far it is.
 What pip writes is only shown when it fails.
 """
 
+import re
 import subprocess
 import sys
 
@@ -33,9 +34,10 @@ def main() -> int:
         for line in pip.stdout:
             lines.append(line)
             if line.startswith('Collecting '):
-                names.add(line.split()[1])
-                _show(f'package {len(names)}: {line.split()[1]}', len(names))
-            elif line.startswith('Installing collected packages'):
+                name = re.split(r'[^\w.-]', line.split()[1])[0]
+                names.add(name)
+                _show(f'package {len(names)}: {name}', len(names))
+            elif line.startswith('Installing collected') and len(names) > 1:
                 _show(f'unpacking {len(names)} packages', 0)
     if sys.stdout.isatty():
         print(end=CLEAR)

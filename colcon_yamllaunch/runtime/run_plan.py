@@ -28,6 +28,8 @@ from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.process.descriptors import keep_to_ourselves
 from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.process.spawn import Spawn
+from colcon_yamllaunch.runtime.record.failure_advice import Advisor
+from colcon_yamllaunch.runtime.record.failure_advice import OwnerOf
 from colcon_yamllaunch.runtime.record.failures import Failures
 from colcon_yamllaunch.runtime.record.launch_logs import Logs
 from colcon_yamllaunch.runtime.screen.display import Display
@@ -58,6 +60,7 @@ def run_plan(
     observers: Iterable[events.Listener] = (),
     about: About | None = None,
     attach: str | None = None,
+    owner_of: OwnerOf = lambda _module, _package: None,
 ) -> int:
     """
     Run a plan to its end, and return the exit code.
@@ -88,6 +91,7 @@ def run_plan(
       it they do not see it
     :param attach: The label of a process that the keyboard, which is standard
       input, is connected to; it must have a terminal
+    :param owner_of: Tells which package has a Python module that is missing
     """
     stream = sys.stdout if stream is None else stream
     if tty:
@@ -123,7 +127,8 @@ def run_plan(
             listeners.append(logs.handle)
             log_files = logs.combined_files(processes)
             publish = logs.flush
-        failures = Failures(log_files)
+        advisor = Advisor(environment, owner_of)
+        failures = Failures(log_files, advisor.advise)
         show = present(
             presentation or Presentation(), screen, plan, display, stack
         )

@@ -5,8 +5,10 @@
 
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
+import os
 import re
 
+_SCRIPTS = ('.py', '.sh')
 _NUMBER = re.compile(r'-\d+$')
 
 
@@ -15,13 +17,17 @@ def names_of(label: str, executable: str, node: str | None) -> Iterator[str]:
     Return the names that a process goes by.
 
     :param label: Its label, as `counter.py-1`; it counts without the number,
-      too
+      and that of a script without the suffix, too
     :param executable: The name of its program
     :param node: The full name of its ROS node, as `/demo/counter`; the last
       part of it and each namespace around it count, too
     """
     yield label
-    yield _NUMBER.sub('', label)
+    name = _NUMBER.sub('', label)
+    yield name
+    stem, suffix = os.path.splitext(name)
+    if suffix in _SCRIPTS:
+        yield stem
     yield executable
     if node is not None:
         yield node

@@ -395,12 +395,14 @@ class FailureReport:
     :param text: What happened, in one line
     :param tail: The last lines of its output
     :param log_file: The file that has all of its output, if there is one
+    :param advice: The way out, if its last words tell one
     """
 
     process: Process
     text: str
     tail: tuple[str, ...] = ()
     log_file: Path | None = None
+    advice: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,9 @@ import signal
 import sys
 from typing import NoReturn
 
-from colcon_yamllaunch.runtime.process.spawn import check_first_line
 from colcon_yamllaunch.runtime.process.spawn import explained
 from colcon_yamllaunch.runtime.process.spawn import find_program
+from colcon_yamllaunch.runtime.process.spawn import interpreter_of
 
 #: What Python ignores for itself; a program that it becomes would, too.
 _IGNORED_BY_PYTHON = (signal.SIGPIPE, signal.SIGXFSZ)
@@ -33,7 +33,7 @@ def exec_program(
     """
     path = environment.get('PATH', os.defpath)
     program = find_program(argv[0], path)
-    check_first_line(program, path)
+    interpreter_of(program, path)
     sys.stdout.flush()
     sys.stderr.flush()
     before = {

@@ -46,7 +46,8 @@ def spawn_process(
     with _working_directory(cwd):
         path = environment.get('PATH', os.defpath)
         program = find_program(argv[0], path)
-        check_first_line(program, path)
+        # it says itself what is wrong
+        interpreter_of(program, path)
         actions = [
             (os.POSIX_SPAWN_DUP2, descriptor, number)
             for number, descriptor in enumerate(descriptors)
@@ -140,32 +141,35 @@ def _ends_as_on_windows(program: str) -> str:
     )
 
 
-def check_first_line(program: str, path: str) -> None:
+def interpreter_of(program: str, path: str) -> str | None:
     """
-    Check that `env` will find the interpreter of a script.
+    Return the interpreter of a script, also one that `env` finds.
 
-    The system finds `env` itself, so it would not report this, and what `env`
-    says does not name the script.
+    None when it is no script, or when only `env` itself can tell. The system
+    finds `env`, so it would not report an interpreter that is missing, and
+    what `env` says does not name the script.
 
     :param path: The folders to search, separated by colons
-    :raises StartError: when it will not
+    :raises StartError: when `env` will not find the interpreter
     """
     line = _first_bytes(program).partition(b'\n')[0]
     words = os.fsdecode(line.removeprefix(b'#!')).split()
-    if not line.startswith(b'#!') or Path(*words[:1]).name != 'env':
-        return
+    if not line.startswith(b'#!') or not words:
+        return None
+    if Path(words[0]).name != 'env':
+        return words[0]
     if line.endswith(b'\r'):
         raise StartError(_ends_as_on_windows(program))
-    # with options or variables, only `env` itself can tell
-    if len(words) == 2 and not set('-=') & set(words[1]):
-        try:
-            find_program(words[1], path)
-        except StartError:
-            raise StartError(
-                f"the first line of '{program}' names the interpreter "
-                f"'{words[1]}', which is not in the folders of PATH; "
-                'install it, or correct the line'
-            ) from None
+    if len(words) != 2 or set('-=') & set(words[1]):
+        return None
+    try:
+        return find_program(words[1], path)
+    except StartError:
+        raise StartError(
+            f"the first line of '{program}' names the interpreter "
+            f"'{words[1]}', which is not in the folders of PATH; "
+            'install it, or correct the line'
+        ) from None
 
 
 @contextmanager

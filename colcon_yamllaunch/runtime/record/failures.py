@@ -3,7 +3,9 @@
 
 """What failed in a launch, and the closing lines about it."""
 
+from collections.abc import Callable
 from collections.abc import Mapping
+from collections.abc import Sequence
 import os
 from pathlib import Path
 
@@ -23,9 +25,18 @@ class Failures:
     A failure is forgotten when its process is started again.
 
     :param log_files: The log file of a process by its label, if it has one
+    :param advise: Returns the way out of a failure, if it tells one; it gets
+      the last lines that the process wrote
     """
 
-    def __init__(self, log_files: Mapping[str, Path]) -> None:
+    def __init__(
+        self,
+        log_files: Mapping[str, Path],
+        advise: Callable[[events.Exited, Sequence[str]], str | None] = (
+            lambda _event, _tail: None
+        ),
+    ) -> None:
+        self._advise = advise
         self._log_files = log_files
         self._failures: dict[str, Failure] = {}
         self._tails: dict[str, bytes] = {}
@@ -76,6 +87,8 @@ class Failures:
         if report.tail:
             lines.append(f'  the last lines of {first.process.label}:')
             lines.extend(f'  | {line}' for line in report.tail)
+        if report.advice is not None:
+            lines.append(f'  {report.advice}')
         if report.log_file is not None:
             lines.append(f'  all of its output: {report.log_file}')
         if core_dump := self._core_dumps.get(first.process.label):
@@ -87,11 +100,13 @@ class Failures:
         process = failure.process
         if isinstance(failure, events.StartFailed):
             return events.FailureReport(process, _what_failed(failure))
+        tail = tuple(self._tail(process.label))
         return events.FailureReport(
             process,
             _what_failed(failure),
-            tuple(self._tail(process.label)),
+            tail,
             self._log_files.get(process.label),
+            self._advise(failure, tail),
         )
 
     def _look_for_core_dump(self, event: Failure) -> None:

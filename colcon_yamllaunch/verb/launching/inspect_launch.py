@@ -24,6 +24,7 @@ from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.option_table import TEXT
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
+from colcon_yamllaunch.verb.launching.preflight import undeclared_imports
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.preflight import unknown_executables
 
@@ -60,6 +61,7 @@ def _check(flow: LaunchFlow, form: str, *, portable: bool) -> int:
         *checked.diagnostics,
         *unknown_executables(checked.executables, flow.locator),
         *undeclared_packages(checked.packages, flow.locator),
+        *undeclared_imports(checked.packages, flow.locator),
     )
     checked = replace(checked, diagnostics=found)
     print(_CHECK_FORMATS[form](checked, str(flow.cwd)), flush=True)

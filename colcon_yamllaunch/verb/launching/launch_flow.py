@@ -129,7 +129,12 @@ class LaunchFlow:
         # exit code all the same: from here on only the launch takes SIGINT
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         return plan_run.run(
-            plan, environment, self._log_folder, self._about(), label
+            plan,
+            environment,
+            self._log_folder,
+            self._about(),
+            label,
+            lambda module, user: self.locator.undeclared_owner(module, user),
         )
 
     def _about(self) -> About:

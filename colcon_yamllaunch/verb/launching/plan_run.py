@@ -20,6 +20,7 @@ from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Listener
 from colcon_yamllaunch.runtime.core.events import Verbosity
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
+from colcon_yamllaunch.runtime.record.failure_advice import OwnerOf
 from colcon_yamllaunch.runtime.run_plan import run_plan
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
@@ -66,6 +67,7 @@ class PlanRun:
         log_folder: Path | None,
         about: About,
         attach: str | None,
+        owner_of: OwnerOf,
     ) -> int:
         """
         Run a plan, and return the exit code.
@@ -74,6 +76,7 @@ class PlanRun:
         :param log_folder: The folder for the logs, or None to keep none
         :param about: What other terminals know the launch by
         :param attach: The label of the process that has the keyboard, if any
+        :param owner_of: Tells which package has a missing Python module
         """
         observers: list[Listener] = [self._handle]
         if self._report is not None:
@@ -99,6 +102,7 @@ class PlanRun:
             about=about,
             attach=attach,
             observers=observers,
+            owner_of=owner_of,
         )
         if self._ended is not None and self._ended.exit_code:
             from colcon_yamllaunch.verb.launching.annotations import annotate

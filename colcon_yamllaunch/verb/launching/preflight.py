@@ -50,6 +50,34 @@ def undeclared_packages(
             )
 
 
+def undeclared_imports(
+    uses: Iterable[str], locator: PackageLocator
+) -> Iterator[Diagnostic]:
+    """
+    Find imports of packages that are not declared, so that none builds them.
+
+    :param uses: The packages that the launch uses
+    """
+    # only --check looks
+    from colcon_yamllaunch.workspace.packages import python_modules
+
+    for name in uses:
+        user = locator.package(name)
+        if user is None:
+            continue
+        for found in python_modules.undeclared_imports(
+            user, locator.packages()
+        ):
+            yield Diagnostic(
+                'warning',
+                f"{name} imports '{found.module}' of the package "
+                f'{found.owner} here, but its package.xml does not declare '
+                'that',
+                Position(str(found.path), found.line, found.column),
+                f'add <exec_depend>{found.owner}</exec_depend>',
+            )
+
+
 def unknown_executables(
     uses: Iterable[ExecutableUse], locator: PackageLocator
 ) -> Iterator[Diagnostic]:

@@ -46,6 +46,26 @@ class PackageLocator:
         """Return a package of the workspace, or None."""
         return self._packages.get(name)
 
+    def packages(self) -> Iterable[Package]:
+        """Return the packages of the workspace."""
+        return self._packages.values()
+
+    def undeclared_owner(self, module: str, user: str | None) -> str | None:
+        """
+        Return the package that has a Python module, if its user omits it.
+
+        :param user: The package that imports it
+        """
+        package = self._packages.get(user or '')
+        if package is None:
+            return None
+        # few launches miss a module
+        from colcon_yamllaunch.workspace.packages import python_modules
+
+        return python_modules.undeclared_owner(
+            module, package, self.packages()
+        )
+
     def prefix(self, name: str) -> str | None:
         """Return the prefix of a package, or None if there is no such one."""
         if name in self._packages:

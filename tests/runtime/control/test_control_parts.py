@@ -131,7 +131,8 @@ def test_there_is_no_folder_yet(place):
     [
         ('counter.py-1', True),
         ('counter.py', True),
-        ('counter', False),
+        ('counter', True),
+        ('count', False),
         ('count*', True),
         ('python3', True),
         ('my_counter', True),

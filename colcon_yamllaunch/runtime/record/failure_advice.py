@@ -1,0 +1,122 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What to do about a process that failed, where its last words tell."""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+import os
+from pathlib import Path
+import re
+import signal
+import sys
+
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.process.spawn import find_program
+from colcon_yamllaunch.runtime.process.spawn import interpreter_of
+from colcon_yamllaunch.runtime.process.spawn import StartError
+
+#: Returns the package that has a Python module and that another package does
+#: not declare, or None; it gets the module and that other package.
+OwnerOf = Callable[[str, str | None], str | None]
+
+_MISSING_MODULE = re.compile(
+    r"^ModuleNotFoundError: No module named '([\w]+)[\w.]*'"
+)
+# input() and termios.tcgetattr() of Python without a terminal
+_KEYBOARD = re.compile(
+    r'^EOFError: EOF when reading a line|^termios\.error: .*ioctl'
+)
+_CRASHES = frozenset(
+    (signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT, signal.SIGFPE)
+)
+
+
+class Advisor:
+    """
+    Tells the way out of failures.
+
+    :param environment: That of the processes, for its `PATH`
+    :param owner_of: See :data:`OwnerOf`
+    """
+
+    def __init__(
+        self, environment: Mapping[str, str], owner_of: OwnerOf
+    ) -> None:
+        self._path = environment.get('PATH', os.defpath)
+        self._owner_of = owner_of
+
+    def advise(self, event: Exited, tail: Sequence[str]) -> str | None:
+        """
+        Return the way out in one line, if the failure tells one.
+
+        :param tail: The last lines that the process wrote
+        """
+        process = event.process
+        if event.outcome.signal in _CRASHES:
+            return self._debugger(str(process.argv[0]), process.label)
+        for line in reversed(tail):
+            if _KEYBOARD.match(line):
+                return (
+                    'it reads the keyboard, which it gets by '
+                    f'--attach {process.label}'
+                )
+            missing = _MISSING_MODULE.match(line)
+            if missing is not None:
+                owner = self._owner_of(missing[1], process.package)
+                if owner is not None:
+                    return (
+                        f"the package {owner} has the module '{missing[1]}': "
+                        f'add <exec_depend>{owner}</exec_depend> to the '
+                        f'package.xml of {process.package}'
+                    )
+                return self._missing_module(str(process.argv[0]), missing[1])
+        return None
+
+    def _debugger(self, program: str, label: str) -> str | None:
+        try:
+            path = find_program(program, self._path)
+            interpreter = interpreter_of(path, self._path)
+        except StartError:
+            return None
+        prefix = 'gdb -ex run --args'
+        if interpreter is not None:
+            prefix = f'{prefix} {interpreter}'
+        return (
+            f"to see where: --attach {label} --launch-prefix '{prefix}' "
+            f'--launch-prefix-filter {os.path.basename(program)}'
+        )
+
+    def _missing_module(self, program: str, module: str) -> str | None:
+        try:
+            program = find_program(program, self._path)
+            used = interpreter_of(program, self._path) or program
+        except StartError:
+            return None
+        text = f"it ran with {used}, which has no module '{module}'"
+        for other in self._interpreters():
+            if other != used and _has_module(other, module):
+                return (
+                    f'{text}; {other} has it: let the first line of '
+                    f'{program} be #!/usr/bin/env python3'
+                )
+        return f'{text}: install it there, or source the underlay that has it'
+
+    def _interpreters(self) -> Iterator[str]:
+        for folder in self._path.split(':'):
+            candidate = os.path.join(folder, 'python3')
+            if os.access(candidate, os.X_OK):
+                yield candidate
+        yield sys.executable
+
+
+def _has_module(interpreter: str, module: str) -> bool:
+    # where a virtual environment, or an installed Python, keeps its packages
+    library = Path(interpreter).parents[1] / 'lib'
+    return any(
+        Path(folder, name).exists()
+        for folder in library.glob('python3*/*-packages')
+        for name in (module, f'{module}.py')
+    )

@@ -1,0 +1,89 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The way out that the last words of a process tell."""
+
+import signal
+
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.record.failure_advice import Advisor
+import pytest
+
+MISSING = "ModuleNotFoundError: No module named 'mission.plan'"
+
+
+@pytest.fixture
+def machine(tmp_path):
+    """Return a folder with a script and two interpreters, one in the PATH."""
+    for name in ('venv/bin/python3', 'old/bin/python3', 'node.py', 'driver'):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text('')
+        path.chmod(0o755)
+    (tmp_path / 'node.py').write_text(f'#!{tmp_path}/old/bin/python3\n')
+    return tmp_path
+
+
+@pytest.fixture
+def advice(machine, process):
+    """Return a function that tells the advice for an end."""
+
+    def advise(*tail, program='node.py', owner=None, **outcome):
+        advisor = Advisor(
+            {'PATH': f'{machine}/venv/bin'}, lambda _module, _user: owner
+        )
+        ended = process('node.py-1', f'{machine}/{program}')
+        outcome = outcome or {'code': 1}
+        event = Exited(ended, 9, Outcome(**outcome), 1.0, False, True)
+        return advisor.advise(event, tail)
+
+    return advise
+
+
+def test_most_failures_have_none(advice):
+    assert advice('Traceback:', 'ValueError: 5') is None
+    assert advice('EOFError: EOF when reading a line', code=0) is not None
+    assert advice(f'nothing like {MISSING}') is None
+
+
+@pytest.mark.parametrize(
+    'line',
+    [
+        'EOFError: EOF when reading a line',
+        "termios.error: (25, 'Inappropriate ioctl for device')",
+    ],
+)
+def test_a_node_that_reads_the_keyboard(advice, line):
+    assert advice(line, 'bye').endswith('by --attach node.py-1')
+
+
+def test_a_module_that_another_interpreter_has(advice, machine):
+    library = machine / 'venv/lib/python3.12/site-packages'
+    (library / 'mission').mkdir(parents=True)
+    text = advice(MISSING)
+    used, other = f'{machine}/old/bin/python3', f'{machine}/venv/bin/python3'
+    assert f"it ran with {used}, which has no module 'mission'" in text
+    assert f'; {other} has it: ' in text
+    assert text.endswith(f'{machine}/node.py be #!/usr/bin/env python3')
+
+
+def test_a_module_that_nobody_has(advice):
+    assert 'install it there, or source the underlay' in advice(MISSING)
+
+
+def test_a_module_of_a_package_that_is_not_declared(advice):
+    text = advice(MISSING, owner='mission_planner')
+    assert '<exec_depend>mission_planner</exec_depend>' in text
+
+
+@pytest.mark.parametrize('program', ['driver', 'node.py'])
+def test_a_crash_is_for_the_debugger(advice, machine, program):
+    text = advice(program=program, signal=int(signal.SIGSEGV))
+    # a debugger cannot read a script
+    is_script = program.endswith('.py')
+    python = f' {machine}/old/bin/python3' if is_script else ''
+    assert f"--launch-prefix 'gdb -ex run --args{python}'" in text
+    assert text.endswith(f'--launch-prefix-filter {program}')
+    assert '--attach node.py-1' in text
+    assert advice(program=program, signal=int(signal.SIGKILL)) is None
