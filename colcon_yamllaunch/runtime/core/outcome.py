@@ -58,6 +58,9 @@ def ending_of(outcome: Outcome, asked: bool) -> str:
     """
     if outcome.code == 0:
         return 'finished'
+    if asked and outcome.signal == signal.SIGINT:
+        # as usual as an end of one's own accord
+        return 'stopped'
     if asked and not is_failure(outcome, asked):
         return f'stopped, {outcome}'
     return str(outcome)

@@ -12,6 +12,7 @@ from pathlib import Path
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.output_modes import SHOWN
 from colcon_yamllaunch.runtime.process.core_dumps import find_core_dump
 from colcon_yamllaunch.runtime.streams.lines import bare
 
@@ -42,12 +43,19 @@ class Failures:
         self._tails: dict[str, bytes] = {}
         self._core_dumps: dict[str, str | None] = {}
         self._left_behind: list[events.LeftBehind] = []
+        # whose output was shown last, and how many lines of ours after it
+        self._shown_last: str | None = None
+        self._lines_after = 0
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
+        self._lines_after += len(event.lines())
         match event:
             case events.Output():
                 self._keep(event)
+                if event.stream in SHOWN[event.process.output]:
+                    self._shown_last = event.process.label
+                    self._lines_after = 0
             case events.Started():
                 self._failures.pop(event.process.label, None)
                 self._tails.pop(event.process.label, None)
@@ -84,7 +92,12 @@ class Failures:
         first, *others = self._failures.values()
         report = self._report(first)
         lines = [f'failed: {_description(first)}']
-        if report.tail:
+        # what stands right above is not shown again
+        stands_above = (
+            self._shown_last == first.process.label
+            and self._lines_after <= limits.TAIL_LINES
+        )
+        if report.tail and not stands_above:
             lines.append(f'  the last lines of {first.process.label}:')
             lines.extend(f'  | {line}' for line in report.tail)
         if report.advice is not None:

@@ -9,6 +9,7 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.output_modes import SHOWN
+from colcon_yamllaunch.runtime.screen.interrupt_folding import InterruptFolding
 from colcon_yamllaunch.runtime.screen.line_formats import Layout
 from colcon_yamllaunch.runtime.streams.lines import colourless
 from colcon_yamllaunch.runtime.streams.lines import legible
@@ -58,6 +59,7 @@ class Screen:
         self._colourless = colourless
         self._layout = layout
         self._is_mid_line = False
+        self._folding = InterruptFolding()
         labels = [p.label for p in processes]
         self._width = min(
             max((len(t) for t in (events.LAUNCHER, *labels)), default=0),
@@ -70,6 +72,9 @@ class Screen:
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
+        self._folding.note(event)
+        if isinstance(event, events.Exited):
+            self._show_rest(event.process)
         if isinstance(event, events.Output):
             self._show_output(event)
         elif isinstance(event, events.Said):
@@ -111,15 +116,26 @@ class Screen:
     def _show_output(self, event: events.Output) -> None:
         process = event.process
         if event.stream in SHOWN[process.output]:
-            data = legible(normalised(event.data), self._terminal)
-            if self._colourless:
-                data = colourless(data)
-            data = prefixed(
-                data,
-                self._prefixes[process.label],
-                reset=self._color or self._terminal,
-            )
-            self._write((process.label, event.stream), data)
+            data = normalised(event.data)
+            data = self._folding.fold(process.label, event.stream, data)
+            self._show_lines(process, event.stream, data)
+
+    def _show_rest(self, process: Process) -> None:
+        for stream, data in self._folding.rest(process.label):
+            self._show_lines(process, stream, data)
+
+    def _show_lines(
+        self, process: Process, stream: events.Stream, data: bytes
+    ) -> None:
+        data = legible(data, self._terminal)
+        if self._colourless:
+            data = colourless(data)
+        data = prefixed(
+            data,
+            self._prefixes[process.label],
+            reset=self._color or self._terminal,
+        )
+        self._write((process.label, stream), data)
 
     def _show_message(self, event: events.Said) -> None:
         if event.level == 'DEBUG':

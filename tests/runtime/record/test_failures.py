@@ -42,6 +42,7 @@ def test_the_first_failure_is_told_at_length_and_others_briefly(process):
         Output(first, 'stderr', b'\x1b[31mtwo\x1b[0m\npartial'),
         exited(first, signal=signal.SIGSEGV),
         exited(second, code=3),
+        Output(process('third'), 'stdout', b'something else\n'),
         log_files={'first': Path('/log/first/stdout_stderr.log')},
     )
     assert failures.exit_code == 1
@@ -72,6 +73,7 @@ def test_only_the_last_ten_lines_are_told(process):
     failures = heard(
         *(Output(process(), 'stdout', f'{t}\n'.encode()) for t in lines),
         exited(process(), code=3),
+        Output(process('other'), 'stdout', b'something else\n'),
     )
     told = [t for t in failures.summary() if t.startswith('  | ')]
     assert told == [f'  | {t}' for t in lines[-10:]]
@@ -116,3 +118,24 @@ def test_a_process_that_did_not_start_failed(process):
 
 def test_to_leave_a_process_behind_is_a_failure(process):
     assert heard(LeftBehind(process('a'), 9)).exit_code == 1
+
+
+def test_what_stands_right_above_is_not_shown_again(process):
+    first, second = process('first'), process('second')
+    told = [Output(first, 'stderr', b'one\n'), exited(first, code=3)]
+    assert '  | one' not in heard(*told).summary()
+    (report,) = heard(*told).reports()
+    assert report.tail == ('one',)
+    # others said something after it
+    told.append(Output(second, 'stdout', b'two\n'))
+    assert '  | one' in heard(*told).summary()
+
+
+def test_what_was_not_shown_or_is_far_above_is_told(process):
+    quiet = process('quiet', output='own_log')
+    told = [Output(quiet, 'stderr', b'one\n'), exited(quiet, code=3)]
+    assert '  | one' in heard(*told).summary()
+    first = process('first')
+    told = [Output(first, 'stderr', b'one\n'), exited(first, code=3)]
+    told += [exited(process(f'p{n}'), code=0) for n in range(20)]
+    assert '  | one' in heard(*told).summary()
