@@ -286,6 +286,8 @@ class Walk(Policy):
                 self.warn(
                     f'this launch file is deprecated: {file.deprecated}', start
                 )
+            if file.warnings:
+                self.report(LaunchError(*file.warnings))
             self.visit_all(file.entities)
         return True
 

@@ -56,7 +56,7 @@ def not_portable(file: LaunchFile) -> Iterator[LaunchError]:
         since = entity.action.since
         yield from _item(entity.item, known, since, is_typed)
         if entity.action.name == 'set_parameter':
-            yield from _set_parameter(entity.item)
+            yield from _set_parameter(entity.item, is_typed)
 
 
 def _item(
@@ -231,7 +231,7 @@ def _quotes(text: Text) -> Iterator[LaunchError]:
             return
 
 
-def _set_parameter(item: Item) -> Iterator[LaunchError]:
+def _set_parameter(item: Item, is_typed: bool) -> Iterator[LaunchError]:
     value = item.values['value']
     if value.is_list:
         yield error(
@@ -240,4 +240,6 @@ def _set_parameter(item: Item) -> Iterator[LaunchError]:
             hint="quote the whole list: '[…]'",
         )
         return
-    yield from _text('value', value.texts[0])
+    # in XML all is text
+    if is_typed:
+        yield from _text('value', value.texts[0])

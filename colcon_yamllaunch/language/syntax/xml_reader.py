@@ -135,8 +135,10 @@ class _Reader:
         index = self._index(self._parser.CurrentByteIndex)
         index += len(text) - len(text.lstrip())
         element.text = Diagnostic(
-            'error',
-            f"text stands inside of '{element.name.text}', where none belongs",
+            # ROS 2 passes over it
+            'warning',
+            f"text stands inside of '{element.name.text}', where none "
+            'belongs: it is ignored',
             self._source.position_at(index),
             'write a value as an attribute, name="value", and a comment as '
             '<!-- … -->',

@@ -103,11 +103,13 @@ class LaunchFile:
     :param source: The file
     :param entities: Its actions
     :param deprecated: Why it should not be used any more, if so
+    :param warnings: What is no mistake in ROS 2, but hardly meant
     """
 
     source: Source
     entities: tuple[Entity, ...]
     deprecated: str | None = None
+    warnings: tuple[Diagnostic, ...] = ()
 
     def walk(self) -> Iterator[Entity]:
         """Iterate over all actions of the file, outer ones first."""
@@ -151,9 +153,10 @@ class _TreeReader:
         if isinstance(value, Mapping):
             deprecated, value = self._root_mapping(value)
         entities = self._entities(value, "'launch:'", position)
-        if self._problems:
-            raise LaunchError(*sorted(self._problems, key=_place))
-        return LaunchFile(self._source, entities, deprecated)
+        problems = sorted(self._problems, key=_place)
+        if any(problem.severity == 'error' for problem in problems):
+            raise LaunchError(*problems)
+        return LaunchFile(self._source, entities, deprecated, tuple(problems))
 
     def _root(self, document: Value | None) -> tuple[Value, Position]:
         start = self._source.position(0, 0)

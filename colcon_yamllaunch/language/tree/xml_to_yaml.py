@@ -239,6 +239,9 @@ def _separated(
 
 def _as_yaml(text: XmlScalar) -> Value:
     """Return a text as what YAML takes it for, a text if it is not YAML."""
+    if not text.text:
+        # ROS 2 leaves an empty text as it is
+        return text.piece(0, '', '"')
     if _PLAIN.fullmatch(text.text):
         return text.piece(0, text.text, None)
     source = text.source

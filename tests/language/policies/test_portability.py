@@ -141,6 +141,11 @@ def test_dirname_behind_an_include(launcher: Launcher) -> None:
     assert checked(launcher, same, portable=True).diagnostics == ()
 
 
+def test_a_boolean_for_set_parameter_in_xml(launcher: Launcher) -> None:
+    text = '<launch><set_parameter name="use_sim_time" value="true"/></launch>'
+    assert not checked(launcher, text, portable=True).diagnostics
+
+
 def test_that_types_do_not_matter_in_xml(launcher: Launcher) -> None:
     launcher.write(
         'child.launch.xml',

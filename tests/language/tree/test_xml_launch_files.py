@@ -30,13 +30,6 @@ def error(launcher, marked):
         ('<launch «depracated»="x"/>', "no attribute 'dep", "'deprecated'?"),
         ('<launch>\n  <«nod»/></launch>', "action 'nod'", "'node'?"),
         ('<launch><«gz_server»/></launch>', "'gz_server'", 'executable'),
-        (
-            '<launch>\n «stray»\n</launch>',
-            'text stands inside',
-            'name="value"',
-        ),
-        ('<launch><log message="a"/>«b»</launch>', 'text stands', None),
-        ('<launch><![CDATA[«x»]]></launch>', 'text stands', None),
         ('<launch><«log»/></launch>', "needs the attribute 'message'", None),
         (
             '<launch><log message="a" «mesage»="b"/></launch>',
@@ -124,7 +117,6 @@ def test_structure(launcher, marked, message, hint):
         ('name="a" value="1" type="«integer»"', "cannot be 'integer'", None),
         ('name="a" value="«{b: c}»"', 'a mapping', 'type="str"'),
         ('name="a" value="«b: c»"', 'a mapping', 'type="str"'),
-        ('name="a" value="«"', 'cannot be null', "''"),
         ('name="a" value="«null"', 'cannot be null', "''"),
         ('name="a" value="«2020-01-01"', 'a date', 'quote it'),
         ('name="a" value="«[1, b]"', 'have one type', None),
@@ -191,6 +183,32 @@ def test_substitutions_in_parameters(launcher, value):
     assert "launch configuration 'b' does not exist" in problem.message
 
 
+@pytest.mark.parametrize(
+    'marked',
+    [
+        '<launch>\n «stray»\n</launch>',
+        '<launch><log message="a"/>«b»</launch>',
+        '<launch><![CDATA[«x»]]></launch>',
+    ],
+)
+def test_text_between_elements_is_ignored_with_a_warning(launcher, marked):
+    mark = Marked.of(marked)
+    (warning,) = launcher.evaluate(mark.text).diagnostics
+    mark.check(warning)
+    assert warning.severity == 'warning'
+    assert 'text stands inside' in warning.message
+    assert 'name="value"' in warning.hint
+
+
+def test_an_empty_text_is_a_parameter(launcher):
+    text = f'<launch>{NODE}<param name="a" value=""/></node></launch>'
+    evaluation = launcher.evaluate(text)
+    assert not evaluation.diagnostics
+    (process,) = evaluation.plan.processes()
+    (file,) = [a for a in process.argv if not isinstance(a, str)]
+    assert [(p.name, p.value) for p in file.parameters] == [('a', '""')]
+
+
 def test_all_mistakes_of_a_file_show_at_once_and_in_order(launcher):
     text = """<launch>
   <nod/>
@@ -202,7 +220,7 @@ def test_all_mistakes_of_a_file_show_at_once_and_in_order(launcher):
 </launch>"""
     errors = launcher.evaluate(text).errors
     lines = [e.position.line for e in errors]
-    assert lines == [2, 3, 4, 5, 5, 7]
+    assert lines == [2, 4, 5, 7]
 
 
 def test_the_excerpt_and_the_way_there(launcher):
