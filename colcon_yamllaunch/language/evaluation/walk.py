@@ -279,7 +279,7 @@ class Walk(Policy):
         position = start if origin is None else origin.position
         with (
             self.within(file.source, origin),
-            self.draft.within_block('file', name, position),
+            self.draft.within_block('file', path, position),
         ):
             self.enter(path, file)
             if file.deprecated is not None:

@@ -145,7 +145,7 @@ class _Launch(Walk):
         # most launch files are not in Python
         from colcon_yamllaunch.language.actions import python_launch
 
-        with self.draft.within_block('file', name, origin.position):
+        with self.draft.within_block('file', path, origin.position):
             python_launch.add_python_launch(self, file, origin)
 
     def read_failed(self, problem: LaunchError, origin: Text | None) -> None:

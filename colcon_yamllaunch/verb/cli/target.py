@@ -112,7 +112,10 @@ def unknown_package(
     names = locator.names()
     hint = did_you_mean(package, names)
     if hint is None:
-        hint = 'run in the workspace that has it, or give it by --workspace'
+        hint = (
+            'run in the workspace that has it, or name that folder: '
+            '--workspace ~/my_ws'
+        )
     return (
         f"there is no package '{package}' in the workspace or an underlay: "
         f'{hint}'

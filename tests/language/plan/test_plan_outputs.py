@@ -3,6 +3,7 @@
 
 """Plans as JSON, as text and as drawings."""
 
+from dataclasses import replace
 import json
 import subprocess
 
@@ -22,10 +23,13 @@ from colcon_yamllaunch.language.plan.plan_json import plan_to_json
 from colcon_yamllaunch.language.plan.plan_json import PlanFormatError
 from colcon_yamllaunch.language.plan.plan_text import command
 from colcon_yamllaunch.language.plan.plan_text import plan_to_text
+from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.syntax.position import Position
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
+
+from tests.language.conftest import Launcher
 
 HERE = Position('/ws/demo.yaml', 14, 9)
 THERE = Position('/ws/bringup.yaml', 30, 7)
@@ -260,3 +264,14 @@ def test_dot() -> None:
         '  }',
         '}',
     ]
+
+
+def test_a_drawing_names_launch_files_by_their_source(
+    launcher: Launcher,
+) -> None:
+    request = launcher.request('launch: []\n')
+    installed = replace(request, name='/install/alpha/launch/main.yaml')
+    for draw in (plan_to_mermaid, plan_to_dot):
+        drawing = draw(evaluate(installed).plan, str(launcher.folder))
+        assert '"main.yaml"' in drawing
+        assert '/install' not in drawing
