@@ -13,3 +13,9 @@ LOG_FOLDERS = EnvironmentVariable(
     'How many former launches keep their folder in the log folder: a number '
     f'(default: {KEPT_LOG_FOLDERS}), or `all`',
 )
+#: Whose workspaces are used; its name is `workspace.packages.trust.TRUST`.
+TRUSTED = EnvironmentVariable(
+    'COLCON_LAUNCH_TRUST',
+    'Folders of other users whose workspaces are used, separated by colons, '
+    'or `*` for those of everybody',
+)

@@ -20,6 +20,8 @@ from colcon_yamllaunch.verb.cli.option_scanner import program_index
 from colcon_yamllaunch.verb.cli.option_scanner import scan
 from colcon_yamllaunch.verb.cli.option_table import REQUESTS
 from colcon_yamllaunch.verb.cli.option_table import Verb
+from colcon_yamllaunch.workspace.packages.trust import Trust
+from colcon_yamllaunch.workspace.packages.trust import UntrustedError
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 
 #: The variable that colcon takes the folder for logs from.
@@ -55,7 +57,11 @@ def default_log_base(verb: Verb) -> Path | None:
         return None
     positionals = [item.words[0] for item in items if item.is_positional]
     (workspace,) = given.get('--workspace') or (None,)
-    root = find_workspace(workspace, positionals)
+    try:
+        root = find_workspace(workspace, positionals)
+    except UntrustedError:
+        # the verb says so; its log folder is not to be written to either
+        return None
     return None if root is None else root / 'log'
 
 
@@ -67,10 +73,14 @@ def find_workspace(
 
     :param given: The value of `--workspace`, if given
     :param positionals: Words, the path of a launch file maybe among them
+    :raises UntrustedError: when it belongs to somebody else
     """
     if given is not None:
         folder = Path(given).expanduser().absolute()
-        return folder if folder.is_dir() else None
+        if not folder.is_dir():
+            return None
+        Trust(os.environ).check(Path(os.path.realpath(folder)))
+        return folder
     root = find_root(Path.cwd())
     for word in positionals if root is None else ():
         path = Path(word)
@@ -85,7 +95,8 @@ def workspace_root(
     """
     Return what :func:`find_workspace` finds.
 
-    :raises UserError: when the folder that is given does not exist
+    :raises UserError: when the folder that is given does not exist, or what is
+      found belongs to somebody else
     """
     if given is not None and not given.is_dir():
         raise UserError(f"there is no workspace folder '{given}'")

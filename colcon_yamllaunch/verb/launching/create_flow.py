@@ -22,7 +22,7 @@ from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import show_versions
-from colcon_yamllaunch.workspace.colcon.colcon_adapter import Colcon
+from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 from colcon_yamllaunch.workspace.create.new_package import LICENSES
 from colcon_yamllaunch.workspace.create.new_package import make_package
 from colcon_yamllaunch.workspace.create.new_package import NewPackage
@@ -33,6 +33,7 @@ from colcon_yamllaunch.workspace.create.package_name import check_package_name
 from colcon_yamllaunch.workspace.create.package_name import default_node_name
 from colcon_yamllaunch.workspace.create.package_name import dislikes
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+from colcon_yamllaunch.workspace.packages.trust import UntrustedError
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 from colcon_yamllaunch.workspace.packages.workspace_root import is_package
 
@@ -58,21 +59,30 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
     folder = destination(options.destination, cwd) / package.name
     try:
         there = next(p for p in (folder, *folder.parents) if p.is_dir())
-        root = find_root(there)
+        root = _root_of(there)
         _refuse_place(folder, root)
     except OSError as e:
         raise UserError(f'cannot read {e.filename}: {e.strerror}') from e
-    for known_package in () if root is None else Colcon(root).packages():
-        if known_package.name == package.name:
-            raise UserError(
-                f'the workspace has a package {package.name} already, in '
-                f'{known_package.path}: nothing was written'
-            )
+    # this runs nothing: a setup.py is read as a text
+    known_package = scan_packages(root, environment).package(package.name)
+    if known_package is not None:
+        raise UserError(
+            f'the workspace has a package {package.name} already, in '
+            f'{known_package.path}: nothing was written'
+        )
     make_package(package, folder)
     for warning in _warnings(package, options, environment):
         say(f'colcon create: warning: {warning}')
     print(_made(package, folder, cwd), flush=True)
     return 0
+
+
+def _root_of(folder: Path) -> Path | None:
+    """Find the workspace of a folder, unless it is somebody else's."""
+    try:
+        return find_root(folder)
+    except UntrustedError:
+        return None
 
 
 def new_package(
@@ -233,7 +243,7 @@ def _made(package: NewPackage, folder: Path, cwd: Path) -> str:
     """Return what was made, and what to type next."""
     files = '\n'.join(f'  {path}' for path in package.files())
     command = f'colcon launch {package.name} {package.launch_file}'
-    root = find_root(folder) or find_root(folder.parent) or folder.parent
+    root = _root_of(folder) or _root_of(folder.parent) or folder.parent
     if not cwd.is_relative_to(root):
         command = f'cd {shlex.quote(_shown(root, cwd))} && {command}'
     shown = _shown(folder, cwd)

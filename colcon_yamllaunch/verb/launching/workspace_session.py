@@ -23,6 +23,7 @@ from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
 from colcon_yamllaunch.workspace.packages.manifest import invalid_manifest
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+from colcon_yamllaunch.workspace.packages.trust import Trust
 
 
 class WorkspaceSession:
@@ -32,6 +33,7 @@ class WorkspaceSession:
     :param root: The root of the workspace, or None
     :param build_arguments: Further arguments for `colcon build`
     :param announce: Is called with a line that the user should see at once
+    :raises UntrustedError: when the workspace belongs to somebody else
     """
 
     def __init__(
@@ -48,7 +50,11 @@ class WorkspaceSession:
         self._packages: dict[str, Package] = {}
         self._colcon: CachedColcon | None = None
         if root is not None:
-            self._colcon = CachedColcon(root, build_arguments)
+            self._colcon = colcon = CachedColcon(root, build_arguments)
+            # the arguments may name other folders than the usual ones
+            Trust(environment).check(
+                colcon.root, colcon.build_base, colcon.install_base
+            )
             self._find_packages()
             if self._setup.is_file():
                 self._source()

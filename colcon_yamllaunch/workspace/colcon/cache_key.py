@@ -20,6 +20,7 @@ import colcon_yamllaunch
 from colcon_yamllaunch.common.fingerprint import are_settled
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import fingerprints
+from colcon_yamllaunch.workspace.packages.trust import TRUST
 
 #: How many configuration files are read; with more nothing is cached.
 MAXIMUM_FILES = 1000
@@ -42,11 +43,11 @@ _GROUPS = (
 )
 #: The group of the extensions that build packages, by their types.
 BUILD_TASKS = 'colcon_core.task.build'
-#: Variables of colcon that make no difference: where it logs, and what a
-#: sourced install space sets.
+#: Variables of colcon that make no difference: where it logs, what a sourced
+#: install space sets, and whose workspaces are used.
 _OTHER_VARIABLES = (
     *('COLCON_CURRENT_PREFIX', 'COLCON_DEFAULT_EXECUTOR', 'COLCON_LOG_LEVEL'),
-    *('COLCON_LOG_PATH', 'COLCON_PREFIX_PATH', 'COLCON_TRACE'),
+    *('COLCON_LOG_PATH', 'COLCON_PREFIX_PATH', 'COLCON_TRACE', TRUST),
 )
 #: The defaults of a workspace (colcon-defaults).
 _WORKSPACE_DEFAULTS = 'colcon_defaults.yaml'

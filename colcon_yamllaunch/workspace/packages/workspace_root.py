@@ -10,6 +10,8 @@ from pathlib import Path
 import stat
 
 from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.workspace.packages.trust import Trust
+from colcon_yamllaunch.workspace.packages.trust import UntrustedError
 
 #: How many folders deep packages are looked for to tell a workspace.
 PACKAGE_SEARCH_DEPTH = 5
@@ -27,7 +29,9 @@ _PACKAGE_FILES = (
 IGNORE_MARKERS = ('COLCON_IGNORE', 'AMENT_IGNORE', 'CATKIN_IGNORE')
 
 
-def find_root(start: Path, home: Path | None = None) -> Path | None:
+def find_root(
+    start: Path, home: Path | None = None, trust: Trust | None = None
+) -> Path | None:
     """
     Find the workspace that a folder belongs to, if any.
 
@@ -37,21 +41,38 @@ def find_root(start: Path, home: Path | None = None) -> Path | None:
     the `src/` of a workspace that was built is never taken for one of its own
     just because of the names in it.
 
+    What belongs to others is passed over, and not looked through.
+
     :param home: The user's home folder; the current user's if not given
+    :param trust: Who is trusted; as the environment has it if not given
+    :raises UntrustedError: when there are only workspaces of others
     """
     start = Path(os.path.realpath(start))
     home = Path(os.path.realpath(home or Path('~').expanduser()))
+    trust = trust or Trust(os.environ)
     weak: Path | None = None
+    refused: UntrustedError | None = None
     for folder in (start, *start.parents):
-        if _is_strong(folder):
+        is_strong = _is_strong(folder)
+        if not (is_strong or (not weak and _is_weak(folder, home, trust))):
+            continue
+        try:
+            trust.check(folder)
+        except UntrustedError as e:
+            refused = refused or e
+            continue
+        if is_strong:
             inside = weak is not None and weak.is_relative_to(folder / 'src')
             return folder if weak is None or inside else weak
-        if weak is None and _is_weak(folder, home):
-            weak = folder
+        weak = folder
     if weak is not None:
         return weak
-    if _may_be_weak(start, home) and has_package_below(start):
+    depth = PACKAGE_SEARCH_DEPTH if trust.may_search(start) else 1
+    if _may_be_weak(start, home) and has_package_below(start, depth):
+        trust.check(start)
         return start
+    if refused is not None:
+        raise refused
     return None
 
 
@@ -62,12 +83,16 @@ def is_package(folder: Path) -> bool:
     ) or _names_a_project(folder / 'setup.cfg')
 
 
-def has_package_below(folder: Path) -> bool:
+def has_package_below(
+    folder: Path, levels: int = PACKAGE_SEARCH_DEPTH
+) -> bool:
     """
     Tell whether there is a package in a folder below the given one.
 
-    At most :data:`PACKAGE_SEARCH_DEPTH` levels and
-    :data:`PACKAGE_SEARCH_FOLDERS` folders are looked at, nearest first.
+    At most :data:`PACKAGE_SEARCH_FOLDERS` folders are looked at, nearest
+    first.
+
+    :param levels: How many folders deep to look
     """
     pending = deque([(folder, 0)])
     seen = 0
@@ -77,7 +102,7 @@ def has_package_below(folder: Path) -> bool:
             seen += 1
             if is_package(child):
                 return True
-            if depth + 1 < PACKAGE_SEARCH_DEPTH:
+            if depth + 1 < levels:
                 pending.append((child, depth + 1))
     return False
 
@@ -102,13 +127,15 @@ def _is_strong(folder: Path) -> bool:
     return any((folder / marker).is_file() for marker in _STRONG_MARKERS)
 
 
-def _is_weak(folder: Path, home: Path) -> bool:
+def _is_weak(folder: Path, home: Path, trust: Trust) -> bool:
     if not _may_be_weak(folder, home):
         return False
     if any((folder / marker).is_dir() for marker in _WEAK_MARKERS):
         return True
     source = folder / 'src'
-    return source.is_dir() and has_package_below(source)
+    if not source.is_dir():
+        return False
+    return not trust.may_search(folder) or has_package_below(source)
 
 
 def _may_be_weak(folder: Path, home: Path) -> bool:
@@ -125,6 +152,8 @@ def _belongs_to_everyone(folder: Path) -> bool:
 
 
 def _names_a_project(path: Path) -> bool:
+    if not path.is_file():
+        return False
     _, _, metadata = f'\n{text_of(path)}'.partition('\n[metadata]')
     lines = metadata.partition('\n[')[0].splitlines()
     return any(line.partition('=')[0].strip() == 'name' for line in lines)
