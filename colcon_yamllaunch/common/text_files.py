@@ -9,6 +9,9 @@ from pathlib import Path
 def text_of(path: Path) -> str:
     """Return the text of a file, whatever is in it; empty without one."""
     try:
+        # what is no file, such as a named pipe, may have no end
+        if not path.is_file():
+            return ''
         return path.read_text(encoding='utf-8', errors='replace')
     except OSError:
         return ''

@@ -24,6 +24,7 @@ from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
 from colcon_yamllaunch.language.evaluation.values import derived
 from colcon_yamllaunch.language.evaluation.values import known
+from colcon_yamllaunch.language.evaluation.values import RUN_HINT
 from colcon_yamllaunch.language.evaluation.values import SubstitutionError
 from colcon_yamllaunch.language.evaluation.values import unknown
 from colcon_yamllaunch.language.evaluation.values import Value
@@ -149,6 +150,10 @@ def _run_command(
     walk = call.walk
     if not walk.is_launch:
         return None
+    if not walk.runs:
+        raise SubstitutionError(
+            f"the command '{line}' is not run for a plan", RUN_HINT
+        )
     environment = walk.scope_environment()
     program = shutil.which(words[0], path=environment.get('PATH'))
     try:

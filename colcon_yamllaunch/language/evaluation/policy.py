@@ -33,6 +33,9 @@ class Policy(Findings, Surroundings, ABC):
     #: Whether everything is known, as in a launch: then an error ends its
     #: action, and a value that is not known is one that was reported.
     is_launch = False
+    #: Whether `$(command …)` and `$(eval …)` do what they say. Else a launch
+    #: reports those that could do harm.
+    runs = False
 
     def __init__(self, request: Request) -> None:
         Findings.__init__(self)

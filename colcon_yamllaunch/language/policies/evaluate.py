@@ -22,6 +22,8 @@ from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.values import expression_error
+from colcon_yamllaunch.language.evaluation.values import RUN_HINT
+from colcon_yamllaunch.language.evaluation.values import SubstitutionError
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
 from colcon_yamllaunch.language.evaluation.walk import Handler
@@ -50,15 +52,18 @@ class Evaluation(Checked):
     plan: Plan
 
 
-def evaluate(request: Request) -> Evaluation:
+def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
     """
     Evaluate a launch file with everything that it includes.
 
     Nothing is started but what `$(command …)` says.
 
     :param request: The launch file, and what to evaluate it with
+    :param runs: Whether `$(command …)` is run, and what `$(eval …)` says
+      whatever it is; else what needs that is an error
     """
     walk = _Launch(request, HANDLERS, MAKERS)
+    walk.runs = runs
     walk.launch(request.name, request.path)
     if request.arguments and not walk.has_python:
         # what a launch file in Python declares is not known
@@ -166,6 +171,8 @@ class _Launch(Walk):
         return value._replace(origins=(position, *value.origins))
 
     def compute(self, expression: str, modules: str) -> str | None:
+        if not self.runs:
+            return _harmless(expression, modules)
         variables: dict[str, object] = {}
         try:
             for name in modules.split(','):
@@ -200,3 +207,26 @@ class _Launch(Walk):
             if name not in declared | known:
                 hint = launch_arguments.undeclared_hint(name, declared)
                 self.report(launch_arguments.undeclared_argument(name, hint))
+
+
+def _harmless(expression: str, modules: str) -> str:
+    """
+    Compute an expression that can do no harm.
+
+    :raises SubstitutionError: when it fails, or is none of these
+    """
+    # a launch that runs computes all, and does without this
+    from colcon_yamllaunch.language.policies.expression import compute
+    from colcon_yamllaunch.language.policies.expression import ExpressionError
+
+    try:
+        value = compute(expression) if modules == 'math' else None
+    except ExpressionError as e:
+        raise expression_error(expression, str(e)) from e
+    if value is None:
+        raise SubstitutionError(
+            f"the expression '{expression}' is not computed for a plan, as "
+            'it may do anything',
+            RUN_HINT,
+        )
+    return value

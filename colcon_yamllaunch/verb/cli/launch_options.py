@@ -64,6 +64,7 @@ class LaunchOptions:
     check: str | None = None
     portable: bool = False
     plan: str | None = None
+    run_commands: bool = False
     from_plan: Path | None = None
     schema: bool = False
     workspace: Path | None = None
@@ -89,6 +90,11 @@ class LaunchOptions:
         """Whether something is shown instead of running."""
         formats = self.check, self.plan
         return self.show_args or self.schema or formats != (None, None)
+
+    @property
+    def runs(self) -> bool:
+        """Whether what is in the workspace may be run."""
+        return not self.inspects or self.run_commands
 
 
 def parse_launch_options(known: Any) -> LaunchOptions:

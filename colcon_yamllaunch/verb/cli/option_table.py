@@ -168,6 +168,12 @@ _INSPECTION = (
         excludes=_not('--schema'),
     ),
     Option(
+        '--run-commands',
+        'With --plan: run $(command …), whatever $(eval …) says, and the '
+        'setup scripts of the workspace, which a plan does without otherwise',
+        needs=('--plan',),
+    ),
+    Option(
         '--from-plan',
         'Run a plan that was saved',
         Value('FILE', 'files', 'file'),

@@ -4,6 +4,7 @@
 """What can be seen of a launch without running it."""
 
 from collections.abc import Callable
+from collections.abc import Iterator
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -20,7 +21,9 @@ from colcon_yamllaunch.language.reports.reports import as_github
 from colcon_yamllaunch.language.reports.reports import as_json
 from colcon_yamllaunch.language.reports.reports import as_sarif
 from colcon_yamllaunch.language.reports.reports import as_text
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.option_table import TEXT
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
@@ -51,13 +54,14 @@ def inspect(flow: LaunchFlow, options: LaunchOptions) -> int:
     if options.check is not None:
         return _check(flow, options.check, portable=options.portable)
     if options.plan is not None:
-        return _plan(flow, options.plan, why=options.why)
+        return _plan(flow, options, options.plan)
     return _show_args(flow)
 
 
 def _check(flow: LaunchFlow, form: str, *, portable: bool) -> int:
     checked = check(flow.request(), portable=portable)
     found = (
+        *_guesses(flow),
         *checked.diagnostics,
         *unknown_executables(checked.executables, flow.locator),
         *undeclared_packages(checked.packages, flow.locator),
@@ -68,7 +72,21 @@ def _check(flow: LaunchFlow, form: str, *, portable: bool) -> int:
     return 1 if checked.errors else 0
 
 
+def _guesses(flow: LaunchFlow) -> Iterator[Diagnostic]:
+    """Say what is left open, as nothing is run to find it out."""
+    for name, setup in flow.guessed.items():
+        yield Diagnostic(
+            'warning',
+            f"the name of this package is taken to be '{name}': what it is "
+            'shows only when its setup.py runs',
+            Position(str(setup), 1, 1),
+            "write it there as a text, as in setup(name='…'), or into "
+            'setup.cfg',
+        )
+
+
 def _show_args(flow: LaunchFlow) -> int:
+    flow.report(_guesses(flow))
     try:
         shown = show_arguments(flow.request())
     except LaunchError as e:
@@ -78,13 +96,13 @@ def _show_args(flow: LaunchFlow) -> int:
     return 0
 
 
-def _plan(flow: LaunchFlow, form: str, *, why: bool) -> int:
+def _plan(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
     target = flow.target()
-    evaluation = evaluate(flow.request(target))
-    flow.report(evaluation.diagnostics)
+    evaluation = evaluate(flow.request(target), runs=options.runs)
+    flow.report((*_guesses(flow), *evaluation.diagnostics))
     if evaluation.errors:
         return 1
-    if why:
+    if options.why:
         flow.explain(target, evaluation)
     print(_PLAN_FORMATS[form](evaluation.plan, str(flow.cwd)), flush=True)
     return 0

@@ -82,6 +82,7 @@ class LaunchFlow:
             options.build_args,
             environment,
             (lambda _: None) if self._options.quiet else say,
+            runs=options.runs,
         )
         self._packages = LaunchPackages(self._workspace.locator, built=False)
         self._builds = Builds(
@@ -257,6 +258,11 @@ class LaunchFlow:
                 self._builds.tell()
         elif self._options.why:
             self.explain(target, evaluation)
+
+    @property
+    def guessed(self) -> Mapping[str, Path]:
+        """The packages whose names are guessed, with their `setup.py`."""
+        return self._workspace.guessed
 
     def explain(self, target: Target, evaluation: Evaluation) -> None:
         """Say what would be built for the launch, and why."""

@@ -15,7 +15,11 @@ from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 from colcon_yamllaunch.workspace.environment.environment_cache import (
     cached_environment,
 )
+from colcon_yamllaunch.workspace.environment.environment_cache import (
+    known_environment,
+)
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
+from colcon_yamllaunch.workspace.environment.sourcing import source
 from colcon_yamllaunch.workspace.environment.underlays import build_environment
 from colcon_yamllaunch.workspace.packages.closure import needed_by
 from colcon_yamllaunch.workspace.packages.manifest import broken_manifests
@@ -33,6 +37,8 @@ class WorkspaceSession:
     :param root: The root of the workspace, or None
     :param build_arguments: Further arguments for `colcon build`
     :param announce: Is called with a line that the user should see at once
+    :param runs: Whether what is in the workspace may be run; who only looks
+      reads what there is to read, also of the setup scripts
     :raises UntrustedError: when the workspace belongs to somebody else
     """
 
@@ -42,15 +48,20 @@ class WorkspaceSession:
         build_arguments: Sequence[str],
         environment: Mapping[str, str],
         announce: Callable[[str], None],
+        *,
+        runs: bool = True,
     ) -> None:
         self.root = root
+        self._runs = runs
         self.announce = announce
         self._user_environment = environment
         self._sourced = Environment(environment)
         self._packages: dict[str, Package] = {}
         self._colcon: CachedColcon | None = None
         if root is not None:
-            self._colcon = colcon = CachedColcon(root, build_arguments)
+            self._colcon = colcon = CachedColcon(
+                root, build_arguments, runs=runs
+            )
             # the arguments may name other folders than the usual ones
             Trust(environment).check(
                 colcon.root, colcon.build_base, colcon.install_base
@@ -107,8 +118,16 @@ class WorkspaceSession:
 
         :raises WorkspaceError: when an underlay's script fails
         """
+        sourcing: Callable[[Path, Mapping[str, str]], Environment] = source
+        if not self._runs:
+            # most launches run
+            from colcon_yamllaunch.workspace.environment import (
+                described_environment,
+            )
+
+            sourcing = described_environment.described_environment
         build = build_environment(
-            self._user_environment, self.colcon.install_base
+            self._user_environment, self.colcon.install_base, sourcing
         )
         return Environment(
             # what colcon sets for the programs that it calls
@@ -161,6 +180,11 @@ class WorkspaceSession:
             raise WorkspaceError(reason)
 
     @property
+    def guessed(self) -> Mapping[str, Path]:
+        """The packages whose names are guessed, with their `setup.py`."""
+        return {} if self._colcon is None else self._colcon.guessed
+
+    @property
     def _setup(self) -> Path:
         return self.colcon.install_base / 'setup.bash'
 
@@ -168,7 +192,8 @@ class WorkspaceSession:
         self._packages = {p.name: p for p in self.colcon.packages()}
 
     def _source(self) -> None:
-        self._sourced = cached_environment(
+        find = cached_environment if self._runs else known_environment
+        self._sourced = find(
             self._setup, self._user_environment, self.colcon.build_base
         )
         for note in self._sourced.notes:

@@ -50,7 +50,6 @@ from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
 from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
 from colcon_yamllaunch.workspace.colcon.build_result import INTERRUPTED
 from colcon_yamllaunch.workspace.colcon.identification import Identification
-from colcon_yamllaunch.workspace.colcon.identification import identify_folder
 from colcon_yamllaunch.workspace.packages.closure import closure
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -76,11 +75,16 @@ class Colcon:
 
     :param build_arguments: Arguments as the user would give `colcon build`
       in the root of the workspace
+    :param runs: Whether a `setup.py` may be run to learn what a package is
     :raises UserError: when `colcon build` does not take them
     """
 
     def __init__(
-        self, root: Path, build_arguments: Sequence[str] = ()
+        self,
+        root: Path,
+        build_arguments: Sequence[str] = (),
+        *,
+        runs: bool = True,
     ) -> None:
         # colcon gets its own idea of this path from getcwd()
         self.root = Path(os.path.realpath(root))
@@ -92,8 +96,10 @@ class Colcon:
         with self._in_root():
             self._args = self._parse()
         self._folders = Identification(
-            self._args, self._verb.task_argument_destinations
+            self._args, self._verb.task_argument_destinations, runs=runs
         )
+        #: See :attr:`Identification.guessed`.
+        self.guessed = self._folders.guessed
         self.build_base = self.root / self._args.build_base
         self.install_base = self.root / self._args.install_base
         # colcon would refuse to build; the layout needs to be chosen once only
@@ -294,6 +300,8 @@ class Colcon:
                 self._args,
                 additional_argument_names=self._verb.task_argument_destinations,
                 discovery_extensions=self._folders.discovery,
+                identification_extensions=self._folders.identification,
+                augmentation_extensions=self._folders.augmentation,
             )
         except SystemExit as e:
             raise WorkspaceError(f'colcon build: {e}') from None
@@ -306,7 +314,7 @@ class Colcon:
         for desc in self._descriptors():
             if os.path.realpath(self.root / desc.path) == real:
                 return str(desc.name)
-        _, desc = identify_folder(real)
+        _, desc = self._folders.identify_folder(real)
         if desc is None:
             return None
         with self._in_root():

@@ -59,12 +59,19 @@ class CachedColcon:
 
     :param build_arguments: Arguments as the user would give `colcon build`
       in the root of the workspace
+    :param runs: Whether a `setup.py` may be run to learn what a package is;
+      what is learned without is not kept
     :raises UserError: when `colcon build` does not take them
     """
 
     def __init__(
-        self, root: Path, build_arguments: Sequence[str] = ()
+        self,
+        root: Path,
+        build_arguments: Sequence[str] = (),
+        *,
+        runs: bool = True,
     ) -> None:
+        self._runs = runs
         self.root = Path(os.path.realpath(root))
         self._build_arguments = tuple(build_arguments)
         self._colcon: Colcon | None = None
@@ -110,6 +117,11 @@ class CachedColcon:
         # what is at a path need not be among what is crawled
         self._key = None
         return self._ask().select(paths, cwd)
+
+    @property
+    def guessed(self) -> Mapping[str, Path]:
+        """The `setup.py` of packages whose names are guessed, by these."""
+        return {} if self._colcon is None else self._colcon.guessed
 
     def settings(self, name: str) -> dict[str, str]:
         """Return the arguments that a package is built with, as text."""
@@ -183,7 +195,9 @@ class CachedColcon:
                 Colcon,
             )
 
-            self._colcon = Colcon(self.root, self._build_arguments)
+            self._colcon = Colcon(
+                self.root, self._build_arguments, runs=self._runs
+            )
         return self._colcon
 
     def _find(self) -> None:
@@ -233,6 +247,7 @@ class CachedColcon:
         if (
             index is None
             or self._key is None
+            or not self._runs
             or (self._cache and not index.changed)
             or self.build_base != path.parent
             or not self.build_base.is_dir()

@@ -11,18 +11,34 @@ while it is used.
 from collections.abc import Iterable
 from collections.abc import Mapping
 import logging
+from pathlib import Path
 from typing import Any
 
 from colcon_core.package_augmentation import augment_packages
+from colcon_core.package_augmentation import (
+    get_package_augmentation_extensions,
+)
 from colcon_core.package_discovery import get_package_discovery_extensions
 from colcon_core.package_identification import (
     get_package_identification_extensions,
 )
 from colcon_core.package_identification import identify
 from colcon_core.package_identification import IgnoreLocationException
+from colcon_core.package_identification.python import is_reading_cfg_sufficient
 from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
 from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
 from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
+from colcon_yamllaunch.workspace.packages.python_name import configured_name
+from colcon_yamllaunch.workspace.packages.python_name import written_name
+
+#: Extensions that run a `setup.py`, or what `attr:` names in a `setup.cfg`.
+_RUNNING = (
+    'colcon_core.package_augmentation.python',
+    'colcon_core.package_identification.python',
+    'colcon_python_setup_py.package_augmentation.python_setup_py',
+    'colcon_python_setup_py.package_identification.python_setup_py',
+    'colcon_ros.package_augmentation.ros_ament_python',
+)
 
 logger = logging.getLogger('colcon.colcon_yamllaunch')
 
@@ -33,9 +49,16 @@ class Identification:
 
     :param args: The parsed arguments of `colcon build`
     :param destinations: The options of build tasks with their names in args
+    :param runs: Whether a `setup.py` may be run
     """
 
-    def __init__(self, args: Any, destinations: Mapping[str, str]) -> None:
+    def __init__(
+        self, args: Any, destinations: Mapping[str, str], *, runs: bool = True
+    ) -> None:
+        self._runs = runs
+        #: The packages whose name shows only when their `setup.py` runs, by
+        #: the names that they are taken to have.
+        self.guessed: dict[str, Path] = {}
         self._args = args
         self._destinations = destinations
         self._found: dict[str, tuple[str, Any]] = {}
@@ -52,6 +75,33 @@ class Identification:
                 for name, extension in extensions.items()
             }
         return self._discovery
+
+    @property
+    def identification(self) -> dict[int, dict[str, Any]]:
+        """The identification extensions, by their priorities."""
+        found: dict[int, dict[str, Any]]
+        found = get_package_identification_extensions()
+        if self._runs:
+            return found
+        return {
+            priority: {
+                name: _NameReader(extension, self.guessed)
+                if _is_running(extension)
+                else extension
+                for name, extension in extensions.items()
+            }
+            for priority, extensions in found.items()
+        }
+
+    @property
+    def augmentation(self) -> dict[str, Any]:
+        """The augmentation extensions."""
+        found = get_package_augmentation_extensions()
+        return {
+            name: extension
+            for name, extension in found.items()
+            if self._runs or not _is_running(extension)
+        }
 
     def identify(self, folder: str) -> tuple[str, str]:
         """Return what kind a folder is, and the type of a package."""
@@ -81,14 +131,24 @@ class Identification:
         if descriptors:
             self._read_parameters()
             augment_packages(
-                descriptors, additional_argument_names=self._destinations
+                descriptors,
+                additional_argument_names=self._destinations,
+                augmentation_extensions=self.augmentation,
             )
 
     def _identified(self, folder: str) -> tuple[str, Any]:
         if folder not in self._found:
             self._read_parameters()
-            self._found[folder] = identify_folder(folder)
+            self._found[folder] = self.identify_folder(folder)
         return self._found[folder]
+
+    def identify_folder(self, folder: str) -> tuple[str, Any]:
+        """Return what a folder is, and the bare descriptor of a package."""
+        try:
+            desc = identify(self.identification, folder)
+        except IgnoreLocationException:
+            return IGNORED, None
+        return (PACKAGE, desc) if desc else (PLAIN, None)
 
     def _read_parameters(self) -> None:
         # some extensions read files here that others need
@@ -123,11 +183,38 @@ class _AskedOnce:
         return getattr(self._extension, name)
 
 
-def identify_folder(folder: str) -> tuple[str, Any]:
-    """Return what kind a folder is, and the bare descriptor of a package."""
-    extensions = get_package_identification_extensions()
-    try:
-        desc = identify(extensions, folder)
-    except IgnoreLocationException:
-        return IGNORED, None
-    return (PACKAGE, desc) if desc else (PLAIN, None)
+class _NameReader:
+    """
+    Identifies Python packages by what is written in their files.
+
+    :param extension: What it stands for: that of setup.cfg, or of setup.py
+    :param guessed: Gets the packages of which the name is not written
+    """
+
+    def __init__(self, extension: Any, guessed: dict[str, Path]) -> None:
+        self.PACKAGE_IDENTIFICATION_NAME = (
+            extension.PACKAGE_IDENTIFICATION_NAME
+        )
+        self._only_cfg = type(extension).__module__.startswith('colcon_core')
+        self._guessed = guessed
+
+    def identify(self, desc: Any) -> None:
+        """Say what a folder is; see `PackageIdentificationExtensionPoint`."""
+        setup = desc.path / 'setup.py'
+        if desc.type not in (None, 'python') or not setup.is_file():
+            return
+        if self._only_cfg:
+            name = configured_name(desc.path, ('setup.cfg',))
+            if name is None or not is_reading_cfg_sufficient(setup):
+                return
+        else:
+            name = written_name(desc.path)
+        desc.type = 'python'
+        if desc.name is None:
+            desc.name = name or setup.absolute().parent.name
+            if name is None:
+                self._guessed[desc.name] = setup.absolute()
+
+
+def _is_running(extension: Any) -> bool:
+    return type(extension).__module__ in _RUNNING

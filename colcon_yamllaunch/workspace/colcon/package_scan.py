@@ -29,15 +29,13 @@ from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
 from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
 from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+from colcon_yamllaunch.workspace.packages.python_name import written_name
 from colcon_yamllaunch.workspace.packages.workspace_root import is_ignored
 
 #: What `colcon build` does without arguments and defaults.
 _USUAL = BuildArguments('build', 'install', False, ('.',), {})
 
 _CMAKE_NAME = re.compile(r'^[^#\n]*\bproject\s*\(\s*"?([^\s")]+)', re.I | re.M)
-# also of package_name, a variable by custom (`ros2 pkg create`)
-_SETUP_NAME = re.compile(r'(?:\b|_)name\s*=\s*[\'"]([\w.-]+)[\'"]')
-_SETUP_CFG_NAME = re.compile(r'^name\s*=\s*([\w.-]+)', re.M)
 
 
 def scan_packages(
@@ -125,13 +123,10 @@ def _cmake_name(folder: Path) -> str | None:
 
 
 def _python_name(folder: Path) -> str | None:
-    setup = folder / 'setup.py'
-    match = _SETUP_NAME.search(text_of(setup)) or _SETUP_CFG_NAME.search(
-        text_of(folder / 'setup.cfg')
-    )
-    if match is not None:
-        return match[1]
-    return folder.name if setup.is_file() else None
+    is_setup = (folder / 'setup.py').is_file()
+    if not is_setup and not (folder / 'setup.cfg').is_file():
+        return None
+    return written_name(folder) or (folder.name if is_setup else None)
 
 
 # in the order in which colcon asks its extensions; of a package with a

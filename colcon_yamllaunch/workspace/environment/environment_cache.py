@@ -75,6 +75,24 @@ def cached_environment(
     return _source(setup, environment, path, sourcing)
 
 
+def known_environment(
+    setup: Path, environment: Mapping[str, str], build_base: Path
+) -> Environment:
+    """
+    Return what `source SETUP` would make, as far as that is known without.
+
+    That is what it made last time if that holds, else what is described.
+    """
+    path = build_base / FOLDER_NAME / _key(setup, environment)
+    known = _load_if_valid(path, environment)
+    if known is not None:
+        return known
+    # a launch that runs does without it
+    from colcon_yamllaunch.workspace.environment import described_environment
+
+    return described_environment.described_environment(setup, environment)
+
+
 def _load_if_valid(
     path: Path, environment: Mapping[str, str]
 ) -> Environment | None:

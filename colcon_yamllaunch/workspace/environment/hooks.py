@@ -12,12 +12,14 @@ shell/template/prefix_util.py.em; ament_package, _local_setup_util.py).
 from dataclasses import field
 import os
 import re
+import stat
 
 from colcon_yamllaunch.common.frozen import dataclass
 
 _SET = ('set', 'set-if-unset')
 _IF_EXISTS = 'prepend-non-duplicate-if-exists'
-_EXTEND = ('append-non-duplicate', 'prepend-non-duplicate', _IF_EXISTS)
+_APPEND = 'append-non-duplicate'
+_EXTEND = (_APPEND, 'prepend-non-duplicate', _IF_EXISTS)
 #: The extensions that count when bash sources, in ascending priority.
 _SHELLS = ('.sh', '.bash')
 #: How package.sh names its hooks (colcon-core, shell/template/package.sh.em).
@@ -25,6 +27,11 @@ _SH_HOOK = re.compile(
     r'^_colcon_package_sh_source_script "\$COLCON_CURRENT_PREFIX/([^"\n]+)"',
     re.M,
 )
+
+
+#: What is done to a variable: `set`, `set-if-unset`, `append` or `prepend`
+#: (where it is not in there yet); its name; and the value.
+Change = tuple[str, str, str]
 
 
 class DamagedHooksError(Exception):
@@ -41,12 +48,14 @@ class Hooks:
 
     :param paths: What is read or looked for, the description of all first
     :param extended: Variables with the path that is put into each
+    :param changes: All that is done to variables, in order
     :param texts: All names and values, as they are put into shell commands
     :param scripts: The scripts that are sourced
     """
 
     paths: list[str] = field(default_factory=list)
     extended: list[tuple[str, str]] = field(default_factory=list)
+    changes: list[Change] = field(default_factory=list)
     texts: list[tuple[str, str]] = field(default_factory=list)
     scripts: list[str] = field(default_factory=list)
 
@@ -110,7 +119,10 @@ def _change(operation: str, remainder: str, prefix: str, hooks: Hooks) -> None:
         if not values:
             raise ValueError(f'{name} is given no value')
         values = [remainder.partition(';')[2]]
-        hooks.paths.append(os.path.join(prefix, values[0]))
+        path = os.path.join(prefix, values[0])
+        hooks.paths.append(path)
+        value = path if os.path.exists(path) else values[0]
+        hooks.changes.append((operation, name, value))
     elif operation in _EXTEND:
         if not values:
             raise ValueError(f'{name} is given no path')
@@ -121,6 +133,8 @@ def _change(operation: str, remainder: str, prefix: str, hooks: Hooks) -> None:
                 if not os.path.exists(path):
                     continue
             hooks.extended.append((name, path))
+            end = 'append' if operation == _APPEND else 'prepend'
+            hooks.changes.append((end, name, path))
     else:
         raise ValueError(f"there is no operation '{operation}'")
     hooks.texts.extend((name, value) for value in values)
@@ -144,6 +158,8 @@ def _check_complete(path: str) -> None:
 
 def _text(path: str) -> str:
     try:
+        if not stat.S_ISREG(os.stat(path).st_mode):
+            raise DamagedHooksError(path, 'it is no file')
         with open(path, encoding='utf-8', errors='surrogateescape') as file:
             return file.read()
     except OSError as e:

@@ -149,7 +149,7 @@ def test_any_folder_is_asked_when_files_elsewhere_may_say_so(two, find):
 class Colcon:
     """Stands for colcon, which must not be asked."""
 
-    def __init__(self, root, arguments):
+    def __init__(self, root, arguments, runs):
         raise AssertionError('colcon was asked')
 
 

@@ -1,0 +1,114 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The environment of a workspace, without running its setup scripts.
+
+Who only looks at a launch runs nothing of the workspace. So the hooks are
+read as the data that most of them are (see :mod:`hooks`), in the order of
+colcon's and ament's prefix scripts; what is only a script is left out.
+"""
+
+from collections.abc import Iterator
+from collections.abc import Mapping
+from contextlib import suppress
+import os
+from pathlib import Path
+
+from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.workspace.environment import hooks
+from colcon_yamllaunch.workspace.environment.sourcing import Environment
+from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
+from colcon_yamllaunch.workspace.environment.underlays import gone_note
+from colcon_yamllaunch.workspace.environment.underlays import gone_underlays
+from colcon_yamllaunch.workspace.packages.package import is_merged
+
+_COLCON_INDEX = 'share/colcon-core/packages'
+_AMENT_INDEX = 'share/ament_index/resource_index'
+
+
+def described_environment(
+    setup: Path, environment: Mapping[str, str]
+) -> Environment:
+    """
+    Return what `source SETUP` would make, as far as it is described.
+
+    :param setup: The `setup.bash` or, without what it chains, the
+      `local_setup.bash` of a prefix
+    :param environment: The variables before; left as they are
+    """
+    base = setup.parent
+    variables = dict(environment)
+    notes: tuple[str, ...] = ()
+    if setup.name == 'setup.bash':
+        for prefix in chained_underlays(base):
+            _apply(prefix, variables)
+        notes = tuple(map(gone_note, gone_underlays(base)))
+    _apply(base, variables)
+    return Environment(variables, notes=notes)
+
+
+def _apply(prefix: Path, variables: dict[str, str]) -> None:
+    """Do what the packages of a prefix describe."""
+    if (prefix / '_local_setup_util_sh.py').is_file():
+        _change(('prepend', 'COLCON_PREFIX_PATH', str(prefix)), variables)
+        packages = dict(_colcon_packages(prefix))
+    else:
+        packages = dict(_ament_packages(prefix))
+    for name in _ordered({n: needed for n, (_, needed) in packages.items()}):
+        with suppress(hooks.DamagedHooksError):
+            for change in hooks.read_hooks(packages[name][0], name).changes:
+                _change(change, variables)
+
+
+def _colcon_packages(
+    prefix: Path,
+) -> Iterator[tuple[str, tuple[str, set[str]]]]:
+    """Return packages with the prefix of each and what it needs."""
+    merged = is_merged(prefix)
+    for name in _names(prefix / _COLCON_INDEX if merged else prefix):
+        own = prefix if merged else prefix / name
+        entry = own / _COLCON_INDEX / name
+        if entry.is_file():
+            yield name, (str(own), set(split_path(text_of(entry))))
+
+
+def _ament_packages(
+    prefix: Path,
+) -> Iterator[tuple[str, tuple[str, set[str]]]]:
+    index = prefix / _AMENT_INDEX
+    for name in _names(index / 'packages'):
+        entry = index / 'package_run_dependencies' / name
+        needed = text_of(entry) if entry.is_file() else ''
+        yield name, (str(prefix), set(filter(None, needed.split(';'))))
+
+
+def _names(folder: Path) -> list[str]:
+    try:
+        names = os.listdir(folder)
+    except OSError:
+        return []
+    return sorted(name for name in names if not name.startswith('.'))
+
+
+def _ordered(packages: dict[str, set[str]]) -> Iterator[str]:
+    """Return packages behind what they need, else by their names."""
+    pending = {n: needed & packages.keys() for n, needed in packages.items()}
+    while pending:
+        # of a circle, for which sourcing brings in nothing, any will do
+        name = min(pending, key=lambda n: (bool(pending[n] - {n}), n))
+        del pending[name]
+        for needed in pending.values():
+            needed.discard(name)
+        yield name
+
+
+def _change(change: hooks.Change, variables: dict[str, str]) -> None:
+    operation, name, value = change
+    old = variables.get(name, '')
+    if operation == 'set' or (operation == 'set-if-unset' and not old):
+        variables[name] = value
+    elif operation in ('append', 'prepend') and value not in split_path(old):
+        both = [old, value] if operation == 'append' else [value, old]
+        variables[name] = os.pathsep.join(filter(None, both))
