@@ -7,6 +7,7 @@ from collections.abc import Callable
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.plan.plan import Block
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
@@ -74,10 +75,14 @@ class _Drawing:
             texts = [process.label]
             if process.node_name is not None:
                 texts.append(process.node_name)
-            text = language.line_end.join(map(language.escaped, texts))
+            text = language.line_end.join(
+                language.escaped(one_line(t)) for t in texts
+            )
             yield indent + language.process.format(number, text)
         for child in self._children.get(index, ()):
-            title = language.escaped(self._title(self._blocks[child]))
+            title = language.escaped(
+                one_line(self._title(self._blocks[child]))
+            )
             yield indent + language.opening.format(child, title)
             yield from self._block(child, language, indent + '  ')
             yield indent + language.closing

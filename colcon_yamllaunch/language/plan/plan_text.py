@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from collections.abc import Mapping as AbstractMapping
 import shlex
 
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
@@ -35,7 +36,7 @@ def plan_to_text(plan: Plan, cwd: str) -> str:
 
     :param cwd: The folder that paths are shown relative to
     """
-    lines = list(_entries(plan.entries, cwd, ''))
+    lines = list(map(one_line, _entries(plan.entries, cwd, '')))
     if not lines:
         lines = ['nothing would run']
     if plan.conditions:
@@ -43,7 +44,8 @@ def plan_to_text(plan: Plan, cwd: str) -> str:
     for condition in plan.conditions:
         taken = 'taken' if condition.taken else 'not taken'
         place = shown_position(condition.position, cwd)
-        lines.append(f'{_INDENT}{condition.text}  {taken}  ({place})')
+        text = one_line(condition.text)
+        lines.append(f'{_INDENT}{text}  {taken}  ({place})')
     return '\n'.join(lines)
 
 
@@ -57,17 +59,36 @@ def command(process: Process) -> str:
     words: list[str] = []
     for argument in process.argv:
         if isinstance(argument, str):
-            words.append(shlex.quote(argument))
+            words.append(quoted(argument))
         elif argument.parameters and words[-1] == '--params-file':
             words.pop()
             for p in argument.parameters:
-                words += ['-p', shlex.quote(f'{p.name}:={p.value}')]
+                words += ['-p', quoted(f'{p.name}:={p.value}')]
         else:
-            content = shlex.quote(argument.content)
+            content = quoted(argument.content)
             words.append(f'<(printf %s {content})')
     variables = _variables(process.environment)
-    folder = shlex.quote(process.cwd)
+    folder = quoted(process.cwd)
     return f'(cd {folder} && {" ".join([*variables, *words])})'
+
+
+def quoted(word: str) -> str:
+    """Return a word as bash reads it, in one line that can be shown."""
+    if one_line(word) == word:
+        return shlex.quote(word)
+    return f"$'{''.join(map(_in_quotes, word))}'"
+
+
+def _in_quotes(character: str) -> str:
+    if character in "\\'":
+        return f'\\{character}'
+    if one_line(character) == character:
+        return character
+    if character == '\n':
+        return r'\n'
+    if character.isascii():
+        return f'\\x{ord(character):02x}'
+    return f'\\U{ord(character):08x}'
 
 
 def _variables(
@@ -77,10 +98,10 @@ def _variables(
     if unset:
         yield 'env'
     for name in unset:
-        yield f'-u {shlex.quote(name)}'
+        yield f'-u {quoted(name)}'
     for name, value in environment:
         if value is not None:
-            yield f'{name}={shlex.quote(value)}'
+            yield f'{name}={quoted(value)}'
 
 
 def _entries(

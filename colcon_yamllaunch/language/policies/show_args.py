@@ -5,6 +5,7 @@
 
 from collections.abc import Iterator
 
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.declared import Declarations
 from colcon_yamllaunch.language.policies.declared import DeclaredArgument
@@ -56,7 +57,7 @@ def _lines(declarations: Declarations, cwd: str) -> Iterator[str]:
 
 def _argument(argument: DeclaredArgument, cwd: str) -> Iterator[str]:
     mark = '*' if argument.is_conditional else ''
-    yield f"    '{argument.name}':{mark}"
+    yield f"    '{one_line(argument.name)}':{mark}"
     yield _indented(_description(argument))
     if argument.default is None:
         yield f'{_INDENT}(required)'

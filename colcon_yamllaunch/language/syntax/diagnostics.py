@@ -14,6 +14,7 @@ from typing import Literal
 import unicodedata
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.position import Span
 
@@ -137,7 +138,7 @@ def render(diagnostics: Iterable[Diagnostic], cwd: str) -> str:
 
 def _render_one(diagnostic: Diagnostic, cwd: str) -> Sequence[str]:
     position = diagnostic.position
-    text = f'{diagnostic.severity}: {diagnostic.message}'
+    text = f'{diagnostic.severity}: {_within(diagnostic.message)}'
     lines = []
     if position is None:
         lines.append(f'colcon launch: {text}')
@@ -145,12 +146,17 @@ def _render_one(diagnostic: Diagnostic, cwd: str) -> Sequence[str]:
         lines.append(f'{shown_position(position, cwd)}: {text}')
         lines.extend(_excerpt(position, diagnostic.length))
     if diagnostic.hint is not None:
-        lines.append(f'  help: {diagnostic.hint}')
+        lines.append(f'  help: {_within(diagnostic.hint)}')
     for number, origin in enumerate(diagnostic.origins):
         verb = 'passed by' if number else 'its value was set at'
         lines.append(f'  {verb} {shown_position(origin, cwd)}')
     lines.extend(_include_chain(diagnostic.includes, cwd))
     return lines
+
+
+def _within(text: str) -> str:
+    """Return a text whose further lines are not taken for lines of ours."""
+    return text.replace('\n', '\n    ')
 
 
 def _include_chain(includes: Sequence[Position], cwd: str) -> Iterator[str]:
@@ -165,7 +171,7 @@ def _include_chain(includes: Sequence[Position], cwd: str) -> Iterator[str]:
 
 def shown_position(position: Position, cwd: str) -> str:
     """Return a position with its path as a user in `cwd` would write it."""
-    path = shown_path(position.path, cwd)
+    path = one_line(shown_path(position.path, cwd))
     return f'{path}:{position.line}:{position.column}'
 
 

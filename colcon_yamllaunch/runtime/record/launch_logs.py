@@ -18,6 +18,7 @@ import json
 from pathlib import Path
 import time
 
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
@@ -135,9 +136,8 @@ class Logs:
             self._write(own, event.data)
             self._write(combined, event.data)
         if process.output in IN_COMMON_LOG and self._common is not None:
-            prefix = f'{self._stamp()}[{process.label}] '.encode(
-                errors='replace'
-            )
+            label = one_line(process.label)
+            prefix = f'{self._stamp()}[{label}] '.encode(errors='replace')
             lines = prefixed(normalised(event.data), prefix)
             self._common_pending.append(lines)
             self._pending_size += len(lines)

@@ -5,6 +5,7 @@
 
 from collections.abc import Iterable
 
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
@@ -61,10 +62,8 @@ class Screen:
         self._is_mid_line = False
         self._folding = InterruptFolding()
         labels = [p.label for p in processes]
-        self._width = min(
-            max((len(t) for t in (events.LAUNCHER, *labels)), default=0),
-            limits.LABEL_WIDTH,
-        )
+        shown = (events.LAUNCHER, *map(one_line, labels))
+        self._width = min(max(map(len, shown)), limits.LABEL_WIDTH)
         self._prefixes = {
             label: self._prefix(label, _COLOURS[index % len(_COLOURS)])
             for index, label in enumerate(labels)
@@ -91,7 +90,7 @@ class Screen:
 
     def show_table(self, lines: Iterable[str]) -> None:
         """Show lines below one another, the first as a heading."""
-        for number, line in enumerate(lines):
+        for number, line in enumerate(map(one_line, lines)):
             dim = self._color and number == 0
             self._show_text('', f'{_DIM}{line}{_RESET}' if dim else line)
 
@@ -148,11 +147,19 @@ class Screen:
         tag = f'[{event.level}]'
         if self._color and colour:
             tag = f'{colour}{tag}{_RESET}'
-        self._show_text(f'{tag} [{events.MESSENGER}]: ', event.text)
+        prefix = f'{tag} [{events.MESSENGER}]: '
+        # the launch file wrote it, as a process writes its output
+        data = legible(
+            normalised(event.text.encode(errors='replace')), self._terminal
+        )
+        if self._colourless:
+            data = colourless(data)
+        self._write(None, prefixed(data, prefix.encode(), reset=True))
 
     def _show_own(self, line: str, severity: str) -> None:
         # ^C stands at the start of the line that it was typed on
         start = '\r' if self._terminal else ''
+        line = one_line(line)
         label = f'[{events.LAUNCHER}]'.ljust(self._width + 3)
         if self._layout is not None:
             label = ''
@@ -174,7 +181,7 @@ class Screen:
         self._writer.write(key, data)
 
     def _prefix(self, label: str, colour: str) -> bytes:
-        text = f'[{label}]'
+        text = f'[{one_line(label)}]'
         padding = ' ' * (self._width + 3 - len(text)) or ' '
         if self._color:
             text = f'{colour}{text}{_RESET}'

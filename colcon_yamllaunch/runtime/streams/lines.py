@@ -5,6 +5,7 @@
 
 import re
 
+from colcon_yamllaunch.common.printable import SEQUENCE
 from colcon_yamllaunch.runtime.core import limits
 
 _RESET = b'\x1b[0m'
@@ -14,12 +15,7 @@ _COLOURS = re.compile(rb'\x1b\[[0-9;:]*m')
 _CARRIAGE_RETURNS = re.compile(rb'\r+\n?')
 # colours pass; what moves the cursor, changes the character set or the like
 # does not, and neither do half sequences
-_SEQUENCES = re.compile(
-    r'(\x1b\[[0-9;:]*m)'
-    r'|\x1b\[[0-?]*[ -/]*[@-~]'
-    r'|\x1b\][^\x07\x1b\n]*(?:\x07|\x1b\\)'
-    r'|[\x00-\x08\x0b-\x1f\x7f-\x9f]'
-)
+_SEQUENCES = re.compile(SEQUENCE)
 
 
 class LineBuffer:

@@ -13,6 +13,9 @@ import colcon_core
 from colcon_core.location import get_log_path
 import colcon_yamllaunch
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.common.printable import printable
+from colcon_yamllaunch.common.printable import printable_json
 
 #: The exit code after Ctrl-C before anything runs (128 + SIGINT).
 INTERRUPTED = 130
@@ -21,9 +24,24 @@ logger = logging.getLogger('colcon.colcon_yamllaunch')
 
 
 def say(text: str) -> None:
-    """Print a line for the user, apart from the output of processes."""
+    """Print lines for the user, apart from the output of processes."""
     sys.stdout.flush()
-    print(text, file=sys.stderr, flush=True)
+    print(printable(text), file=sys.stderr, flush=True)
+
+
+def say_line(text: str) -> None:
+    """Print a line likewise; nothing that is in it makes it two."""
+    say(one_line(text))
+
+
+def show(text: str) -> None:
+    """Print what the user asked to see."""
+    print(printable(text), flush=True)
+
+
+def show_json(text: str) -> None:
+    """Print JSON that the user asked for; its values are exact."""
+    print(printable_json(text), flush=True)
 
 
 def enumeration(items: Iterable[str]) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import nearest
 from colcon_yamllaunch.verb.cli.log_base import PATH_SUFFIXES
@@ -80,7 +81,8 @@ def package_target(
     files = find_launch_files(folder)
     if not rest:
         likely = likely_ones(files)
-        listed = ''.join(f'\n  {file}' for file in likely)
+        listed = ''.join(f'
+  {one_line(file)}' for file in likely)
         raise UserError(
             f'which launch file of {package}? It has:{listed}'
             if likely

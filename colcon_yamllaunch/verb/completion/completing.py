@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.verb.cli.launch_options import split_line
 from colcon_yamllaunch.verb.cli.log_base import find_workspace
 from colcon_yamllaunch.verb.cli.log_base import PATH_SUFFIXES
@@ -78,7 +79,12 @@ class _Completer:
         # whatever is broken, Tab offers nothing rather than fail
         with suppress(Exception):
             cursor = _Cursor(prefix, parsed_args, parser, self._environment)
-            return self._find(cursor)
+            # what a shell would show or put into the line as something else
+            return {
+                word: one_line(text)
+                for word, text in self._find(cursor).items()
+                if one_line(word) == word
+            }
         return {}
 
     def __bool__(self) -> bool:

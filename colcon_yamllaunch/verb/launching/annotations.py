@@ -12,6 +12,7 @@ import os
 from colcon_yamllaunch.language.reports.github_annotations import annotation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.runtime.core.events import Ended
+from colcon_yamllaunch.verb.cli.messages import show
 
 
 def annotate(
@@ -32,7 +33,7 @@ def annotate(
             # from an installed launch file to that in the repository
             source = replace(position, path=os.path.realpath(position.path))
             diagnostic = replace(diagnostic, position=source)
-        print(annotation(diagnostic, os.path.realpath(root)), flush=True)
+        show(annotation(diagnostic, os.path.realpath(root)))
 
 
 def failures_of(ended: Ended) -> Iterator[Diagnostic]:

@@ -8,7 +8,7 @@ from collections.abc import Collection
 from collections.abc import Sequence
 from dataclasses import replace
 
-from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.launching.build_interruption import interruption
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.building.build_report import after_build
@@ -84,7 +84,7 @@ class Builds:
         """Say in one line what was built, if it came to that."""
         if self._has_decided:
             fresh = self._fresh - set(self._built)
-            say(after_build(list(self._built.values()), len(fresh)))
+            say_line(after_build(list(self._built.values()), len(fresh)))
 
     def explain(self, wanted: Collection[str], launch: str) -> None:
         """Say what would be built and why, and build nothing."""
@@ -109,7 +109,7 @@ class Builds:
             self._explained.update(d.name for d in new)
             ways = self._session.needed_by(wanted)
             for decision in new:
-                say(explanation(decision, ways[decision.name], launch))
+                say_line(explanation(decision, ways[decision.name], launch))
 
         return explain
 

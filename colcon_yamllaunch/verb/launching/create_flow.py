@@ -21,6 +21,7 @@ from colcon_yamllaunch.verb.cli.create_options import parse_create_options
 from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.cli.messages import show_versions
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
 from colcon_yamllaunch.workspace.create.new_package import LICENSES
@@ -73,7 +74,7 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
     make_package(package, folder)
     for warning in _warnings(package, options, environment):
         say(f'colcon create: warning: {warning}')
-    print(_made(package, folder, cwd), flush=True)
+    show(_made(package, folder, cwd))
     return 0
 
 

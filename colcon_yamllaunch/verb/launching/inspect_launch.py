@@ -25,6 +25,8 @@ from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.cli.messages import show
+from colcon_yamllaunch.verb.cli.messages import show_json
 from colcon_yamllaunch.verb.cli.option_table import TEXT
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.preflight import undeclared_imports
@@ -43,6 +45,8 @@ _PLAN_FORMATS: Mapping[str, Callable[[Plan, str], str]] = {
     'mermaid': plan_to_mermaid,
     'dot': plan_to_dot,
 }
+#: The formats that are JSON.
+_JSON = ('json', 'sarif')
 
 
 def inspect(flow: LaunchFlow, options: LaunchOptions) -> int:
@@ -68,7 +72,7 @@ def _check(flow: LaunchFlow, form: str, *, portable: bool) -> int:
         *undeclared_imports(checked.packages, flow.locator),
     )
     checked = replace(checked, diagnostics=found)
-    print(_CHECK_FORMATS[form](checked, str(flow.cwd)), flush=True)
+    _show(form, _CHECK_FORMATS[form](checked, str(flow.cwd)))
     return 1 if checked.errors else 0
 
 
@@ -92,7 +96,7 @@ def _show_args(flow: LaunchFlow) -> int:
     except LaunchError as e:
         flow.report(e.diagnostics)
         return 1
-    print(shown, flush=True)
+    show(shown)
     return 0
 
 
@@ -104,5 +108,12 @@ def _plan(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
         return 1
     if options.why:
         flow.explain(target, evaluation)
-    print(_PLAN_FORMATS[form](evaluation.plan, str(flow.cwd)), flush=True)
+    _show(form, _PLAN_FORMATS[form](evaluation.plan, str(flow.cwd)))
     return 0
+
+
+def _show(form: str, text: str) -> None:
+    if form in _JSON:
+        show_json(text)
+    else:
+        show(text)

@@ -11,6 +11,7 @@ from contextlib import redirect_stdout
 import io
 from pathlib import Path
 import signal
+import sys
 from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
@@ -26,6 +27,7 @@ from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.cli.target import package_target
 from colcon_yamllaunch.verb.cli.target import path_target
 from colcon_yamllaunch.verb.cli.target import Target
@@ -81,7 +83,7 @@ class LaunchFlow:
             workspace_root(options.workspace, options.positionals),
             options.build_args,
             environment,
-            (lambda _: None) if self._options.quiet else say,
+            (lambda _: None) if self._options.quiet else say_line,
             runs=options.runs,
         )
         self._packages = LaunchPackages(self._workspace.locator, built=False)
@@ -246,7 +248,8 @@ class LaunchFlow:
         if update.returncode:
             say(failure(update))
             if self._options.quiet:
-                say(output.getvalue().rstrip())
+                # as without --quiet, with the colours of the compiler
+                print(output.getvalue().rstrip(), file=sys.stderr, flush=True)
             raise _GiveUpError(update.returncode)
         return update.changed
 

@@ -13,11 +13,12 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.runtime.process.exec_program import exec_program
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import report_errors
-from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.cli.messages import show_versions
 from colcon_yamllaunch.verb.cli.option_parser import read_options
 from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
@@ -99,7 +100,7 @@ def _run(known: Any, environment: Mapping[str, str]) -> int:
             workspace_root(options.workspace, []),
             options.build_args,
             environment,
-            say,
+            say_line,
         )
         returncode = _prepare(workspace, options)
     if returncode:
@@ -125,7 +126,7 @@ def find_program(
     """
     names = locator.executables(package)
     if name is None:
-        listed = ''.join(f'\n  {name}' for name in names)
+        listed = ''.join(f'\n  {one_line(name)}' for name in names)
         raise UserError(
             f'which executable of {package}? It has:{listed}'
             if names
@@ -134,7 +135,7 @@ def find_program(
     fitting = [n for n in names if n == name]
     fitting = fitting or [n for n in names if Path(n).name == name]
     if len(fitting) > 1:
-        listed = ''.join(f'\n  {n}' for n in fitting)
+        listed = ''.join(f'\n  {one_line(n)}' for n in fitting)
         raise UserError(
             f"'{name}' may be one of these executables of {package}:{listed}\n"
             'Name one by its path'

@@ -20,7 +20,9 @@ from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.resource_usage import Usage
 from colcon_yamllaunch.runtime.control.resource_usage import usage_of
 from colcon_yamllaunch.verb.cli.launch_options import ControlOptions
-from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.messages import say_line
+from colcon_yamllaunch.verb.cli.messages import show
+from colcon_yamllaunch.verb.cli.messages import show_json
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 from colcon_yamllaunch.verb.sessions.selecting import choose_launch
 from colcon_yamllaunch.verb.sessions.selecting import choose_processes
@@ -67,12 +69,12 @@ def _status(candidates: Sequence[Candidate], form: str) -> int:
     )
     if form == 'json':
         launches = [_described(state, usage) for state in states]
-        print(json.dumps({'launches': launches}, indent=2), flush=True)
+        show_json(json.dumps({'launches': launches}, indent=2))
         return 0
     width = None
     if sys.stdout.isatty():
         width = shutil.get_terminal_size().columns
-    print('\n\n'.join(table(s, usage, width) for s in states), flush=True)
+    show('\n\n'.join(table(s, usage, width) for s in states))
     return 0
 
 
@@ -90,9 +92,9 @@ def _described(
 def _stop_launch(chosen: Candidate) -> int:
     state = chosen.state
     chosen.launch.request('shutdown')
-    say(f'stopping {state.title} (pid {state.pid})')
+    say_line(f'stopping {state.title} (pid {state.pid})')
     chosen.launch.wait_for_end(state.pid)
-    say(f'stopped {state.title}')
+    say_line(f'stopped {state.title}')
     return 0
 
 
@@ -111,7 +113,7 @@ def _end(
                 ending = f'started anew, pid {now.pid}'
             else:
                 failed = True
-        say(f'{process.label}: {ending}')
+        say_line(f'{process.label}: {ending}')
     return int(failed)
 
 
@@ -129,5 +131,5 @@ def _wait_for(chosen: Candidate, process: ProcessState) -> ProcessState | None:
                 return now
         if not is_told and time.monotonic() - asked > PROGRESS_INTERVAL:
             is_told = True
-            say(f'waiting for {process.label}')
+            say_line(f'waiting for {process.label}')
         time.sleep(POLL_INTERVAL)

@@ -12,6 +12,7 @@ import sys
 import time
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
@@ -74,7 +75,8 @@ class LogReader:
     """
 
     def __init__(self, label: str | None, path: Path) -> None:
-        self._prefix = b'' if label is None else f'[{label}] '.encode()
+        shown = '' if label is None else f'[{one_line(label)}] '
+        self._prefix = shown.encode(errors='replace')
         self._path = path
         self._descriptor = -1
         self._lines = LineBuffer()

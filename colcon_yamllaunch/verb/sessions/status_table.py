@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping
 
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import column_widths
 from colcon_yamllaunch.common.table import table_lines
 from colcon_yamllaunch.common.table import table_width
@@ -32,7 +33,7 @@ def table(
     :param usage: What the process groups use
     :param width: The columns that there are, None for any number
     """
-    title = f'{launch.title}: {_state_of(launch)}'
+    title = one_line(f'{launch.title}: {_state_of(launch)}')
     rows = [_HEADS, *(_row(p, usage) for p in launch.processes)]
     if len(rows) == 1:
         lines = ['no processes']
@@ -82,7 +83,7 @@ def _state_of(launch: LaunchState) -> str:
 def _row(process: ProcessState, usage: Mapping[int, Usage]) -> tuple[str, ...]:
     used = None if process.pid is None else usage.get(process.pid)
     return (
-        process.label,
+        one_line(process.label),
         _phase(process),
         '' if process.pid is None else str(process.pid),
         '' if process.pid is None else duration(process.seconds),

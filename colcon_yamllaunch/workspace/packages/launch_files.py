@@ -9,6 +9,7 @@ from pathlib import Path
 from pathlib import PurePosixPath
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.workspace.packages.missing_files import LISTED
 from colcon_yamllaunch.workspace.packages.missing_files import nearest
 from colcon_yamllaunch.workspace.packages.source_files import source_files
@@ -103,7 +104,7 @@ def _only(package: str, fitting: list[str], wanted: str) -> str:
         fitting = [f for f in fitting if is_better(f)] or fitting
     if len(fitting) == 1:
         return fitting[0]
-    listed = ''.join(f'\n  {f}' for f in fitting)
+    listed = ''.join(f'\n  {one_line(f)}' for f in fitting)
     raise UserError(
         f"'{wanted}' may be one of these launch files of {package}:{listed}\n"
         'Name one by its path'
@@ -121,7 +122,7 @@ def _nothing(package: str, files: Sequence[str], wanted: str) -> str:
     order = nearest(PurePosixPath(wanted).name, by_name)
     listed = [by_name[n] for n in order]
     listed += [f for f in likely if f not in listed]
-    lines = ''.join(f'\n  {f}' for f in listed[:LISTED])
+    lines = ''.join(f'\n  {one_line(f)}' for f in listed[:LISTED])
     more = '\n  …' if len(listed) > LISTED else ''
     return f"{package} has no launch file '{wanted}'. It has:{lines}{more}"
 

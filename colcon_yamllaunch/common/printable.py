@@ -1,0 +1,62 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Texts of others, made fit to be shown.
+
+What is in a launch file, a manifest or the name of a file may have sequences
+that steer a terminal, or characters that change the order in which a line is
+read (CVE-2021-42574). Neither gets to the user.
+"""
+
+import re
+
+#: A sequence that steers a terminal, or a character that may be part of one
+#: (ECMA-48): CSI and OSC sequences whole, and control characters but `\t` and
+#: `\n`. The first group has colours.
+SEQUENCE = (
+    r'(\x1b\[[0-9;:]*m)'
+    r'|\x1b\[[0-?]*[ -/]*[@-~]'
+    r'|\x1b\][^\x07\x1b\n]*(?:\x07|\x1b\\)'
+    r'|[\x00-\x08\x0b-\x1f\x7f-\x9f]'
+)
+#: Characters that end lines as `\n` does, or change the reading direction,
+#: and bytes that are no UTF-8, as Python has them in names of files.
+_MISLEADING = '\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff'
+_UNFIT = re.compile(f'{SEQUENCE}|[{_MISLEADING}]')
+_UNFIT_IN_JSON = re.compile(f'[\x7f-\x9f{_MISLEADING}]')
+_LINE_END = re.compile(r'\r\n|[\r\n]')
+_TABS = re.compile(r'\t+')
+
+
+def printable(text: str) -> str:
+    """
+    Return lines that do a terminal no harm, and read as they are.
+
+    Control sequences vanish, colours included, and other characters of that
+    kind become U+FFFD.
+    """
+    if text.isascii() and text.replace('\n', ' ').isprintable():
+        return text
+    return _UNFIT.sub(_replaced, text)
+
+
+def one_line(text: str) -> str:
+    r"""
+    Return a text as :func:`printable` does, and in one line.
+
+    A line end becomes `\n`, two characters, and tabs a blank.
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    return _TABS.sub(' ', printable(_LINE_END.sub(r'\\n', text)))
+
+
+def printable_json(text: str) -> str:
+    """Return JSON with the same values that does a terminal no harm."""
+    # other control characters are escaped in any JSON
+    return _UNFIT_IN_JSON.sub(lambda m: f'\\u{ord(m[0]):04x}', text)
+
+
+def _replaced(match: re.Match[str]) -> str:
+    return '' if len(match[0]) > 1 else '\N{REPLACEMENT CHARACTER}'
