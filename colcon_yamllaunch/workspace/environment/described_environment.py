@@ -22,7 +22,11 @@ from colcon_yamllaunch.workspace.environment.sourcing import Environment
 from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
 from colcon_yamllaunch.workspace.environment.underlays import gone_note
 from colcon_yamllaunch.workspace.environment.underlays import gone_underlays
+from colcon_yamllaunch.workspace.environment.underlays import sourced_underlays
 from colcon_yamllaunch.workspace.packages.package import is_merged
+
+#: How many scripts are named that are left out.
+SHOWN_SCRIPTS = 3
 
 _COLCON_INDEX = 'share/colcon-core/packages'
 _AMENT_INDEX = 'share/ament_index/resource_index'
@@ -40,17 +44,26 @@ def described_environment(
     """
     base = setup.parent
     variables = dict(environment)
-    notes: tuple[str, ...] = ()
-    if setup.name == 'setup.bash':
-        for prefix in chained_underlays(base):
-            _apply(prefix, variables)
-        notes = tuple(map(gone_note, gone_underlays(base)))
-    _apply(base, variables)
-    return Environment(variables, notes=notes)
+    chained = chained_underlays(base) if setup.name == 'setup.bash' else []
+    notes = list(map(gone_note, gone_underlays(base) if chained else ()))
+    sourced = sourced_underlays(environment, base)
+    scripts = []
+    for prefix in (*chained, base):
+        found = _apply(prefix, variables)
+        if prefix not in sourced:
+            scripts += found
+    if scripts:
+        more = ', …' if len(scripts) > SHOWN_SCRIPTS else ''
+        notes.append(
+            'left out of the environment, as nothing is run to look at a '
+            f'launch: {", ".join(scripts[:SHOWN_SCRIPTS])}{more}'
+        )
+    return Environment(variables, notes=tuple(notes))
 
 
-def _apply(prefix: Path, variables: dict[str, str]) -> None:
-    """Do what the packages of a prefix describe."""
+def _apply(prefix: Path, variables: dict[str, str]) -> list[str]:
+    """Do what the packages of a prefix describe, and return the scripts."""
+    scripts = []
     if (prefix / '_local_setup_util_sh.py').is_file():
         _change(('prepend', 'COLCON_PREFIX_PATH', str(prefix)), variables)
         packages = dict(_colcon_packages(prefix))
@@ -58,8 +71,11 @@ def _apply(prefix: Path, variables: dict[str, str]) -> None:
         packages = dict(_ament_packages(prefix))
     for name in _ordered({n: needed for n, (_, needed) in packages.items()}):
         with suppress(hooks.DamagedHooksError):
-            for change in hooks.read_hooks(packages[name][0], name).changes:
+            done = hooks.read_hooks(packages[name][0], name)
+            scripts += done.scripts
+            for change in done.changes:
                 _change(change, variables)
+    return scripts
 
 
 def _colcon_packages(

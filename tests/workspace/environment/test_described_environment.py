@@ -87,6 +87,28 @@ def test_what_is_damaged_is_left_out(tmp_path: Path) -> None:
     assert found.variables['GOOD'] == '1'
 
 
+def test_script_without_a_description_is_told(tmp_path: Path) -> None:
+    underlay = tmp_path / 'underlay'
+    for prefix in (underlay, tmp_path / 'install'):
+        write(prefix / '_local_setup_util_sh.py')
+        write(prefix / '.colcon_install_layout', 'merged')
+        package(prefix, 'one', 'source;share/one/hook.sh\n')
+        write(prefix / 'local_setup.bash')
+    write(
+        tmp_path / 'install/setup.bash',
+        f'COLCON_CURRENT_PREFIX="{underlay}"\n',
+    )
+    setup = tmp_path / 'install/setup.bash'
+    own = f'{tmp_path}/install/share/one/hook.sh'
+    (note,) = described_environment(setup, {}).notes
+    assert note.startswith('left out of the environment')
+    assert note.endswith(f': {underlay}/share/one/hook.sh, {own}')
+    # what the shell has sourced is in the environment already
+    shell = {'COLCON_PREFIX_PATH': str(underlay)}
+    (note,) = described_environment(setup, shell).notes
+    assert note.endswith(f'launch: {own}')
+
+
 def test_underlay_that_is_gone_is_told(tmp_path: Path) -> None:
     write(
         tmp_path / 'setup.bash',
