@@ -12,6 +12,8 @@ colcon's and ament's prefix scripts; what is only a script is left out.
 from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import suppress
+from heapq import heappop
+from heapq import heappush
 import os
 from pathlib import Path
 
@@ -110,14 +112,25 @@ def _names(folder: Path) -> list[str]:
 
 def _ordered(packages: dict[str, set[str]]) -> Iterator[str]:
     """Return packages behind what they need, else by their names."""
-    pending = {n: needed & packages.keys() for n, needed in packages.items()}
+    pending = {
+        n: packages.keys() & needs - {n} for n, needs in packages.items()
+    }
+    users: dict[str, list[str]] = {}
+    for name, needs in pending.items():
+        for needed in needs:
+            users.setdefault(needed, []).append(name)
+    ready = sorted(name for name, needs in pending.items() if not needs)
     while pending:
         # of a circle, for which sourcing brings in nothing, any will do
-        name = min(pending, key=lambda n: (bool(pending[n] - {n}), n))
-        del pending[name]
-        for needed in pending.values():
-            needed.discard(name)
+        name = heappop(ready) if ready else min(pending)
+        if pending.pop(name, None) is None:
+            continue
         yield name
+        for user in users.get(name, ()):
+            needs = pending.get(user, set())
+            needs.discard(name)
+            if user in pending and not needs:
+                heappush(ready, user)
 
 
 def _change(change: hooks.Change, variables: dict[str, str]) -> None:

@@ -43,6 +43,18 @@ def test_packages_come_behind_what_they_need(
     assert found.variables['COLCON_PREFIX_PATH'] == str(tmp_path)
 
 
+def test_packages_that_need_one_another_are_there_once(
+    tmp_path: Path,
+) -> None:
+    write(tmp_path / '_local_setup_util_sh.py')
+    write(tmp_path / '.colcon_install_layout', 'merged')
+    for name, needs in (('a', 'b'), ('b', 'c'), ('c', 'a'), ('d', 'a:e:e')):
+        hooks = f'append-non-duplicate;P;/{name}\n'
+        package(tmp_path, name, hooks, needs)
+    found = described_environment(tmp_path / 'local_setup.bash', {})
+    assert found.variables['P'] == '/a:/c:/b:/d'
+
+
 def test_prefix_of_ament(tmp_path: Path) -> None:
     index = tmp_path / 'share/ament_index/resource_index'
     write(index / 'packages/one')
