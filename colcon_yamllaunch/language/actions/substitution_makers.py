@@ -24,7 +24,6 @@ from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
 from colcon_yamllaunch.language.evaluation.values import derived
 from colcon_yamllaunch.language.evaluation.values import known
-from colcon_yamllaunch.language.evaluation.values import RUN_HINT
 from colcon_yamllaunch.language.evaluation.values import SubstitutionError
 from colcon_yamllaunch.language.evaluation.values import unknown
 from colcon_yamllaunch.language.evaluation.values import Value
@@ -124,7 +123,12 @@ def _env(call: Call) -> Value:
 
 
 def _eval(call: Call, expression: str, modules: str = 'math') -> str | None:
-    return call.walk.compute(expression, modules)
+    value = call.walk.compute(expression, modules)
+    if value is None and call.walk.is_launch:
+        return call.walk.leave_open(
+            f'$(eval {shlex.quote(expression)})', call.position
+        )
+    return value
 
 
 def _command(call: Call, line: str, mode: str = 'fail') -> str | None:
@@ -151,8 +155,8 @@ def _run_command(
     if not walk.is_launch:
         return None
     if not walk.runs:
-        raise SubstitutionError(
-            f"the command '{line}' is not run for a plan", RUN_HINT
+        return walk.leave_open(
+            f'$(command {shlex.quote(line)})', call.position
         )
     environment = walk.scope_environment()
     program = shutil.which(words[0], path=environment.get('PATH'))

@@ -33,12 +33,14 @@ class Policy(Findings, Surroundings, ABC):
     #: Whether everything is known, as in a launch: then an error ends its
     #: action, and a value that is not known is one that was reported.
     is_launch = False
-    #: Whether `$(command …)` and `$(eval …)` do what they say. Else a launch
-    #: reports those that could do harm.
+    #: Whether `$(command …)` and `$(eval …)` do what they say. Else those that
+    #: could do harm are left open in a launch.
     runs = False
 
     def __init__(self, request: Request) -> None:
         Findings.__init__(self)
+        #: The substitutions that were left open, as they are written.
+        self.left_open: list[str] = []
         Surroundings.__init__(self, request)
 
     @abstractmethod
@@ -121,6 +123,16 @@ class Policy(Findings, Surroundings, ABC):
         if value.text is None and self.is_launch:
             raise AlreadyReportedError
         return value
+
+    def leave_open(self, written: str, position: Position) -> str:
+        """Return what stands in a plan for a value that is not made."""
+        self.warn(
+            f'{written} may do anything, and is left open in this plan',
+            position,
+            'if you trust the launch file, add --run-commands',
+        )
+        self.left_open.append(written)
+        return written
 
     @abstractmethod
     def compute(self, expression: str, modules: str) -> str | None:

@@ -19,9 +19,6 @@ MAXIMUM_KEY_LENGTH = 400
 #: The longest text that is made before a launch, in characters.
 MAXIMUM_TEXT_LENGTH = 1_000_000
 
-#: What to do where a plan does not run what a launch file says.
-RUN_HINT = 'if you trust the launch file, add --run-commands'
-
 _NO_SOURCES: frozenset[str] = frozenset()
 
 

@@ -178,11 +178,14 @@ class Plan:
     :param entries: What to do, in the order of the launch files
     :param blocks: The launch files, groups and timers, outer ones first
     :param conditions: The conditions that were evaluated, in order
+    :param left_open: The substitutions that stand in it as they are written;
+      with any, it is to be looked at, and not to be run
     """
 
     entries: tuple[Entry, ...] = ()
     blocks: tuple[Block, ...] = ()
     conditions: tuple[Condition, ...] = ()
+    left_open: tuple[str, ...] = ()
 
     def processes(self) -> Iterator[Process]:
         """Iterate over all processes, those behind timers too."""

@@ -9,6 +9,7 @@ action whose condition does not hold is passed over.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 import importlib
 import math
 import os
@@ -22,8 +23,6 @@ from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.values import expression_error
-from colcon_yamllaunch.language.evaluation.values import RUN_HINT
-from colcon_yamllaunch.language.evaluation.values import SubstitutionError
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
 from colcon_yamllaunch.language.evaluation.walk import Handler
@@ -60,7 +59,7 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
 
     :param request: The launch file, and what to evaluate it with
     :param runs: Whether `$(command …)` is run, and what `$(eval …)` says
-      whatever it is; else what needs that is an error
+      whatever it is; else the plan has what is written instead
     """
     walk = _Launch(request, HANDLERS, MAKERS)
     walk.runs = runs
@@ -76,7 +75,7 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
         tuple(f.source for f in walk.files.values() if f is not None),
         walk.packages_used,
         tuple(walk.executables),
-        walk.draft.plan(),
+        replace(walk.draft.plan(), left_open=tuple(walk.left_open)),
     )
 
 
@@ -209,24 +208,19 @@ class _Launch(Walk):
                 self.report(launch_arguments.undeclared_argument(name, hint))
 
 
-def _harmless(expression: str, modules: str) -> str:
+def _harmless(expression: str, modules: str) -> str | None:
     """
-    Compute an expression that can do no harm.
+    Compute an expression if it can do no harm.
 
-    :raises SubstitutionError: when it fails, or is none of these
+    :raises SubstitutionError: when it fails
     """
     # a launch that runs computes all, and does without this
     from colcon_yamllaunch.language.policies.expression import compute
     from colcon_yamllaunch.language.policies.expression import ExpressionError
 
+    if modules != 'math':
+        return None
     try:
-        value = compute(expression) if modules == 'math' else None
+        return compute(expression)
     except ExpressionError as e:
         raise expression_error(expression, str(e)) from e
-    if value is None:
-        raise SubstitutionError(
-            f"the expression '{expression}' is not computed for a plan, as "
-            'it may do anything',
-            RUN_HINT,
-        )
-    return value

@@ -81,8 +81,7 @@ def package_target(
     files = find_launch_files(folder)
     if not rest:
         likely = likely_ones(files)
-        listed = ''.join(f'
-  {one_line(file)}' for file in likely)
+        listed = ''.join(f'\n  {one_line(file)}' for file in likely)
         raise UserError(
             f'which launch file of {package}? It has:{listed}'
             if likely

@@ -115,6 +115,11 @@ class LaunchFlow:
         except (OSError, UnicodeDecodeError, PlanFormatError) as e:
             reason = e.strerror if isinstance(e, OSError) else e
             raise UserError(f"'{path}' has no plan: {reason}") from e
+        if plan.left_open:
+            raise UserError(
+                f"'{path}' cannot be run, as {plan.left_open[0]} was left "
+                'open in it: save it with --run-commands'
+            )
         with locked(self._log_folder):
             return self._run(plan, self._process_environment(), plan_run)
 

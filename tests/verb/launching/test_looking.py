@@ -4,6 +4,7 @@
 """Looking at a launch runs nothing of the workspace, as of a fresh clone."""
 
 from collections.abc import Callable
+import json
 from pathlib import Path
 
 from colcon_yamllaunch.workspace.environment.described_environment import (
@@ -78,7 +79,7 @@ def trap(user: User) -> Path:
         (('commands.yaml', '-s'), 0),
         (('demo.yaml', '--plan'), 0),
         (('demo.yaml', '--plan', '--why'), 0),
-        (('commands.yaml', '--plan=json'), 1),
+        (('commands.yaml', '--plan=json'), 0),
     ],
 )
 def test_looking_runs_nothing(
@@ -92,11 +93,23 @@ def test_looking_runs_nothing(
         "be 'py'" in output
     )
     assert output.count('is taken to be') == 1
-    if code:
-        assert f"the command 'touch {trap}' is not run for a plan" in output
-        assert 'is not computed for a plan, as it may do anything' in output
+    if '--plan=json' in words:
+        assert f"$(command 'touch {trap}') may do anything" in output
+        assert 'and is left open in this plan' in output
         assert 'add --run-commands' in output
-        assert output.count('error: ') == 2
+        assert output.count('warning: $(') == 2
+
+
+def test_a_plan_that_leaves_something_open_is_not_run(
+    user: User, trap: Path
+) -> None:
+    output = user.launch('one', 'commands.yaml', '--plan=json')
+    # the warnings may stand on both sides
+    start = output.index('{\n')
+    plan, _ = json.JSONDecoder().raw_decode(output[start:])
+    user.write('plan.json', json.dumps(plan))
+    output = user.launch('--from-plan', 'plan.json', code=1)
+    assert f"$(command 'touch {trap}') was left open in it" in output
 
 
 def test_completion_runs_nothing(user: User, trap: Path) -> None:
