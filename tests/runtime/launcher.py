@@ -18,8 +18,10 @@ from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.control.launch_states import About
+from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.run_plan import run_plan
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
+from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
 
 
 def entry_of(data: dict[str, Any]) -> Entry:
@@ -53,6 +55,9 @@ def main() -> int:
         **{name: data[name] for name in ('tty', 'log_limit') if name in data},
         about=About(**data['about']) if 'about' in data else None,
         attach=data.get('attach'),
+        conditions=ExitConditions(
+            map(LinePattern, data.get('until', ())), data.get('timeout')
+        ),
         presentation=Presentation(data.get('verbosity', 'normal')),
     )
 

@@ -59,6 +59,12 @@ SIGNAL_ECHO = 0.1
 SCREEN_PATIENCE = 5.0
 #: How often a guard that died is replaced in one launch.
 GUARD_RESTARTS = 3
+#: Seconds that are waited for at once; epoll counts milliseconds in an int,
+#: which is enough for 24.8 days.
+LONGEST_WAIT = 86_400.0
+#: How many searches for an expression may take too long before the launch
+#: does without.
+SLOW_SEARCHES = 10
 #: Seconds by which the time of a file may be before that of the clock.
 FILE_TIME_STEP = 1.0
 

@@ -13,7 +13,9 @@ from collections.abc import Iterable
 import time
 
 from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
+from colcon_yamllaunch.runtime.streams.line_pattern import SearchTimeError
 from colcon_yamllaunch.runtime.streams.lines import bare
 
 
@@ -46,6 +48,8 @@ class ExitConditions:
         self._clock = clock
         self._start = clock()
         self._seen: dict[str, float] = {}
+        self._slow: dict[str, int] = {}
+        self._given_up: str | None = None
         self._found_at = 0.0
         self._seconds = 0.0
         self._failed: str | None = None
@@ -73,7 +77,7 @@ class ExitConditions:
         """Return when to ask for a reason to stop, on the clock, or None."""
         if self._stopping:
             return None
-        if self._failed is not None or self._is_reached:
+        if self._failed or self._given_up or self._is_reached:
             return self._start
         if self._lasts:
             assert self._duration is not None
@@ -88,6 +92,8 @@ class ExitConditions:
         self._stopping = True
         if self._failed is not None:
             return f'{self._failed} failed'
+        if self._given_up is not None:
+            return f"to search for '{self._given_up}' takes too long"
         if self._is_reached:
             return self._found()
         if self._lasts:
@@ -138,10 +144,21 @@ class ExitConditions:
     def _search(self, event: events.Output) -> None:
         lines = bare(event.data)
         for pattern in self._patterns:
-            if pattern.text in self._unseen and pattern.is_in(lines):
+            if pattern.text in self._unseen and self._is_in(pattern, lines):
                 self._unseen.remove(pattern.text)
                 self._found_at = self._clock() - self._start
                 self._seen[pattern.text] = self._found_at
+
+    def _is_in(self, pattern: LinePattern, lines: str) -> bool:
+        try:
+            return pattern.is_in(lines)
+        except SearchTimeError:
+            slow = self._slow.get(pattern.text, 0) + 1
+            self._slow[pattern.text] = slow
+            # all else waits meanwhile, Ctrl-C too
+            if slow >= limits.SLOW_SEARCHES:
+                self._given_up = pattern.text
+            return False
 
     def _take_failure(self, event: events.StartFailed | events.Exited) -> None:
         """
@@ -161,6 +178,14 @@ class ExitConditions:
         return f'all {len(self._seen)} that --until waits for were seen'
 
     def _not_seen(self, text: str) -> str:
+        return self._when_not_seen(text) + (
+            ', but not all lines could be searched to the end, as that takes '
+            'too long: use a simpler expression'
+            if text in self._slow
+            else ''
+        )
+
+    def _when_not_seen(self, text: str) -> str:
         if self._timed_out:
             return f"'{text}' was not seen in {self._timeout:g} s (--until)"
         return (

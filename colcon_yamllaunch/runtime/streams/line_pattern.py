@@ -1,10 +1,22 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Searching lines of output for a regular expression, many at once."""
+"""Searching lines of output for a regular expression, in bounded time."""
 
+import functools
 import re
+import signal
 import warnings
+
+#: Seconds of computing that one search may take. Python's engine goes back
+#: and tries again, which takes the square of a line's length with `[a-z]+x`,
+#: and for ever with `(a+)+$`.
+SEARCH_TIME = 0.2
+#: Characters of a longer line that are searched at once; those of the next
+#: piece begin in the middle. The engine heeds the time after 4096 attempts,
+#: each of which may look at a whole piece: it was measured to be a quarter of
+#: a second late with twice this.
+PIECE = 8192
 
 # What may match across a line end, or look over one, needs each line by
 # itself; all else finds in a text what it finds in one of its lines. An
@@ -16,6 +28,12 @@ _MAY_SEE_LINE_ENDS = re.compile(
     r'|[*+?}]\+'  # possessive: does not give a line end back
     r'|[\x00-\x1f\x7f]'  # a line end itself
 )
+# what a search skips anyway, at the price of the square of a line's length
+_LEADING = re.compile(r'(?:\.\*\??(?![*+?{]))+')
+
+
+class SearchTimeError(Exception):
+    """A search takes too long; nothing is known of the lines."""
 
 
 class LinePattern:
@@ -34,6 +52,10 @@ class LinePattern:
             # what a later Python may read in another way is valid today
             warnings.simplefilter('ignore')
             self._line = re.compile(text)
+            leading = _LEADING.match(text)
+            if leading is not None:
+                text = text[leading.end() :]
+                self._line = re.compile(text)
             self._whole = (
                 None
                 if _MAY_SEE_LINE_ENDS.search(text)
@@ -44,9 +66,48 @@ class LinePattern:
         r"""
         Tell whether one of some lines matches.
 
+        In a line that is longer than a piece, a match that is longer than
+        half of one may be missed. To be called in the main thread.
+
         :param lines: The lines; `\n` is their only line end
+        :raises SearchTimeError: when that takes too long
         """
         lines = lines.removesuffix('\n')
-        if self._whole is not None:
+        _heed_timer()
+        try:
+            # for our own work, so that a busy machine makes no difference
+            signal.setitimer(signal.ITIMER_VIRTUAL, SEARCH_TIME)
+            return self._search(lines)
+        finally:
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+
+    def _search(self, lines: str) -> bool:
+        if self._whole is not None and (
+            len(lines) <= PIECE or max(map(len, lines.split('\n'))) <= PIECE
+        ):
             return self._whole.search(lines) is not None
-        return any(map(self._line.search, lines.split('\n')))
+        return any(map(self._is_in_line, lines.split('\n')))
+
+    def _is_in_line(self, line: str) -> bool:
+        if len(line) <= PIECE:
+            return self._line.search(line) is not None
+        for start in range(0, len(line) - PIECE // 2, PIECE // 2):
+            found = self._line.search(line, start, start + PIECE)
+            # the end of a piece is not that of the line
+            while found is not None:
+                if self._line.match(line, found.start()):
+                    return True
+                found = self._line.search(
+                    line, found.start() + 1, start + PIECE
+                )
+        return False
+
+
+@functools.cache
+def _heed_timer() -> None:
+    """Have a search end with the timer, from now on."""
+    signal.signal(signal.SIGVTALRM, _over)
+
+
+def _over(_number: int, _frame: object) -> None:
+    raise SearchTimeError

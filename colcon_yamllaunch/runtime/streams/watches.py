@@ -6,6 +6,8 @@
 from collections.abc import Callable
 import select
 
+from colcon_yamllaunch.runtime.core import limits
+
 #: Is called with what a descriptor is ready for, as :mod:`select` names it.
 Handler = Callable[[int], None]
 
@@ -53,8 +55,11 @@ class Watches:
 
         Return whether there is any.
 
-        :param seconds: How long to wait for one; None is for ever
+        :param seconds: How long to wait for one, but for a day at most; None
+          is for ever
         """
+        if seconds is not None:
+            seconds = min(seconds, limits.LONGEST_WAIT)
         ready = self._poll.poll(seconds)
         for descriptor, mask in ready:
             handler = self._handlers.get(descriptor)

@@ -5,6 +5,7 @@
 
 import signal
 
+from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.events import Output
 from colcon_yamllaunch.runtime.core.events import ShuttingDown
@@ -197,3 +198,24 @@ def test_verdicts_say_when(says):
     assert (one.name, one.seconds, one.failure) == ('--until one', 1.5, None)
     assert (two.name, two.seconds) == ('--until two', 6.0)
     assert two.failure is not None
+
+
+@pytest.mark.hostile
+def test_an_expression_that_takes_too_long_is_given_up(says, monkeypatch):
+    monkeypatch.setattr(limits, 'SLOW_SEARCHES', 2)
+    replay = Replay('(a+)+$', 'one')
+    slow = says('a' * 40 + 'b\n')
+    assert replay.hears(slow) is None
+    assert replay.hears(says('one\n')) is None
+    assert replay.hears(slow) == "to search for '(a+)+$' takes too long"
+    (failure,) = replay.ends()
+    assert "'(a+)+$' was not seen" in failure
+    assert 'use a simpler expression' in failure
+
+
+@pytest.mark.hostile
+def test_a_line_that_takes_too_long_is_passed_over(says):
+    replay = Replay('[a-z]+ready')
+    assert replay.hears(says('x' * 300_000 + '\n')) is None
+    assert replay.hears(says('already\n')) == "'[a-z]+ready' was seen"
+    assert replay.ends() == ()

@@ -4,8 +4,11 @@
 """An expression finds in many lines what it finds in one of them."""
 
 import re
+import time
 
+from colcon_yamllaunch.runtime.streams import line_pattern
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
+from colcon_yamllaunch.runtime.streams.line_pattern import SearchTimeError
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -38,6 +41,7 @@ PIECES = st.sampled_from(
         '(?<=a)',
         '(?<!a)',
         '.*',
+        '.*?',
         '[!-~]',
         'é',
     ]
@@ -82,3 +86,51 @@ def test_a_match_does_not_reach_over_a_line_end():
 def test_no_expression_is_refused():
     with pytest.raises(re.error):
         LinePattern('a(')
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize('text', ['.*ready', '.*?ready$', '.*.*(r|t)eady'])
+def test_a_long_line_is_searched_at_once(text):
+    pattern = LinePattern(text)
+    line = 'x' * 300_000
+    assert not pattern.is_in(line)
+    assert pattern.is_in(f'{line}ready')
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize(
+    ('text', 'lines'),
+    [
+        ('(a+)+$', 'a' * 40 + 'b'),
+        ('[a-z]+ready', 'x' * 300_000),
+        ('(x*)(x*)ready', 'x' * 16_000_000),
+        ('(?:x|y)*?ready', 'x' * 8000 + '\n' + 'x' * 300_000),
+    ],
+)
+def test_a_search_ends_in_its_time(text, lines):
+    pattern = LinePattern(text)
+    before = time.process_time()
+    with pytest.raises(SearchTimeError):
+        pattern.is_in(lines)
+    assert time.process_time() - before < 20 * line_pattern.SEARCH_TIME
+
+
+@pytest.mark.parametrize(
+    ('text', 'line', 'expected'),
+    [
+        ('^b', 'a{}b', False),
+        ('a$', 'a{}b', False),
+        ('^ab', 'ab{}', True),
+        ('b$', 'a{}b', True),
+        (r'a\s*\Z', 'a{}b', False),
+        (r'(?<=a) ', 'b{}a b', True),
+        (r' (?!a)b', 'a{} a b', True),
+        (r' (?!a)b', 'a{} ab', False),
+        ('a *b', 'b{}a b', True),
+    ],
+)
+def test_a_long_line_is_searched_as_a_whole(text, line, expected):
+    pattern = LinePattern(text)
+    for size in range(-3, 4):
+        gap = ' ' * (2 * line_pattern.PIECE + size)
+        assert pattern.is_in(line.format(gap)) == expected
