@@ -9,6 +9,7 @@ from pathlib import Path
 import sys
 from typing import Any
 
+from colcon_yamllaunch.common import temporary_folders
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
@@ -17,6 +18,7 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.control import socket_folder
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.run_plan import run_plan
@@ -45,6 +47,9 @@ def entry_of(data: dict[str, Any]) -> Entry:
 
 def main() -> int:
     """Run the plan, and return the exit code."""
+    # sockets and parameter files are where TMPDIR says, and nowhere else
+    socket_folder.USER_FOLDERS = '/does/not/exist'
+    temporary_folders.SHARED_FOLDERS = ()
     data = json.loads(Path(sys.argv[1]).read_text(encoding='utf-8'))
     log_folder = data.get('log_folder')
     return run_plan(

@@ -3,6 +3,7 @@
 
 """Running launches, as other terminals see them."""
 
+from collections.abc import Callable
 from collections.abc import Mapping
 import os
 import select
@@ -134,15 +135,17 @@ class RunningLaunch:
             wait_for_exit(pid)
 
 
-def running_launches(environment: Mapping[str, str]) -> list[RunningLaunch]:
+def running_launches(
+    environment: Mapping[str, str], warn: Callable[[str], None]
+) -> list[RunningLaunch]:
     """
     Return all running launches of the user.
 
     What a launch left that was killed is removed.
 
-    :raises FolderError: when others may enter the folder for the sockets
+    :param warn: Is told of a folder that others may enter
     """
-    return [RunningLaunch(c) for c in connections(environment)]
+    return [RunningLaunch(c) for c in connections(environment, warn)]
 
 
 def wait_for_exit(pid: int) -> None:

@@ -37,15 +37,16 @@ def serve(
     """
     try:
         address = Address(environment)
-    except (OSError, FolderError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
+    except FolderError as error:
         engine.tell(
             Warned(
-                f'other terminals cannot see this launch: {reason}; '
+                f'other terminals cannot see this launch: {error}; '
                 '`colcon launch --status` will not list it'
             )
         )
         return
+    for trouble in address.troubles:
+        engine.tell(Warned(f'{trouble}; the socket is in {address.path}'))
     guard.socket(address.path)
     engine.listen(service.handle)
     stack.callback(Server(address, engine.watches, service).close)

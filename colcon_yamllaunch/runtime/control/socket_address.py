@@ -3,6 +3,7 @@
 
 """Making the socket of a launch, and finding those of others."""
 
+from collections.abc import Callable
 from collections.abc import Mapping
 from contextlib import suppress
 import os
@@ -11,6 +12,7 @@ import socket
 import stat
 import struct
 
+from colcon_yamllaunch.runtime.control.socket_folder import FolderError
 from colcon_yamllaunch.runtime.control.socket_folder import folders
 from colcon_yamllaunch.runtime.control.socket_folder import inside
 from colcon_yamllaunch.runtime.control.socket_folder import open_folder
@@ -24,18 +26,30 @@ _CREDENTIALS = struct.Struct('3i')
 
 class Address:
     """
-    The socket that the launch listens on.
+    The socket that the launch listens on, in the first usable folder.
 
-    :raises OSError: when there can be none
-    :raises FolderError: when the folder for it is not the user's alone
+    :raises FolderError: when there is none
     """
 
     def __init__(self, environment: Mapping[str, str]) -> None:
-        folder = folders(environment)[0]
-        self._folder = open_folder(folder, make=True)
+        #: What was wrong with the folders that come before, one a line.
+        self.troubles: list[str] = []
         self._name = f'{os.getpid()}{SUFFIX}'
-        #: Its path.
-        self.path = folder / self._name
+        for folder in folders(environment):
+            try:
+                self._open(folder)
+            except FolderError as error:
+                self.troubles.append(str(error))
+            except OSError as error:
+                self.troubles.append(f'{folder}: {error.strerror}')
+            else:
+                #: Its path.
+                self.path = folder / self._name
+                return
+        raise FolderError('; '.join(self.troubles))
+
+    def _open(self, folder: Path) -> None:
+        self._folder = open_folder(folder, make=True)
         self.socket = socket.socket(
             socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_NONBLOCK
         )
@@ -72,19 +86,25 @@ class Address:
         )
 
 
-def connections(environment: Mapping[str, str]) -> list[socket.socket]:
+def connections(
+    environment: Mapping[str, str], warn: Callable[[str], None]
+) -> list[socket.socket]:
     """
     Connect to all running launches of the user, the oldest process id first.
 
     What a launch left that was killed is removed.
 
-    :raises FolderError: when others may enter the folder for the sockets
+    :param warn: Is told of a folder that others may enter, and that is not
+      used for this reason
     """
     found = []
     for folder in folders(environment):
         try:
             descriptor = open_folder(folder, make=False)
         except FileNotFoundError:
+            continue
+        except FolderError as error:
+            warn(str(error))
             continue
         try:
             for name in sorted(os.listdir(descriptor), key=_number):

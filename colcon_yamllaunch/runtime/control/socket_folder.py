@@ -2,14 +2,19 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The private folder with the sockets of a user's running launches.
+The private folders with the sockets of a user's running launches.
 
-It is `colcon-launch` in `XDG_RUNTIME_DIR` (XDG Base Directory Specification)
-where that is a folder of the user's own that nobody else may write to, else
-`colcon-launch-UID` where temporary files go. A folder that others made or may
-enter is not used. Everything in it is reached through its descriptor, so it
-cannot be exchanged between a check and its use, and the path of a socket is
-never too long.
+The first usable one has the socket of a launch, and all are looked at for
+those of others, as another terminal may have other variables:
+
+- `colcon-launch` in `XDG_RUNTIME_DIR` (XDG Base Directory Specification)
+  where that is a folder of the user's own that nobody else may write to; else
+  in the folder that it stands for, `/run/user/UID` (pam_systemd), likewise;
+- `colcon-launch-UID` in each folder for temporary files.
+
+A folder that others made or may enter is not used. Everything in it is
+reached through its descriptor, so it cannot be exchanged between a check and
+its use, and the path of a socket is never too long.
 """
 
 from collections.abc import Mapping
@@ -17,10 +22,14 @@ from contextlib import suppress
 import os
 from pathlib import Path
 import stat
-import tempfile
+
+from colcon_yamllaunch.common.temporary_folders import temporary_folders
 
 #: The ending of a socket's name; before it stands the launcher's process id.
 SUFFIX = '.sock'
+
+#: Where the system makes a folder for each user who is logged in.
+USER_FOLDERS = '/run/user'
 
 _NAME = 'colcon-launch'
 _FLAGS = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
@@ -32,16 +41,20 @@ class FolderError(Exception):
 
 def folders(environment: Mapping[str, str]) -> tuple[Path, ...]:
     """
-    Return the folders where sockets may be, the one to be used first.
+    Return the folders where sockets may be, the one to be tried first.
 
-    The second terminal may have `XDG_RUNTIME_DIR` where the first did not.
+    Who gives both variables, and a runtime folder that is not the system's,
+    wants to be apart from the other launches of the user.
     """
-    found = []
+    usual = f'{USER_FOLDERS}/{os.getuid()}'
     runtime = environment.get('XDG_RUNTIME_DIR', '')
-    if os.path.isabs(runtime) and _is_own(runtime):
-        found.append(Path(runtime) / _NAME)
-    temporary = environment.get('TMPDIR') or tempfile.gettempdir()
-    found.append(Path(temporary) / f'{_NAME}-{os.getuid()}')
+    if not os.path.isabs(runtime) or not _is_own(runtime):
+        runtime = usual
+    found = [Path(runtime) / _NAME] if _is_own(runtime) else []
+    places = temporary_folders(environment)
+    if runtime != usual and environment.get('TMPDIR'):
+        places = places[:1]
+    found += [folder / f'{_NAME}-{os.getuid()}' for folder in places]
     return tuple(found)
 
 

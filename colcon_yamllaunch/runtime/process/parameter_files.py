@@ -4,13 +4,17 @@
 """The files that stand for parameters on command lines."""
 
 from collections.abc import Callable
+import os
 from pathlib import Path
 import re
 import shutil
 import tempfile
 
+from colcon_yamllaunch.common.temporary_folders import temporary_folders
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Process
+
+_PREFIX = 'colcon_launch_'
 
 
 class ParameterFiles:
@@ -52,13 +56,32 @@ class ParameterFiles:
         key = (number, index)
         if key not in self._paths:
             name = re.sub(r'[^A-Za-z0-9_.-]', '_', label)[:100]
-            path = self._make_folder() / f'{name}-{number}-{index}.yaml'
-            path.write_text(argument.content, encoding='utf-8')
-            self._paths[key] = str(path)
+            name = f'{name}-{number}-{index}.yaml'
+            if self._folder is None:
+                self._folder = self._make_folder(name, argument.content)
+                self._made(self._folder)
+            else:
+                _write(self._folder / name, argument.content)
+            self._paths[key] = str(self._folder / name)
         return self._paths[key]
 
-    def _make_folder(self) -> Path:
-        if self._folder is None:
-            self._folder = Path(tempfile.mkdtemp(prefix='colcon_launch_'))
-            self._made(self._folder)
-        return self._folder
+    def _make_folder(self, name: str, content: str) -> Path:
+        """Make the folder, with a first file, where there is room for it."""
+        problem: OSError | None = None
+        for place in temporary_folders(os.environ):
+            folder = None
+            try:
+                folder = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=place))
+                _write(folder / name, content)
+            except OSError as error:
+                problem = problem or error
+                if folder is not None:
+                    shutil.rmtree(folder, ignore_errors=True)
+            else:
+                return folder
+        assert problem is not None
+        raise problem
+
+
+def _write(path: Path, content: str) -> None:
+    path.write_text(content, encoding='utf-8')

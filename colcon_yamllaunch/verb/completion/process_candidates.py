@@ -70,7 +70,7 @@ def launches(environment: Mapping[str, str]) -> Candidates:
 
 def _running(environment: Mapping[str, str]) -> list[LaunchState]:
     states = []
-    for launch in running_launches(environment):
+    for launch in running_launches(environment, lambda _: None):
         launch.connection.settimeout(PATIENCE)
         with suppress(ControlError):
             states.append(launch.status())

@@ -20,7 +20,6 @@ from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.process_names import matches_process
 from colcon_yamllaunch.runtime.control.process_names import names_of
-from colcon_yamllaunch.runtime.control.socket_folder import FolderError
 from colcon_yamllaunch.verb.cli.messages import say
 
 
@@ -46,13 +45,9 @@ def find_launches(
     :param selector: A package, launch file, title or process id, or None
     :raises UserError: when there is none
     """
-    try:
-        launches = running_launches(environment)
-    except FolderError as e:
-        raise UserError(str(e)) from e
     candidates = []
     silent = 0
-    for launch in launches:
+    for launch in running_launches(environment, _warn):
         try:
             candidates.append(Candidate(launch, launch.status()))
         except LaunchEndedError:
@@ -60,7 +55,7 @@ def find_launches(
             continue
         except ControlError as e:
             # others can be looked at all the same
-            say(f'colcon launch: warning: {e}')
+            _warn(str(e))
             silent += 1
     if not candidates:
         nothing = 'no launch answers' if silent else 'no launch is running'
@@ -159,3 +154,7 @@ def _unknown(state: LaunchState, name: str) -> str:
     labels = listing(p.label for p in state.processes)
     hint = did_you_mean(name, known) or f'there is {labels or "none"}'
     return f"{state.title} has no process '{name}': {hint}"
+
+
+def _warn(text: str) -> None:
+    say(f'colcon launch: warning: {text}')

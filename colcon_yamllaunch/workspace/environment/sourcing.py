@@ -13,8 +13,7 @@ import select
 import shutil
 import signal
 import subprocess
-import tempfile
-from typing import IO
+import time
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.frozen import dataclass
@@ -24,6 +23,11 @@ from colcon_yamllaunch.common.frozen import dataclass
 SOURCE_TIMEOUT = 120.0
 #: How much of a script's output is shown when something went wrong (lines).
 SHOWN_LINES = 12
+
+#: How much a setup script may print (bytes), and how often that is looked at
+#: (seconds).
+MAXIMUM_OUTPUT = 64_000_000
+LOOK_INTERVAL = 0.05
 
 #: Variables by which bash starts in another way than a fresh one would. The
 #: options matter: colcon's scripts fail under `set -u`.
@@ -40,6 +44,10 @@ code=$?
 [ "$code" = 0 ] || exit "$code"
 exec "$env" -0 >&"$result"
 """
+
+
+class _EndlessOutputError(Exception):
+    """A script prints more than anybody reads."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,12 +81,14 @@ def source(
     bash, env = programs(environment)
     if not setup.is_file():
         raise WorkspaceError(_no_setup(setup))
-    with tempfile.TemporaryFile() as result, tempfile.TemporaryFile() as log:
+    # in memory, so that neither a full disk nor other users matter
+    result, log = os.memfd_create('result'), os.memfd_create('log')
+    try:
         returncode = _run(
             [
                 bash,
                 *('--noprofile', '--norc', '-c', SCRIPT, 'colcon launch'),
-                *(str(setup), env, str(result.fileno())),
+                *(str(setup), env, str(result)),
             ],
             {k: v for k, v in environment.items() if k not in _BASH_VARIABLES},
             result,
@@ -86,6 +96,14 @@ def source(
             timeout,
         )
         output, messages = _content(result), os.fsdecode(_content(log))
+    except _EndlessOutputError:
+        raise WorkspaceError(
+            f'the setup script {setup} writes more than '
+            f'{MAXIMUM_OUTPUT // 1_000_000} MB'
+        ) from None
+    finally:
+        os.close(result)
+        os.close(log)
     if returncode is None:
         reason = f'did not end within {timeout:g} s'
     elif returncode:
@@ -139,8 +157,8 @@ def _no_setup(setup: Path) -> str:
 def _run(
     command: Sequence[str],
     environment: Mapping[str, str],
-    result: IO[bytes],
-    log: IO[bytes],
+    result: int,
+    log: int,
     timeout: float,
 ) -> int | None:
     # files, not pipes: a process that a script left behind keeps a pipe open
@@ -150,11 +168,11 @@ def _run(
         stdin=subprocess.DEVNULL,
         stdout=log,
         stderr=log,
-        pass_fds=(result.fileno(),),
+        pass_fds=(result,),
         start_new_session=True,
     ) as process:
         try:
-            return _wait(process, timeout)
+            return _wait(process, timeout, log)
         except subprocess.TimeoutExpired:
             return None
         finally:
@@ -163,23 +181,26 @@ def _run(
                     os.killpg(process.pid, signal.SIGKILL)
 
 
-def _wait(process: subprocess.Popen[bytes], timeout: float) -> int:
+def _wait(process: subprocess.Popen[bytes], timeout: float, log: int) -> int:
     # Popen.wait() with a time-out looks only now and then
     with suppress(OSError, AttributeError):
         descriptor = os.pidfd_open(process.pid)
+        deadline = time.monotonic() + timeout
         try:
             poll = select.poll()
             poll.register(descriptor, select.POLLIN)
-            if not poll.poll(timeout * 1000):
-                raise subprocess.TimeoutExpired(process.args, timeout)
+            while not poll.poll(LOOK_INTERVAL * 1000):
+                if os.fstat(log).st_size > MAXIMUM_OUTPUT:
+                    raise _EndlessOutputError
+                if time.monotonic() > deadline:
+                    raise subprocess.TimeoutExpired(process.args, timeout)
         finally:
             os.close(descriptor)
     return process.wait(timeout)
 
 
-def _content(file: IO[bytes]) -> bytes:
-    file.seek(0)
-    return file.read()
+def _content(file: int) -> bytes:
+    return os.pread(file, os.fstat(file).st_size, 0)
 
 
 def _variables(output: bytes, before: Mapping[str, str]) -> Mapping[str, str]:

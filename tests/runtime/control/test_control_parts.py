@@ -7,10 +7,13 @@ from contextlib import suppress
 from dataclasses import asdict
 import os
 from pathlib import Path
+import shutil
 import socket
 import subprocess
 
+from colcon_yamllaunch.common import temporary_folders
 from colcon_yamllaunch.runtime.control import protocol
+from colcon_yamllaunch.runtime.control import socket_folder
 from colcon_yamllaunch.runtime.control.launch_states import from_json
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
@@ -39,6 +42,65 @@ def test_the_runtime_folder_comes_first(place, tmp_path):
     fallback = tmp_path / f'colcon-launch-{os.getuid()}'
     first = Path(place['XDG_RUNTIME_DIR']) / 'colcon-launch'
     assert folders(place) == (first, fallback)
+
+
+@pytest.mark.hostile
+def test_both_terminals_try_the_same_places(place, tmp_path, monkeypatch):
+    users = tmp_path / 'users'
+    runtime = users / str(os.getuid())
+    runtime.mkdir(parents=True, mode=0o700)
+    monkeypatch.setattr(socket_folder, 'USER_FOLDERS', str(users))
+    monkeypatch.setattr(
+        temporary_folders, 'SHARED_FOLDERS', (str(tmp_path / 'shared'),)
+    )
+    with_variables = {'XDG_RUNTIME_DIR': str(runtime), 'TMPDIR': '/far/away'}
+    for one, other in ((with_variables, {}), ({}, with_variables)):
+        address = Address(one)
+        (connection,) = connections(other, pytest.fail)
+        connection.close()
+        address.close()
+    # without a login there is no folder of the user's own
+    shutil.rmtree(runtime)
+    (tmp_path / 'shared').mkdir()
+    address = Address({})
+    (connection,) = connections({'TMPDIR': '/far/away'}, pytest.fail)
+    connection.close()
+    # who has a runtime folder of his own is apart
+    assert connections(place, pytest.fail) == []
+    address.close()
+
+
+@pytest.mark.hostile
+def test_a_socket_is_never_in_the_current_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(temporary_folders, 'SHARED_FOLDERS', ('/not/there',))
+    for folder in ('.', '', '/does/not/exist'):
+        with pytest.raises(FolderError, match='colcon-launch') as caught:
+            Address({'TMPDIR': folder, 'XDG_RUNTIME_DIR': folder})
+        assert '\n' not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize('way', ['open', 'file', 'link'])
+def test_a_bad_folder_does_not_block_the_others(place, tmp_path, way):
+    first, second = folders(place)
+    if way == 'open':
+        first.mkdir()
+        first.chmod(0o755)
+    elif way == 'file':
+        first.write_text('in the way')
+    else:
+        first.symlink_to(tmp_path)
+    address = Address(place)
+    assert address.path.parent == second
+    (trouble,) = address.troubles
+    assert str(first) in trouble
+    warned = []
+    (connection,) = connections(place, warned.append)
+    connection.close()
+    address.close()
+    assert warned == [trouble]
 
 
 @pytest.mark.parametrize('runtime', ['', 'relative', '/does/not/exist'])
@@ -103,7 +165,7 @@ def test_a_socket_in_a_folder_with_a_long_path(tmp_path):
     deep.mkdir(mode=0o700)
     place = {'XDG_RUNTIME_DIR': str(deep), 'TMPDIR': str(tmp_path)}
     address = Address(place)
-    (connection,) = connections(place)
+    (connection,) = connections(place, pytest.fail)
     connection.close()
     address.close()
 
@@ -117,12 +179,12 @@ def test_stale_sockets_are_removed_and_other_files_are_not(place):
         stale.close()
     (folder / '5.sock').write_text('a file')
     (folder / 'note').write_text('a note')
-    assert connections(place) == []
+    assert connections(place, pytest.fail) == []
     assert sorted(p.name for p in folder.iterdir()) == ['5.sock', 'note']
 
 
 def test_there_is_no_folder_yet(place):
-    assert connections(place) == []
+    assert connections(place, pytest.fail) == []
     assert list(Path(place['XDG_RUNTIME_DIR']).iterdir()) == []
 
 

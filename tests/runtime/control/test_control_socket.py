@@ -46,7 +46,7 @@ class Controlled:
 
     def connect(self):
         def one_launch():
-            return running_launches(self.place)
+            return running_launches(self.place, pytest.fail)
 
         (client,) = self.wait_until(one_launch)
         self.clients.append(client)
@@ -191,7 +191,7 @@ def test_a_shutdown_ends_the_launch(controlled, sleep):
     c.client.request('shutdown')
     c.client.wait_for_end(c.one.popen.pid)
     assert c.one.ends() == 0
-    assert running_launches(c.place) == []
+    assert running_launches(c.place, pytest.fail) == []
 
 
 def test_many_clients_are_answered(idle):
@@ -312,7 +312,7 @@ def test_a_launcher_without_a_guard_leaves_a_socket_for_the_next_look(
     c.one.sends(signal.SIGKILL)
     c.one.popen.wait()
     assert len(list(c.folder.iterdir())) == 1
-    assert running_launches(c.place) == []
+    assert running_launches(c.place, pytest.fail) == []
     assert list(c.folder.iterdir()) == []
 
 

@@ -5,8 +5,10 @@
 
 import os
 import subprocess
+import tempfile
 
 from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.workspace.environment import sourcing
 from colcon_yamllaunch.workspace.environment.environment_check import (
     missing_packages,
 )
@@ -140,3 +142,19 @@ def test_same_as_a_shell(workspace, update):
     names = ['node', 'talker', 'flow']
     install = workspace.root / 'install'
     assert missing_packages(environment, names, install, False) == {}
+
+
+@pytest.mark.hostile
+def test_no_temporary_file_is_needed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tempfile, 'tempdir', '/does/not/exist')
+    setup = script(tmp_path, 'echo noise\nexport A=1\n')
+    assert source(setup, BASE).variables == {**BASE, 'A': '1'}
+
+
+@pytest.mark.hostile
+def test_a_script_that_prints_without_end_is_ended(tmp_path, monkeypatch):
+    monkeypatch.setattr(sourcing, 'MAXIMUM_OUTPUT', 1_000_000)
+    setup = script(tmp_path, 'yes\n')
+    with pytest.raises(WorkspaceError, match='more than 1 MB'):
+        source(setup, BASE)
