@@ -10,11 +10,13 @@ import os
 from pathlib import Path
 from typing import Any
 
+from colcon_yamllaunch.common.text_files import content_of
+
 
 def read_json(path: Path) -> Any:
     """Return what a file holds, None if it is not there or damaged."""
     try:
-        return json.loads(path.read_bytes())
+        return json.loads(content_of(path))
     except (OSError, ValueError, RecursionError):
         return None
 

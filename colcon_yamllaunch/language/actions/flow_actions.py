@@ -3,7 +3,10 @@
 
 """The actions that have others inside, and those that are of the launch."""
 
+from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
+from typing import TypeVar
 
 from colcon_yamllaunch.language.actions.scope_actions import kept
 from colcon_yamllaunch.language.actions.scope_actions import set_configuration
@@ -13,12 +16,19 @@ from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import unknown
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Handler
+from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_ACTIONS
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
-import yaml
+from colcon_yamllaunch.language.syntax.yaml_values import load_yaml
+from colcon_yamllaunch.language.syntax.yaml_values import UnusableYamlError
 
+_T = TypeVar('_T')
+
+_MANY_ROUNDS = (
+    f'a loop has no more rounds than a launch has actions: {MAXIMUM_ACTIONS}'
+)
 _LEVELS = {
     'DEBUG': 'DEBUG',
     'INFO': 'INFO',
@@ -67,9 +77,12 @@ def _timer(walk: Walk, attributes: Attributes) -> None:
 def _for(walk: Walk, attributes: Attributes) -> None:
     name = attributes.plain('name')
     count, length = attributes.whole('len'), attributes.required('len')
+    if count is not None and count > MAXIMUM_ACTIONS:
+        attributes.fail('len', _MANY_ROUNDS)
+        count = 0
     rounds = (
         {name: Value(str(index), str(index), length.sources)}
-        for index in range(count or 0)
+        for index in _counted(walk, attributes, range(count or 0))
     )
     otherwise = {name: unknown(f'$(index {name})', (name,))}
     walk.visit_rounds(attributes.children, rounds, otherwise)
@@ -79,6 +92,9 @@ def _for_each(walk: Walk, attributes: Attributes) -> None:
     text = attributes.item.texts['values']
     value = attributes.required('values')
     values = value.text or ''
+    if values.count(';') > MAXIMUM_ACTIONS:
+        attributes.fail('values', _MANY_ROUNDS)
+        values = ''
     pieces = values.split(';') if values.strip() else []
     if value.is_sure and not pieces:
         walk.warn(
@@ -90,19 +106,28 @@ def _for_each(walk: Walk, attributes: Attributes) -> None:
             name: Value(word, word, value.sources)
             for name, word in variables.items()
         }
-        for piece in pieces
+        for piece in _counted(walk, attributes, pieces)
         if (variables := _loop_variables(attributes, piece)) is not None
     )
     otherwise = {ANY_NAME: unknown(value.key, value.sources)}
     walk.visit_rounds(attributes.children, rounds, otherwise)
 
 
+def _counted(
+    walk: Walk, attributes: Attributes, rounds: Iterable[_T]
+) -> Iterator[_T]:
+    """Go through the rounds of a loop, which may have no actions."""
+    for one in rounds:
+        walk.count_action(attributes)
+        yield one
+
+
 def _loop_variables(
     attributes: Attributes, piece: str
 ) -> dict[str, str] | None:
     try:
-        loaded = yaml.safe_load(piece)
-    except (yaml.YAMLError, ValueError, RecursionError):
+        loaded = load_yaml(piece)
+    except UnusableYamlError:
         loaded = None
     if not isinstance(loaded, dict):
         attributes.fail(

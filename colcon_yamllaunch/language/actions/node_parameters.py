@@ -16,6 +16,8 @@ from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.source_text import read_source
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+from colcon_yamllaunch.language.syntax.yaml_values import load_yaml
+from colcon_yamllaunch.language.syntax.yaml_values import UnusableYamlError
 from colcon_yamllaunch.language.tree.launch_tree import ParameterValue
 from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.parameter import coerce
@@ -27,7 +29,6 @@ from colcon_yamllaunch.language.vocabulary.parameter import ParameterContent
 from colcon_yamllaunch.language.vocabulary.parameter import ParameterTypeError
 from colcon_yamllaunch.language.vocabulary.parameter import ScalarValue
 from colcon_yamllaunch.language.vocabulary.parameter import type_name
-import yaml
 
 _LIST = 'list_of_'
 
@@ -238,10 +239,10 @@ def _substituted(walk: Walk, path: str, origin: Text) -> str | None:
     if content is None:
         return None
     try:
-        loaded = yaml.safe_load(content)
-    except (yaml.YAMLError, ValueError, RecursionError) as e:
+        loaded = load_yaml(content)
+    except UnusableYamlError as e:
         loaded = None
-        reason = str(e).split('\n', 1)[0]
+        reason = str(e)
     else:
         reason = 'it has no mapping of nodes to parameters'
     if not isinstance(loaded, dict):

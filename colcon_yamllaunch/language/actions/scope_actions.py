@@ -15,7 +15,6 @@ from colcon_yamllaunch.language.actions.node_parameters import similar_file
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
-from colcon_yamllaunch.language.evaluation.values import joined
 from colcon_yamllaunch.language.evaluation.values import known
 from colcon_yamllaunch.language.evaluation.values import unknown
 from colcon_yamllaunch.language.evaluation.values import UNSET
@@ -162,7 +161,10 @@ def _append_env(walk: Walk, attributes: Attributes) -> None:
         value = unknown(f'$(env {name})')
     elif before is not None:
         values = [before, known(separator), value]
-        value = joined(values[::-1] if is_prepended else values)
+        value = walk.join(
+            values[::-1] if is_prepended else values,
+            lambda: attributes.position,
+        )
     _set_variable(walk, attributes, name, value)
 
 

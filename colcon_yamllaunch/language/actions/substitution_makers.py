@@ -16,11 +16,13 @@ import os
 from pathlib import Path
 import platform
 import random
+import select
 import shlex
 import shutil
 import subprocess
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
 from colcon_yamllaunch.language.evaluation.values import derived
 from colcon_yamllaunch.language.evaluation.values import known
@@ -31,10 +33,15 @@ from colcon_yamllaunch.language.evaluation.walk import Call
 from colcon_yamllaunch.language.evaluation.walk import Maker
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 
+#: The largest file that `$(file-content …)` reads, and the most that a
+#: command may write (bytes).
+MAXIMUM_CONTENT = 16 * 1024 * 1024
 #: How many characters of a command's error output a message shows.
 MAXIMUM_STDERR = 2000
 #: The ways of `$(command …)` with output on stderr, as ROS 2 names them.
 STDERR_MODES = ('fail', 'ignore', 'warn', 'capture')
+
+_CHUNK = 64 * 1024
 
 # returns None for what only a launch can know
 TextMaker = Callable[..., str | None]
@@ -50,6 +57,8 @@ def _of_texts(make: TextMaker) -> Maker:
         if None not in texts:
             try:
                 text = make(call, *texts)
+                if text is not None:
+                    call.walk.spend(len(text), lambda: call.position)
             except SubstitutionError as e:
                 call.fail(
                     e.message,
@@ -161,7 +170,7 @@ def _run_command(
     environment = walk.scope_environment()
     program = shutil.which(words[0], path=environment.get('PATH'))
     try:
-        result = subprocess.run(
+        with subprocess.Popen(
             words,
             executable=program or words[0],
             stdin=subprocess.DEVNULL,
@@ -169,19 +178,26 @@ def _run_command(
             stderr=subprocess.STDOUT if mode == 'capture' else subprocess.PIPE,
             env=environment,
             cwd=walk.cwd,
-            check=False,
-        )
+        ) as process:
+            try:
+                output, errors = _output(process)
+            except BaseException:
+                process.kill()
+                raise
     except (OSError, ValueError) as e:
         raise SubstitutionError(
             f"the command '{line}' cannot be run: {e}",
             may_pass_after_build=True,
         ) from e
-    stderr = (result.stderr or b'').decode(errors='replace').strip()
-    stderr = stderr[:MAXIMUM_STDERR]
-    if result.returncode != 0:
+    stderr = errors.decode(errors='replace').strip()[:MAXIMUM_STDERR]
+    if len(output) > MAXIMUM_CONTENT:
+        raise SubstitutionError(
+            f"the command '{line}' writes more than {MAXIMUM_CONTENT} bytes"
+        )
+    if process.returncode != 0:
         raise SubstitutionError(
             f"the command '{line}' failed with exit code "
-            f'{result.returncode}' + (f': {stderr}' if stderr else ''),
+            f'{process.returncode}' + (f': {stderr}' if stderr else ''),
             may_pass_after_build=True,
         )
     if stderr and mode == 'warn':
@@ -192,7 +208,36 @@ def _run_command(
             f"add 'ignore', 'warn' or 'capture': $(command '{line}' ignore)",
             may_pass_after_build=True,
         )
-    return result.stdout.decode(errors='replace')
+    return output.decode(errors='replace')
+
+
+def _output(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
+    """
+    Return what a command writes, and the start of its errors.
+
+    It is ended once it has written more than anybody reads.
+    """
+    assert process.stdout is not None
+    output, errors = bytearray(), bytearray()
+    poll = select.poll()
+    into = {process.stdout.fileno(): output}
+    if process.stderr is not None:
+        into[process.stderr.fileno()] = errors
+    for descriptor in into:
+        poll.register(descriptor, select.POLLIN)
+    while into:
+        for descriptor, _ in poll.poll():
+            chunk = os.read(descriptor, _CHUNK)
+            into[descriptor] += chunk
+            if not chunk:
+                poll.unregister(descriptor)
+                del into[descriptor]
+        # of the errors only the start is shown
+        del errors[4 * MAXIMUM_STDERR :]
+        if len(output) > MAXIMUM_CONTENT:
+            process.kill()
+            break
+    return bytes(output), bytes(errors)
 
 
 def _find_exec(call: Call, name: str) -> str | None:
@@ -266,7 +311,7 @@ def _file_content(call: Call, name: str) -> str | None:
     walk = call.walk
     path = Path(walk.cwd, name)
     try:
-        return path.read_text(encoding='utf-8')
+        text = content_of(path, MAXIMUM_CONTENT).decode('utf-8')
     except (OSError, ValueError) as e:
         may_appear = walk.packages.may_appear(str(path))
         if may_appear and not walk.is_launch:
@@ -275,6 +320,8 @@ def _file_content(call: Call, name: str) -> str | None:
         raise SubstitutionError(
             f"cannot read '{path}': {reason}", may_pass_after_build=may_appear
         ) from e
+    # as in files that are opened as texts
+    return text.replace('\r\n', '\n').replace('\r', '\n')
 
 
 def _not(_call: Call, value: str) -> str:
@@ -366,7 +413,9 @@ def _for_variable(call: Call) -> Value:
     return call.unknown(call.all())
 
 
-def _string_join(_call: Call, delimiter: str, *parts: str) -> str:
+def _string_join(call: Call, delimiter: str, *parts: str) -> str:
+    characters = len(delimiter) * len(parts) + sum(map(len, parts))
+    call.walk.spend(characters, lambda: call.position)
     return delimiter.join(parts)
 
 

@@ -16,6 +16,8 @@ from colcon_yamllaunch.language.syntax.position import Position
 
 #: The longest key of a value, in characters; a longer one is cut.
 MAXIMUM_KEY_LENGTH = 400
+#: How many characters of an expression a message shows.
+MAXIMUM_SHOWN = 500
 #: The longest text that is made before a launch, in characters.
 MAXIMUM_TEXT_LENGTH = 1_000_000
 
@@ -50,6 +52,8 @@ class SubstitutionError(Exception):
 
 def expression_error(expression: str, reason: str) -> SubstitutionError:
     """Return the error of an expression in Python that fails."""
+    if len(expression) > MAXIMUM_SHOWN:
+        expression = f'{expression[:MAXIMUM_SHOWN]}…'
     return SubstitutionError(f"the expression '{expression}' fails: {reason}")
 
 

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import contextmanager
 import os
 
@@ -35,6 +36,7 @@ from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.template import Substitution
 from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.tree.launch_tree import Entity
+from colcon_yamllaunch.language.tree.launch_tree import Item
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
 from colcon_yamllaunch.language.tree.text import Text
@@ -43,12 +45,17 @@ from colcon_yamllaunch.language.tree.text import Text
 MAXIMUM_INCLUDE_DEPTH = 40
 #: How many actions a launch may have.
 MAXIMUM_ACTIONS = 200_000
+#: How many characters a text may have, and all texts that a launch makes.
+#: A text that is twice what it was has 10^17 times as many after 59 steps.
+MAXIMUM_TEXT = 16_000_000
+MAXIMUM_TEXTS = 128_000_000
 #: The suffix of launch files in Python.
 PYTHON_SUFFIX = '.py'
 #: What is wrong when launch files include one another without end.
 DEPTH_PROBLEM = (
     f'more than {MAXIMUM_INCLUDE_DEPTH} launch files include one another'
 )
+_ITSELF = 'does a launch file include itself?'
 
 
 class EndlessError(Exception):
@@ -182,6 +189,7 @@ class Walk(Policy):
         self._broken: dict[str, LaunchError] = {}
         self._open: list[Source] = []
         self._actions = 0
+        self._characters = 0
 
     def name_place(self, call: Call, path: str) -> None:
         """Take note of a path that a launch file takes for its own."""
@@ -316,13 +324,18 @@ class Walk(Policy):
     def visit_all(self, entities: tuple[Entity, ...]) -> None:
         """Do some actions in order."""
         for entity in entities:
-            self._actions += 1
-            if self._actions > MAXIMUM_ACTIONS:
-                self.end(
-                    f'the launch has more than {MAXIMUM_ACTIONS} actions',
-                    entity.item.position,
-                )
+            self.count_action(entity.item)
             self.visit(entity)
+
+    def count_action(self, place: Item | Attributes) -> None:
+        """Take note of an action, or of a round of a loop."""
+        self._actions += 1
+        if self._actions > MAXIMUM_ACTIONS:
+            self.end(
+                f'the launch has more than {MAXIMUM_ACTIONS} actions',
+                place.position,
+                _ITSELF,
+            )
 
     def visit_round(
         self, children: tuple[Entity, ...], variables: dict[str, Value]
@@ -376,14 +389,53 @@ class Walk(Policy):
         sources = value.sources or frozenset((value.key,))
         return Guard(value.key, wanted, sources, None)
 
-    def end(self, message: str, position: Position) -> None:
+    def end(
+        self, message: str, position: Position, hint: str | None = None
+    ) -> None:
         """
         End the walk, since it would hardly ever end.
 
         :raises EndlessError: always
         """
-        self.report(endless(message, position))
+        self.report(error(message, position, hint=hint))
         raise EndlessError
+
+    def join(
+        self, pieces: Sequence[Value | str], position: Callable[[], Position]
+    ) -> Value:
+        """
+        Return values and texts one behind the other.
+
+        :param position: Gives the place that makes it
+        """
+        characters = 0
+        for piece in pieces:
+            text = piece if isinstance(piece, str) else piece.text
+            characters += 0 if text is None else len(text)
+        self.spend(characters, position)
+        return joined(pieces)
+
+    def spend(self, characters: int, position: Callable[[], Position]) -> None:
+        """
+        Take a text into account that is about to be made.
+
+        :param position: Gives the place that makes it
+        """
+        if self.is_launch:
+            # a check may come by several times
+            self._characters += characters
+        if characters > MAXIMUM_TEXT:
+            self.end(
+                f'this makes a text of more than {MAXIMUM_TEXT} characters',
+                position(),
+                'does each value have the one before it more than once?',
+            )
+        if self._characters > MAXIMUM_TEXTS:
+            self.end(
+                f'the launch makes texts of more than {MAXIMUM_TEXTS} '
+                'characters in all',
+                position(),
+            )
 
     def locate(self, attributes: Attributes) -> tuple[str, str] | None:
         """Return the path that an include goes by and the one to read."""
@@ -430,14 +482,13 @@ class Walk(Policy):
             if isinstance(part, str):
                 return Value(part, part)
             return makers[part.name](Call(self, part, position_at))
-        return joined(
-            [
-                part
-                if isinstance(part, str)
-                else makers[part.name](Call(self, part, position_at))
-                for part in parts
-            ]
-        )
+        pieces = [
+            part
+            if isinstance(part, str)
+            else makers[part.name](Call(self, part, position_at))
+            for part in parts
+        ]
+        return self.join(pieces, lambda: position_at(0))
 
 
 def _truth(text: Text, value: Value) -> bool | None:
@@ -451,7 +502,6 @@ def _truth(text: Text, value: Value) -> bool | None:
     return word in ('true', '1')
 
 
-def endless(message: str, position: Position) -> LaunchError:
-    """Return the error of a launch that would hardly ever end."""
-    hint = 'does a launch file include itself?'
-    return error(message, position, hint=hint)
+def too_deep(position: Position) -> LaunchError:
+    """Return the error of launch files that include one another for ever."""
+    return error(DEPTH_PROBLEM, position, hint=_ITSELF)

@@ -12,6 +12,7 @@ environment is an object with null for a variable that is unset.
 
 import dataclasses
 import json
+import math
 import re
 import types
 import typing
@@ -24,6 +25,10 @@ from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
+
+#: How many values and separators the JSON of a plan may have: a process takes
+#: some thirty.
+MAXIMUM_VALUES = 2_000_000
 
 #: The version of the format; it changes when a reader of the old one would
 #: misunderstand the new one.
@@ -55,8 +60,10 @@ def plan_from_json(text: str) -> Plan:
 
     :raises PlanFormatError: when it tells of none
     """
+    if sum(map(text.count, '[{,')) > MAXIMUM_VALUES:
+        raise PlanFormatError(f'it has more than {MAXIMUM_VALUES} values')
     try:
-        data = json.loads(text)
+        data = json.loads(text, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as e:
         raise PlanFormatError(f'it is not JSON: {e}') from e
     if not isinstance(data, dict) or 'version' not in data:
@@ -101,11 +108,28 @@ def _decode(hint: Any, data: Any, where: str) -> Any:
             _decode(element, item, f'{where}[{index}]')
             for index, item in enumerate(data)
         )
-    if hint is float and type(data) is int:
-        return float(data)
+    if hint is float:
+        return _decode_seconds(data, where)
     if type(data) is not hint:
         raise PlanFormatError(f'{where} is not of the type {hint.__name__}')
     return data
+
+
+def _refuse_constant(name: str) -> None:
+    # JSON has none of them (RFC 8259, 6)
+    raise ValueError(f'{name} is no number')
+
+
+def _decode_seconds(data: Any, where: str) -> float:
+    if type(data) not in (int, float):
+        raise PlanFormatError(f'{where} is not of the type float')
+    try:
+        seconds = float(data)
+    except OverflowError:
+        seconds = math.inf
+    if not 0 <= seconds < math.inf:
+        raise PlanFormatError(f'{where} is no time that can be waited for')
+    return seconds
 
 
 def _decode_object(hint: Any, data: Any, where: str) -> Any:

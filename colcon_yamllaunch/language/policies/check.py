@@ -24,10 +24,9 @@ from colcon_yamllaunch.language.evaluation.values import expression_error
 from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Call
-from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
-from colcon_yamllaunch.language.evaluation.walk import endless
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
+from colcon_yamllaunch.language.evaluation.walk import too_deep
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.policies.argument_use import ArgumentUse
 from colcon_yamllaunch.language.policies.argument_use import FileUse
@@ -207,8 +206,8 @@ class _Check(Walk):
             return False
         if self.depth >= MAXIMUM_INCLUDE_DEPTH:
             # to look at it again would only find the same
-            self._visits[path] = MAXIMUM_VISITS
-            self.report(endless(DEPTH_PROBLEM, file.position))
+            self._visits[path] = MAXIMUM_INCLUDE_DEPTH
+            self.report(too_deep(file.position))
             return False
         if conditions:
             return self._visits[path] < MAXIMUM_INCLUDE_DEPTH

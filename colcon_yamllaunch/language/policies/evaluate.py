@@ -24,11 +24,12 @@ from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.values import expression_error
 from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
+from colcon_yamllaunch.language.evaluation.walk import EndlessError
 from colcon_yamllaunch.language.evaluation.walk import Handler
 from colcon_yamllaunch.language.evaluation.walk import Maker
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
+from colcon_yamllaunch.language.evaluation.walk import too_deep
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.policies.shell_variables import shell_variables
@@ -93,6 +94,7 @@ class _Launch(Walk):
     ) -> None:
         super().__init__(request, handlers, makers)
         self._overwritten: dict[str, LaunchError] = {}
+        self._computed: dict[str, str] = {}
 
     def overwritten(self, name: str, by: Text) -> None:
         if name not in self._overwritten:
@@ -133,7 +135,8 @@ class _Launch(Walk):
     ) -> None:
         file = attributes.item.texts['file']
         if self.depth >= MAXIMUM_INCLUDE_DEPTH:
-            self.end(DEPTH_PROBLEM, file.position)
+            self.report(too_deep(file.position))
+            raise EndlessError
         if located is None:
             return
         name, path = located
@@ -172,6 +175,12 @@ class _Launch(Walk):
     def compute(self, expression: str, modules: str) -> str | None:
         if not self.runs:
             return _harmless(expression, modules)
+        # most launch files compute nothing
+        from colcon_yamllaunch.language.policies.expression import (
+            ExpressionError,
+        )
+        from colcon_yamllaunch.language.policies.expression import is_costly
+
         variables: dict[str, object] = {}
         try:
             for name in modules.split(','):
@@ -183,11 +192,28 @@ class _Launch(Walk):
                     variables.update(vars(math))
                 variables[module.__name__] = module
                 variables.setdefault(name.partition('.')[0], module)
+            if is_costly(expression):
+                return self._compute_apart(expression, variables)
             return str(eval(expression, variables))
+        except ExpressionError as e:
+            raise expression_error(expression, str(e)) from e
         except (Exception, SystemExit) as e:
             # the expression is the user's own program, and may raise anything
             reason = f'{type(e).__name__}: {e}'
             raise expression_error(expression, reason) from e
+
+    def _compute_apart(
+        self, expression: str, variables: Mapping[str, object]
+    ) -> str:
+        from colcon_yamllaunch.language.policies.expression_child import (
+            compute_in_child,
+        )
+
+        result = self._computed.get(expression)
+        if result is None:
+            result = compute_in_child(expression, variables)
+            self._computed[expression] = result
+        return result
 
     def warn_of_unknown_arguments(self, given: Mapping[str, str]) -> None:
         """Warn of arguments that no launch file declares or reads."""

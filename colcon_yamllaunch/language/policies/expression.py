@@ -9,6 +9,8 @@ import math
 
 #: The longest expression that is computed, in characters.
 MAXIMUM_LENGTH = 2000
+#: The longest one that is looked at to tell what it does (characters).
+LONGEST = 100_000
 #: How deep the parts of an expression that is computed may be nested. How
 #: much Python itself bears differs from release to release.
 MAXIMUM_DEPTH = 100
@@ -16,6 +18,17 @@ MAXIMUM_DEPTH = 100
 _FUNCTIONS: Mapping[str, object] = {
     name: getattr(math, name) for name in dir(math) if name[0] != '_'
 } | {f.__name__: f for f in (abs, bool, float, int, len, max, min, round, str)}
+#: What computes and does nothing else.
+_COMPUTING = frozenset(
+    (
+        *_FUNCTIONS,
+        *('math', 'all', 'any', 'ascii', 'bin', 'bytearray', 'bytes', 'chr'),
+        *('complex', 'dict', 'divmod', 'enumerate', 'filter', 'format'),
+        *('frozenset', 'hash', 'hex', 'isinstance', 'iter', 'list', 'map'),
+        *('next', 'oct', 'ord', 'pow', 'range', 'repr', 'reversed', 'set'),
+        *('slice', 'sorted', 'sum', 'tuple', 'type', 'zip'),
+    )
+)
 # they can take forever, or all memory
 _UNBOUNDED = frozenset(('comb', 'factorial', 'perm', 'pow', 'lcm', 'prod'))
 _METHODS = frozenset(
@@ -92,6 +105,37 @@ def compute(expression: str) -> str | None:
         raise ExpressionError(f'{type(e).__name__}: {e}') from e
 
 
+def is_costly(expression: str) -> bool:
+    """
+    Tell whether an expression only computes, but may do so for ever.
+
+    One that does more, such as importing, is a program of the user's own.
+    """
+    if len(expression) > LONGEST:
+        return True
+    try:
+        tree = ast.parse(expression.strip(), mode='eval')
+    except (SyntaxError, ValueError):
+        # which shows when it is computed
+        return False
+    except (MemoryError, RecursionError):
+        return True
+    nodes = list(ast.walk(tree))
+    bound = {
+        node.id if isinstance(node, ast.Name) else node.arg
+        for node in nodes
+        if isinstance(node, ast.arg)
+        or (isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store))
+    }
+    only_computes = all(
+        node.id in bound or node.id in _COMPUTING
+        if isinstance(node, ast.Name)
+        else not isinstance(node, ast.Attribute) or node.attr[:1] != '_'
+        for node in nodes
+    )
+    return only_computes and not _is_harmless(tree)
+
+
 def _is_too_deep(tree: ast.Expression) -> bool:
     level: list[ast.AST] = [tree]
     for _ in range(MAXIMUM_DEPTH):
@@ -119,8 +163,17 @@ def _is_known(node: ast.AST) -> bool:
     if isinstance(node, ast.Attribute):
         return node.attr in _METHODS
     if isinstance(node, ast.Call):
-        return isinstance(node.func, ast.Name | ast.Attribute)
+        return _is_bounded_call(node)
     return True
+
+
+def _is_bounded_call(node: ast.Call) -> bool:
+    if isinstance(node.func, ast.Name) and node.func.id == 'round':
+        # with -N, it computes 10 to the N
+        return not node.keywords and all(
+            isinstance(digits, ast.Constant) for digits in node.args[1:]
+        )
+    return isinstance(node.func, ast.Name | ast.Attribute)
 
 
 def _makes_text(node: ast.AST) -> bool:

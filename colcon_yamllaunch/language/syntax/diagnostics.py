@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from collections.abc import Sequence
 from dataclasses import replace
 import os
-from pathlib import Path
 from typing import Literal
 import unicodedata
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.position import Span
 
@@ -195,7 +195,7 @@ def _excerpt(position: Position, length: int) -> Sequence[str]:
 
 def _line_of(position: Position) -> str | None:
     try:
-        data = Path(position.path).read_bytes()
+        data = content_of(position.path)
     except (OSError, ValueError):
         return None
     is_utf_16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))

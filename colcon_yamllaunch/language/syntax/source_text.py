@@ -6,10 +6,11 @@
 from bisect import bisect_right
 import codecs
 from functools import lru_cache
-from pathlib import Path
+import os
 import re
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.position import Position
 
@@ -77,15 +78,14 @@ def read_source(path: str, name: str) -> Source:
     :param name: The path that the file goes by
     :raises LaunchError: when it can't be read or is not text
     """
-    file = Path(path)
     try:
-        size = file.stat().st_size
+        size = os.stat(path).st_size
         if size > MAXIMUM_FILE_SIZE:
             raise error(
                 f"launch file '{path}' has {size} bytes; the limit is "
                 f'{MAXIMUM_FILE_SIZE}'
             )
-        data = file.read_bytes()
+        data = content_of(path, MAXIMUM_FILE_SIZE)
     except (OSError, ValueError) as e:
         reason = getattr(e, 'strerror', None) or e
         raise error(f"cannot read launch file '{path}': {reason}") from e

@@ -12,7 +12,8 @@ from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.yaml_reader import construct
 from colcon_yamllaunch.language.syntax.yaml_reader import plain_kind
-import yaml
+from colcon_yamllaunch.language.syntax.yaml_values import load_yaml
+from colcon_yamllaunch.language.syntax.yaml_values import UnusableYamlError
 
 ScalarValue = str | int | float | bool
 ParameterContent = ScalarValue | tuple[ScalarValue, ...]
@@ -75,14 +76,20 @@ def infer(text: str) -> ParameterContent:
         return text
     kind = plain_kind(text)
     if kind in ('int', 'float', 'bool'):
-        value = construct(kind, text)
+        try:
+            value = construct(kind, text)
+        except ValueError as e:
+            # Python reads no number of thousands of digits
+            raise ParameterTypeError(
+                f'the value {_shown(text)} is no number: {e}'
+            ) from e
         assert value is not None
         return value
     if kind == 'str' and not _looks_like_yaml(text):
         return text
     try:
-        loaded = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError) as e:
+        loaded = load_yaml(text)
+    except UnusableYamlError as e:
         raise ParameterTypeError(
             f'the value {_shown(text)} is not YAML'
         ) from e

@@ -243,6 +243,8 @@ def _interpreter(program: str) -> str | None:
 def _first_bytes(program: str) -> bytes:
     """Return what Linux reads to find an interpreter, or nothing."""
     try:
+        if not Path(program).is_file():
+            return b''
         with Path(program).open('rb') as file:
             return file.read(256)
     except OSError:

@@ -15,6 +15,7 @@ import sys
 from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan_json import plan_from_json
@@ -110,7 +111,7 @@ class LaunchFlow:
         :raises UserError: when the file has no plan
         """
         try:
-            text = (self.cwd / path).read_text(encoding='utf-8')
+            text = content_of(self.cwd / path).decode('utf-8')
             plan = plan_from_json(text)
         except (OSError, UnicodeDecodeError, PlanFormatError) as e:
             reason = e.strerror if isinstance(e, OSError) else e

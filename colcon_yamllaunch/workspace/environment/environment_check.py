@@ -17,6 +17,7 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.workspace.environment import hooks
 from colcon_yamllaunch.workspace.environment import setup_templates
 from colcon_yamllaunch.workspace.environment.sourcing import Environment
@@ -94,7 +95,7 @@ def _unknown_script(install_base: Path) -> Path | None:
     for name in ('setup.bash', 'local_setup.bash', _UTIL):
         path = install_base / name
         try:
-            text = path.read_text('utf-8', errors='surrogateescape')
+            text = content_of(path).decode('utf-8', 'surrogateescape')
             if not setup_templates.is_from(setup_templates.colcon(name), text):
                 return path
         except OSError:

@@ -12,9 +12,9 @@ shell/template/prefix_util.py.em; ament_package, _local_setup_util.py).
 from dataclasses import field
 import os
 import re
-import stat
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.text_files import content_of
 
 _SET = ('set', 'set-if-unset')
 _IF_EXISTS = 'prepend-non-duplicate-if-exists'
@@ -158,9 +158,6 @@ def _check_complete(path: str) -> None:
 
 def _text(path: str) -> str:
     try:
-        if not stat.S_ISREG(os.stat(path).st_mode):
-            raise DamagedHooksError(path, 'it is no file')
-        with open(path, encoding='utf-8', errors='surrogateescape') as file:
-            return file.read()
+        return content_of(path).decode('utf-8', 'surrogateescape')
     except OSError as e:
         raise DamagedHooksError(path, e.strerror or str(e)) from e

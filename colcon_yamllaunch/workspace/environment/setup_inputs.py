@@ -15,6 +15,7 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.workspace.environment import hooks
 from colcon_yamllaunch.workspace.environment import setup_templates
 from colcon_yamllaunch.workspace.environment.sourcing import OWN_VARIABLES
@@ -89,7 +90,7 @@ class _Inputs:
 
     def _read(self, path: Path, *templates: Path | None) -> str:
         self._note(path)
-        text = path.read_text('utf-8', 'surrogateescape')
+        text = content_of(path).decode('utf-8', 'surrogateescape')
         if not any(setup_templates.is_from(t, text) for t in templates):
             raise UnknownContentError(path)
         return text

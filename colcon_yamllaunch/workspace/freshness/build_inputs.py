@@ -11,12 +11,16 @@ import re
 import struct
 import sys
 
+from colcon_yamllaunch.common.text_files import content_of
+
 #: What the compilers read; CMake's own inputs are in the other ones.
 _COMPILED = frozenset(
     ('build.make', 'depend.make', 'compiler_depend.make', 'build.ninja')
 )
 _CONFIGURED = frozenset(('Makefile', 'Makefile.cmake'))
 _NINJA_DEPENDENCIES = '.ninja_deps'
+#: Bytes; what a build of many thousand files writes down is far below.
+_LARGEST = 1 << 30
 _WRITTEN = {*_COMPILED, *_CONFIGURED, _NINJA_DEPENDENCIES}
 #: Ninja's file begins with a line and a version, then has records with their
 #: sizes; the highest bit tells those that are no paths (ninja, deps_log.h).
@@ -96,7 +100,7 @@ def _written_down(build: Path) -> Iterator[Path]:
 
 def _text(path: Path) -> str:
     try:
-        data = path.read_bytes()
+        data = content_of(path, _LARGEST)
     except OSError:
         return ''
     if path.name == _NINJA_DEPENDENCIES:

@@ -17,6 +17,7 @@ from typing import Any
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import write_json
+from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.workspace.freshness.build_context import BuildContext
 from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 
@@ -80,7 +81,7 @@ def read_record(path: Path) -> Record | None:
     :raises DamagedRecordError: when there is one that makes no sense
     """
     try:
-        data = path.read_bytes()
+        data = content_of(path)
     except OSError:
         return None
     try:

@@ -275,3 +275,30 @@ def test_a_drawing_names_launch_files_by_their_source(
         drawing = draw(evaluate(installed).plan, str(launcher.folder))
         assert '"main.yaml"' in drawing
         assert '/install' not in drawing
+def _timer(period: str) -> str:
+    entry = f'{{"type": "timer", "period": {period}, "entries": []}}'
+    return f'{{"version": 1, "entries": [{entry}]}}'
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize(
+    'text',
+    [
+        *map(_timer, ('NaN', 'Infinity', '-Infinity', '-1', '1e999')),
+        *map(_timer, ('9' * 400, '9' * 5000, 'true', '"1"')),
+        '[' * 100_000,
+        '{"version": 1, "entries": ' + '[' * 900 + ']' * 900 + '}',
+        '[' + '{},' * 2_000_000,
+    ],
+)
+def test_a_plan_that_nobody_can_run(text: str) -> None:
+    with pytest.raises(PlanFormatError) as caught:
+        plan_from_json(text)
+    assert len(str(caught.value)) < 1000
+
+
+@pytest.mark.hostile
+def test_a_plan_that_waits_for_centuries() -> None:
+    (timer,) = plan_from_json(_timer('1e300')).entries
+    assert isinstance(timer, Timer)
+    assert timer.period == 1e300
