@@ -10,6 +10,7 @@ This module is part of the guard and imports little.
 from collections.abc import Iterator
 import os
 
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 
 _ENVIRONMENT_SIZE = 1 << 22
@@ -34,6 +35,19 @@ class RunningProcess:
     ticks: int
     birth: int
     pages: int
+
+
+def need_proc() -> None:
+    """
+    See to it that there is /proc.
+
+    :raises UserError: when it is not mounted
+    """
+    if not os.path.isdir('/proc/self/fd'):
+        raise UserError(
+            '/proc is not mounted, where the processes of a launch are '
+            'found: mount -t proc proc /proc'
+        )
 
 
 def running_processes() -> Iterator[RunningProcess]:

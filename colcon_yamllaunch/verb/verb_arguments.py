@@ -3,6 +3,7 @@
 
 """What each verb does when colcon asks for its arguments."""
 
+import logging
 import os
 import sys
 from typing import Any
@@ -15,6 +16,8 @@ from colcon_yamllaunch.verb.cli.option_table import Verb
 def add_verb_arguments(parser: Any, verb: Verb) -> dict[str, str]:
     """Add the options of a verb; return the user's environment."""
     open_standard_streams()
+    # on a full disk each message to colcon's log would show a traceback
+    logging.raiseExceptions = False
     # what colcon adds to the environment is not the user's
     environment = dict(os.environ)
     add_options(parser, verb)

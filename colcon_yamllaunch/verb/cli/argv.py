@@ -11,6 +11,8 @@ front of the package. For other words see `option_scanner`.
 """
 
 from collections.abc import Sequence
+import os
+from pathlib import Path
 import sys
 from typing import Any
 
@@ -40,6 +42,7 @@ class ArgvExtension(ArgumentParserDecoratorExtensionPoint):  # type: ignore[misc
         )
 
     def decorate_argument_parser(self, *, parser: Any) -> Any:  # noqa: D102
+        _need_current_folder()
         return _Decorator(parser)
 
 
@@ -81,6 +84,29 @@ def rewritten(argv: Sequence[str] | None = None) -> list[str]:
     if program and program[0] != _SEPARATOR:
         program.insert(0, _SEPARATOR)
     return front + normalised(own, 'run') + program
+
+
+def _need_current_folder() -> None:
+    """
+    End our verbs at once where there is no current folder.
+
+    Here, as colcon shows a traceback for each of its own verbs otherwise.
+    """
+    try:
+        Path.cwd()
+    except OSError:
+        words = sys.argv[1:]
+        index = _verb_index(words)
+        verb = next(iter(words[index : index + 1]), None)
+        if verb not in ('create', 'launch', 'run'):
+            return
+        if '_ARGCOMPLETE' not in os.environ:
+            print(
+                f'colcon {verb}: error: the current folder was removed, or '
+                'may not be read: go to another one',
+                file=sys.stderr,
+            )
+        raise SystemExit(1) from None
 
 
 def words_behind(verb: str) -> list[str]:

@@ -27,6 +27,9 @@ from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 #: The variable that colcon takes the folder for logs from.
 LOG_PATH = 'COLCON_LOG_PATH'
 
+#: How much room there has to be for logs (bytes).
+LEAST_ROOM = 64 * 1024
+
 #: What the path of a launch file ends in.
 PATH_SUFFIXES = ('.yaml', '.yml', '.launch', '.xml', '.py')
 
@@ -35,7 +38,7 @@ def choose_log_base(verb: Verb) -> None:
     """Make colcon log in the workspace unless the user says where."""
     if not os.environ.get(LOG_PATH):
         folder = default_log_base(verb)
-        usable = folder is not None and _is_writable(folder)
+        usable = folder is not None and is_writable(folder)
         os.environ[LOG_PATH] = str(folder) if usable else os.devnull
 
 
@@ -121,8 +124,22 @@ def is_control(items: Iterable[Item]) -> bool:
     return '--attach' in given and given.isdisjoint(('--from-plan', None))
 
 
-def _is_writable(folder: Path) -> bool:
+def is_writable(folder: Path) -> bool:
+    """Tell whether a folder, which may have to be made, can be written to."""
     # colcon shows a traceback if it cannot make the folder
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
-    return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+    return (
+        folder.is_dir()
+        and os.access(folder, os.W_OK | os.X_OK)
+        and _has_room(folder)
+    )
+
+
+def _has_room(folder: Path) -> bool:
+    disk = os.statvfs(folder)
+    blocks = disk.f_bavail if os.getuid() else disk.f_bfree
+    # some file systems do not count blocks or files
+    return (disk.f_blocks == 0 or blocks * disk.f_frsize >= LEAST_ROOM) and (
+        disk.f_files == 0 or disk.f_favail > 0
+    )

@@ -2,7 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Ending a build by Ctrl-C, SIGTERM or SIGHUP.
+Ending a build by Ctrl-C, SIGTERM, SIGHUP or SIGQUIT.
 
 After Ctrl-C colcon waits for the jobs that run, as the terminal sends the
 signal to these, too. One that does not heed it, or that begins just then,
@@ -24,7 +24,7 @@ from colcon_yamllaunch.verb.cli.messages import INTERRUPTED
 from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
 
 #: What asks a build to end.
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 #: Seconds after the first signal until all that the build has started gets
 #: one; those that have it from the terminal end by it.
 GRACE = 0.3

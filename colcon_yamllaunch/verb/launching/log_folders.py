@@ -25,6 +25,7 @@ from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.verb.cli.environment_variables import LOG_FOLDERS
 from colcon_yamllaunch.verb.cli.log_base import default_log_base
+from colcon_yamllaunch.verb.cli.log_base import is_writable
 from colcon_yamllaunch.verb.cli.log_base import LOG_PATH
 from colcon_yamllaunch.verb.cli.messages import say
 
@@ -141,6 +142,13 @@ def log_folder_of(
     stamp = time.strftime('%Y-%m-%d_%H-%M-%S')
     folder = ros_log_folder(environment) / f'launch_{stamp}_{os.getpid()}'
     usual = default_log_base('launch')
+    if not is_writable(folder.parent):
+        places = ' and '.join(str(p) for p in (usual, folder.parent) if p)
+        say(
+            f'colcon launch: warning: {places} cannot be written to; there '
+            'are no logs'
+        )
+        return None
     if usual is not None:
         say(
             f'colcon launch: warning: the log folder {usual} cannot be '

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from colcon_yamllaunch.common.process_scan import need_proc
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import show_versions
@@ -41,9 +42,12 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
     from colcon_yamllaunch.verb.launching.plan_run import PlanRun
 
     log_folder = log_folder_of(known.log_base, environment)
-    plan_run = PlanRun(options, Path.cwd(), environment)
+    cwd = Path.cwd()
+    if not options.inspects:
+        need_proc()
+    plan_run = PlanRun(options, cwd, environment)
     with plan_run.reported():
-        flow = LaunchFlow(options, Path.cwd(), environment, log_folder)
+        flow = LaunchFlow(options, cwd, environment, log_folder)
         if options.inspects:
             # a launch that runs does without all that this imports
             from colcon_yamllaunch.verb.launching.inspect_launch import inspect

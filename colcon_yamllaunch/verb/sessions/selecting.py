@@ -10,6 +10,7 @@ from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.process_scan import need_proc
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.runtime.control.client import ControlError
@@ -45,6 +46,7 @@ def find_launches(
     :param selector: A package, launch file, title or process id, or None
     :raises UserError: when there is none
     """
+    need_proc()
     candidates = []
     silent = 0
     for launch in running_launches(environment, _warn):

@@ -116,9 +116,9 @@ def bring_up_to_date(
         if not stale:
             return Update(0, decisions, waited=lock.waited)
         fresh = len(decisions) - len(stale)
+        lock.tell(f'builds {", ".join(d.name for d in stale)}')
         for line in (*environment.notes, before_build(stale, fresh)):
             announce(line)
-        lock.tell(f'builds {", ".join(d.name for d in stale)}')
         by_name = {package.name: package for package in needed}
         result = work.build([(by_name[d.name], d.mode) for d in stale])
         for line in setup_missing(by_name[name] for name in result.failed):

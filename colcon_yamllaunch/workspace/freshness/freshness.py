@@ -24,6 +24,7 @@ from pathlib import Path
 import time
 import uuid
 
+from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import text_of
@@ -158,6 +159,7 @@ class Freshness:
         Write down that a package was built successfully.
 
         :param context: What the build depended on
+        :raises WorkspaceError: when what was written at its begin is gone
         """
         package, record = attempt.package, attempt.record
         name = package.name
@@ -167,7 +169,7 @@ class Freshness:
         build = products.build(name)
         inputs = BuildInputs(package.path, build)
         own = (package.path, products.build_base, products.install_base)
-        started = self._path(name).stat().st_mtime_ns
+        started = self._started(name)
         files = _files(record, outside=False)
         now = time.time_ns()
         installed = products.installed(name)
@@ -186,6 +188,17 @@ class Freshness:
                 context=context,
             ),
         )
+
+    def _started(self, name: str) -> int:
+        """Return when the build began, as the file system counts."""
+        try:
+            return self._path(name).stat().st_mtime_ns
+        except OSError as e:
+            # whoever removed it may have removed more
+            raise WorkspaceError(
+                f'{self._path(name)} was removed while {name} was built, so '
+                'what it was built from is not known: launch again'
+            ) from e
 
     def give_up(self, attempt: Attempt) -> None:
         """Write down that the build of a package ended without success."""

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A build ends by Ctrl-C, SIGTERM and SIGHUP, and takes all with it."""
+"""A build ends by Ctrl-C and other signals, and takes all with it."""
 
 import os
 from pathlib import Path
@@ -57,7 +57,13 @@ def _wait_for_the_end(pid: int) -> None:
 
 @pytest.mark.parametrize('verb', ['launch', 'run'])
 @pytest.mark.parametrize(
-    ('name', 'code'), [('SIGINT', 130), ('SIGTERM', 143), ('SIGHUP', 129)]
+    ('name', 'code'),
+    [
+        ('SIGINT', 130),
+        ('SIGTERM', 143),
+        ('SIGHUP', 129),
+        pytest.param('SIGQUIT', 131, marks=pytest.mark.hostile),
+    ],
 )
 def test_signals(builder: User, verb: str, name: str, code: int) -> None:
     # as `kill` or a task runner sends it: the build tools do not get it
