@@ -11,6 +11,7 @@ function here: to :data:`_TEXTS` if it makes a text of texts, else to
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from functools import partial
 import math
 import os
 from pathlib import Path
@@ -19,6 +20,7 @@ import random
 import select
 import shlex
 import shutil
+import signal
 import subprocess
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
@@ -42,6 +44,8 @@ MAXIMUM_STDERR = 2000
 STDERR_MODES = ('fail', 'ignore', 'warn', 'capture')
 
 _CHUNK = 64 * 1024
+#: What ends a launch that is being prepared.
+_ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 # returns None for what only a launch can know
 TextMaker = Callable[..., str | None]
@@ -169,6 +173,9 @@ def _run_command(
         )
     environment = walk.scope_environment()
     program = shutil.which(words[0], path=environment.get('PATH'))
+    # one that comes while the command begins would leave it behind
+    unblocked = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    unblock = partial(signal.pthread_sigmask, signal.SIG_SETMASK, unblocked)
     try:
         with subprocess.Popen(
             words,
@@ -178,8 +185,10 @@ def _run_command(
             stderr=subprocess.STDOUT if mode == 'capture' else subprocess.PIPE,
             env=environment,
             cwd=walk.cwd,
+            preexec_fn=unblock,
         ) as process:
             try:
+                unblock()
                 output, errors = _output(process)
             except BaseException:
                 process.kill()
@@ -189,6 +198,8 @@ def _run_command(
             f"the command '{line}' cannot be run: {e}",
             may_pass_after_build=True,
         ) from e
+    finally:
+        unblock()
     stderr = errors.decode(errors='replace').strip()[:MAXIMUM_STDERR]
     if len(output) > MAXIMUM_CONTENT:
         raise SubstitutionError(

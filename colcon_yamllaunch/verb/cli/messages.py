@@ -5,8 +5,11 @@
 
 from collections.abc import Callable
 from collections.abc import Iterable
+from collections.abc import Iterator
+from contextlib import contextmanager
 import logging
 import os
+import signal
 import sys
 
 import colcon_core
@@ -19,6 +22,9 @@ from colcon_yamllaunch.common.printable import printable_json
 
 #: The exit code after Ctrl-C before anything runs (128 + SIGINT).
 INTERRUPTED = 130
+
+# those that end a process that does nothing about them
+_SIGNALS = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 logger = logging.getLogger('colcon.colcon_yamllaunch')
 
@@ -60,6 +66,30 @@ def show_versions() -> int:
     return 0
 
 
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """
+    Let signals end us as an exception does, which ends what we wait for.
+
+    A command of a launch file would go on otherwise. Builds and launches
+    that run have handlers of their own.
+
+    :raises SystemExit: when one arrives
+    """
+    taken = [n for n in _SIGNALS if signal.getsignal(n) is signal.SIG_DFL]
+    for number in taken:
+        signal.signal(number, _end)
+    try:
+        yield
+    finally:
+        for number in taken:
+            signal.signal(number, signal.SIG_DFL)
+
+
+def _end(number: int, _frame: object) -> None:
+    raise SystemExit(128 + number)
+
+
 def report_errors(verb: str, action: Callable[[], int]) -> int:
     """
     Do what a verb does, and say in one message what went wrong.
@@ -67,7 +97,8 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
     Return the exit code.
     """
     try:
-        return action()
+        with _ended_by_signals():
+            return action()
     except UserError as e:
         say(f'colcon {verb}: error: {e}')
         return 1

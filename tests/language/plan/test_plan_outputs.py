@@ -275,6 +275,8 @@ def test_a_drawing_names_launch_files_by_their_source(
         drawing = draw(evaluate(installed).plan, str(launcher.folder))
         assert '"main.yaml"' in drawing
         assert '/install' not in drawing
+
+
 def _timer(period: str) -> str:
     entry = f'{{"type": "timer", "period": {period}, "entries": []}}'
     return f'{{"version": 1, "entries": [{entry}]}}'

@@ -5,9 +5,12 @@
 
 from pathlib import Path
 import re
+import signal
+import time
 
 import pytest
 from support.hostile import with_mounts
+from support.user import DEADLINE
 from support.user import User
 
 pytestmark = pytest.mark.hostile
@@ -103,3 +106,30 @@ def test_a_record_that_is_removed_during_the_build(user: User) -> None:
     lists.write_text(lists.read_text().replace(f'file(REMOVE {record})', ''))
     assert 'hello from hello' in user.launch('hello', 'hello.yaml')
     assert Path(record).is_file()
+
+
+@pytest.mark.parametrize(
+    ('name', 'code'), [('SIGINT', 130), ('SIGTERM', 143), ('SIGQUIT', 131)]
+)
+def test_a_command_that_never_ends_goes_with_the_launch(
+    user: User, name: str, code: int
+) -> None:
+    begun = user.root / 'begun'
+    script = f'echo $$ > {begun}; exec sleep 99'
+    user.write(
+        'wait.yaml',
+        f'launch:\n- log_info: {{message: $(command "sh -c \'{script}\'")}}\n',
+    )
+    started = user.start('colcon', 'launch', 'wait.yaml')
+    deadline = time.monotonic() + DEADLINE
+    while not begun.exists() or not begun.read_text():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    started.process.send_signal(signal.Signals[name])
+    assert started.end() == code, started.output
+    assert 'Traceback' not in started.output
+    # whoever adopted it has to take note of its end
+    command = Path('/proc', begun.read_text().strip())
+    while command.exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
