@@ -14,6 +14,7 @@ import time
 from typing import TextIO
 
 from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.local_attachment import LocalAttachment
@@ -40,6 +41,7 @@ from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.runtime.screen.screen import Screen
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
 from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
+from colcon_yamllaunch.runtime.streams.relay import Recorder
 from colcon_yamllaunch.runtime.streams.signals import caught
 from colcon_yamllaunch.runtime.streams.terminals import with_terminals
 
@@ -114,6 +116,7 @@ def run_plan(
         layout = layout_of(LOG_FORMAT, environment, troubles.append)
         listeners: list[events.Listener] = []
         log_files: Mapping[str, Path] = {}
+        record: Recorder = _record_nothing
         publish: Callable[[], bool] = bool
         if log_folder is not None:
             logs = Logs(
@@ -126,7 +129,7 @@ def run_plan(
             stack.callback(logs.close)
             listeners.append(logs.handle)
             log_files = logs.combined_files(processes)
-            publish = logs.flush
+            record, publish = logs.record, logs.flush
         advisor = Advisor(environment, owner_of)
         failures = Failures(log_files, advisor.advise)
         show = present(
@@ -145,6 +148,7 @@ def run_plan(
             files,
             display.writer,
             (failures.handle, *listeners, show, conditions.handle, *observers),
+            record,
             publish,
             conditions,
         )
@@ -165,6 +169,12 @@ def run_plan(
         engine.tell(ended)
         engine.finish(signals)
         return ended.exit_code
+
+
+def _record_nothing(
+    process: Process, stream: events.Stream, data: bytes
+) -> None:
+    """Keep no logs."""
 
 
 def _ended(failures: Failures, conditions: ExitConditions) -> events.Ended:

@@ -153,6 +153,19 @@ def test_what_was_written_before_we_killed_is_logged(launch, python, tmp_path):
     assert len(logged) >= int((tmp_path / 'written').read_bytes())
 
 
+@pytest.mark.hostile
+def test_what_the_launcher_read_outlives_it(launch, sh, wait_until):
+    script = "head -c 36000 /dev/zero | tr '\\0' x; sleep 99"
+    one = launch(sh('a', script), sh('b', 'echo b; sleep 99'))
+    logs = [one.log_folder / f'a/{n}.log' for n in ('stdout', 'stdout_stderr')]
+    wait_until(lambda: all(p.exists() for p in logs))
+    wait_until(lambda: all(p.stat().st_size == 36_000 for p in logs))
+    one.sends(signal.SIGKILL).popen.wait()
+    assert one.log('a/stdout.log') == b'x' * 36_000
+    assert 'xxx' not in one.screen
+    wait_until(lambda: not one.processes())
+
+
 def test_what_was_written_before_a_kill_is_logged(launch, sh):
     one = launch(sh('a', 'seq 1 9000; kill -KILL $$'))
     assert one.ends() == 1

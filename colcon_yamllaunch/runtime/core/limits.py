@@ -30,6 +30,9 @@ LOG_LIMIT = 2_000_000_000
 LOG_PARTS = 8
 #: Bytes that a log file may have before it rotates, however small the limit.
 LOG_PART = 64 * 1024
+#: Bytes by which a full log file may grow until the line that it is in ends;
+#: after that the line is torn.
+LOG_LINE = 1024 * 1024
 
 #: Characters of the widest label that others are aligned to.
 LABEL_WIDTH = 24

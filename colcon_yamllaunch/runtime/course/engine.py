@@ -40,6 +40,7 @@ from colcon_yamllaunch.runtime.streams.channels import Channel
 from colcon_yamllaunch.runtime.streams.channels import close
 from colcon_yamllaunch.runtime.streams.channels import open_channels
 from colcon_yamllaunch.runtime.streams.channels import size_of
+from colcon_yamllaunch.runtime.streams.relay import Recorder
 from colcon_yamllaunch.runtime.streams.relay import Relay
 from colcon_yamllaunch.runtime.streams.signals import received
 from colcon_yamllaunch.runtime.streams.signals import stop_ourselves
@@ -78,6 +79,7 @@ class Engine:
     :param guard: Is told of all processes
     :param writer: The screen, whose pace output keeps to
     :param listeners: Are told what happens
+    :param record: Takes all output as it is read
     :param publish: Is called once a turn, to write what has been collected,
       but not before all is started that is due, which is more urgent;
       returns whether it has more to do
@@ -91,6 +93,7 @@ class Engine:
         files: ParameterFiles,
         writer: Writer,
         listeners: Iterable[events.Listener],
+        record: Recorder,
         publish: Callable[[], bool],
         conditions: ExitConditions,
     ) -> None:
@@ -102,7 +105,7 @@ class Engine:
         self._publish = publish
         #: All that the loop waits for.
         self.watches = Watches()
-        self._relay = Relay(self.watches, writer.accepts, self.tell)
+        self._relay = Relay(self.watches, writer.accepts, record, self.tell)
         #: The keyboards of processes.
         self.terminals = Terminals(self.watches, self._relay)
         self._listeners = [*listeners, self.terminals.handle]

@@ -5,8 +5,9 @@
 The log files of a launch.
 
 `LABEL/stdout.log`, `LABEL/stderr.log` and `LABEL/stdout_stderr.log` hold what
-a process wrote, byte by byte; `launch.log` has the lines of all of them, and
-the launcher's own, with the time in seconds since the epoch and the label.
+a process wrote, byte by byte, as soon as it is read; `launch.log` has the
+lines of all of them, and the launcher's own, with the time in seconds since
+the epoch and the label.
 
 `events.jsonl` has one JSON object a line; docs/logs.md describes them all.
 """
@@ -15,6 +16,7 @@ from collections import deque
 from collections.abc import Callable
 from collections.abc import Iterable
 import json
+import os
 from pathlib import Path
 import time
 
@@ -24,6 +26,7 @@ from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.output_modes import IN_COMMON_LOG
 from colcon_yamllaunch.runtime.core.output_modes import IN_OWN_LOG
+from colcon_yamllaunch.runtime.record.log_files import lock_folder
 from colcon_yamllaunch.runtime.record.log_files import LogFile
 from colcon_yamllaunch.runtime.record.log_files import Quota
 from colcon_yamllaunch.runtime.screen.line_formats import Layout
@@ -71,16 +74,48 @@ class Logs:
         self._now = now
         self._files: dict[str, tuple[LogFile | None, ...]] = {}
         self._unopened: deque[Process] = deque()
+        # beginnings of lines for the files with both streams: those that came
+        # in this turn, and those of the turn before
+        self._begun: dict[tuple[str, events.Stream], bytes] = {}
+        self._waiting: dict[tuple[str, events.Stream], bytes] = {}
         self._common_pending: list[bytes] = []
         self._pending_size = 0
         self._event_pending: list[bytes] = []
         self._common = self._open(COMMON_LOG)
         self._events = self._open(EVENT_LOG)
+        self._lock = lock_folder(folder)
+
+    def record(
+        self, process: Process, stream: events.Stream, data: bytes
+    ) -> None:
+        """
+        Write what a process wrote to its own logs at once.
+
+        Only in the file with both streams, the beginning of a line waits for
+        the next turn, so that the lines of the two are not mixed unless one
+        of them stops in the middle.
+        """
+        if process.output not in IN_OWN_LOG:
+            return
+        self._open_own(process)
+        stdout, stderr, combined = self._files[process.label]
+        self._write(stdout if stream == 'stdout' else stderr, data)
+        key = process.label, stream
+        begun = self._begun.pop(key, None) or self._waiting.pop(key, b'')
+        end = data.rfind(b'\n') + 1
+        if len(begun) + len(data) - end > limits.READ_SIZE:
+            end = len(data)
+        if not end:
+            self._begun[key] = begun + data
+            return
+        if end < len(data):
+            self._begun[key] = data[end:]
+        self._write(combined, b''.join((begun, memoryview(data)[:end])))
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
         if isinstance(event, events.Output):
-            self._record_output(event)
+            self._record_lines(event)
             return
         if isinstance(event, events.Started):
             self._unopened.append(event.process)
@@ -96,16 +131,16 @@ class Logs:
         """
         Write what has been collected, and open files of quiet processes.
 
-        Return whether there are more to open with the next call.
+        Return whether there is more to do with the next call.
         """
         for _ in range(min(limits.OPENED_PER_TURN, len(self._unopened))):
             self._open_own(self._unopened.popleft())
-        self._write(self._common, b''.join(self._common_pending))
-        self._write(self._events, b''.join(self._event_pending))
-        self._pending_size = 0
-        self._common_pending.clear()
-        self._event_pending.clear()
-        return bool(self._unopened)
+        for (label, _), data in self._waiting.items():
+            self._write(self._files[label][-1], data)
+        self._waiting, self._begun = self._begun, {}
+        self._write_collected()
+        self._mind_lock()
+        return bool(self._unopened or self._waiting)
 
     def close(self) -> None:
         """Write everything, and close all files."""
@@ -117,6 +152,8 @@ class Logs:
         for file in every:
             if file is not None:
                 file.close()
+        if self._lock is not None:
+            os.close(self._lock)
 
     def combined_files(self, processes: Iterable[Process]) -> dict[str, Path]:
         """Return for each label the log file that has both streams."""
@@ -126,15 +163,8 @@ class Logs:
             if p.output in IN_OWN_LOG
         }
 
-    def _record_output(self, event: events.Output) -> None:
+    def _record_lines(self, event: events.Output) -> None:
         process = event.process
-        self._open_own(process)
-        files = self._files.get(process.label)
-        if files is not None:
-            stdout, stderr, combined = files
-            own = stdout if event.stream == 'stdout' else stderr
-            self._write(own, event.data)
-            self._write(combined, event.data)
         if process.output in IN_COMMON_LOG and self._common is not None:
             label = one_line(process.label)
             prefix = f'{self._stamp()}[{label}] '.encode(errors='replace')
@@ -142,7 +172,22 @@ class Logs:
             self._common_pending.append(lines)
             self._pending_size += len(lines)
             if self._pending_size > limits.COLLECTED_LOG:
-                self.flush()
+                self._write_collected()
+
+    def _write_collected(self) -> None:
+        self._write(self._common, b''.join(self._common_pending))
+        self._write(self._events, b''.join(self._event_pending))
+        self._pending_size = 0
+        self._common_pending.clear()
+        self._event_pending.clear()
+
+    def _mind_lock(self) -> None:
+        """Lock the folder again after somebody deleted it."""
+        if self._lock is not None:
+            if os.fstat(self._lock).st_nlink:
+                return
+            os.close(self._lock)
+        self._lock = lock_folder(self._folder)
 
     def _common_lines(self, event: events.Event) -> list[str]:
         name, tag = events.LAUNCHER, f'[{events.LAUNCHER}]'

@@ -15,6 +15,7 @@ the oldest of all files with a number is deleted.
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+import fcntl
 import os
 from pathlib import Path
 import sys
@@ -67,6 +68,9 @@ class LogFile:
     """
     A file that takes bytes as long as the disk does.
 
+    A file that somebody deleted is made anew, with its folder, so that what
+    is written is found and counts.
+
     :param path: The file, which is appended to
     :param quota: What it may take
     :raises OSError: when it cannot be opened
@@ -75,32 +79,44 @@ class LogFile:
     def __init__(self, path: Path, quota: Quota) -> None:
         self.path = path
         self._quota = quota
-        self._share = quota.share
-        self._descriptor = os.open(path, _FLAGS, 0o644)
-        self._size = 0
+        self._descriptor = _opened(path)
+        self._size = os.fstat(self._descriptor).st_size
+        quota.used += self._size
         self._parts: deque[int] = deque()
         self._parts_size = 0
+        self._is_mid_line = False
+        # a rotation that failed is tried again with this size
+        self._postponed = 0
+        # whether the file has become an old part, and no other could be made
+        self._is_astray = False
 
     def write(self, data: bytes) -> None:
         """
         Append to the file at once.
 
-        :param data: What is not to be torn by a rotation
+        :param data: Whole lines, or any part of what comes; a line that is
+          no longer than :data:`.limits.LOG_LINE` is not torn by a rotation
         :raises OSError: when the disk is full, for instance
         """
-        full = max(self._share, self._parts_size // limits.LOG_PARTS)
-        if self._size and self._size + len(data) > full:
-            self._rotate()
-        self._quota.make_room(len(data))
-        view = memoryview(data)
-        while view:
-            written = os.write(self._descriptor, view)
-            self._size += written
-            self._quota.used += written
-            view = view[written:]
+        # asked each time, as it takes a microsecond, and nothing is lost
+        if self._is_astray or not os.fstat(self._descriptor).st_nlink:
+            self._make_anew()
+        excess = self._size + len(data) - self._full
+        if self._size and excess > 0 and not self._is_astray:
+            end = data.find(b'\n') + 1 if self._is_mid_line else 0
+            if end:
+                self._append(data[:end])
+                data = data[end:]
+            if not self._is_mid_line or excess > limits.LOG_LINE:
+                self._rotate()
+        if data:
+            self._append(data)
 
     def forget_oldest(self) -> int:
         """Delete the oldest part, and return the size that it had."""
+        if not self._parts:
+            # somebody deleted them all
+            return 0
         with suppress(OSError):
             self._part(len(self._parts)).unlink()
         size = self._parts.pop()
@@ -111,28 +127,98 @@ class LogFile:
         """Close the file."""
         os.close(self._descriptor)
 
+    @property
+    def _full(self) -> int:
+        return max(
+            self._quota.share,
+            self._parts_size // limits.LOG_PARTS,
+            self._postponed,
+        )
+
+    def _append(self, data: bytes) -> None:
+        self._quota.make_room(len(data))
+        view = memoryview(data)
+        while view:
+            written = os.write(self._descriptor, view)
+            self._size += written
+            self._quota.used += written
+            view = view[written:]
+        self._is_mid_line = not data.endswith(b'\n')
+
     def _rotate(self) -> None:
         try:
             for number in range(len(self._parts), -1, -1):
                 # somebody may have deleted it to have more room
                 with suppress(FileNotFoundError):
                     os.rename(self._part(number), self._part(number + 1))
-            descriptor = os.open(self.path, _FLAGS, 0o644)
         except OSError:
-            # somebody else is at work in the folder: the file just grows
-            self._share = sys.maxsize
+            # somebody else is at work in the folder
+            self._postponed = self._size + limits.LOG_PART
             return
-        os.close(self._descriptor)
-        self._descriptor = descriptor
         self._parts.appendleft(self._size)
         self._parts_size += self._size
         self._size = 0
+        self._postponed = 0
         self._quota.rotated(self)
+        self._is_astray = True
+        self._make_anew()
+
+    def _make_anew(self) -> None:
+        """Open another file by the path, if that is possible now."""
+        try:
+            try:
+                descriptor = _opened(self.path)
+            except FileNotFoundError:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                descriptor = _opened(self.path)
+        except OSError:
+            return
+        os.close(self._descriptor)
+        self._descriptor = descriptor
+        if self._is_astray and self._parts:
+            # what came since then went into the part
+            self._parts[0] += self._size
+            self._parts_size += self._size
+        else:
+            self._quota.used -= self._size
+            self._forget_deleted_parts()
+        self._is_astray = False
+        self._size = 0
+        self._is_mid_line = False
+
+    def _forget_deleted_parts(self) -> None:
+        if self._parts and not self._part(1).exists():
+            self._quota.used -= self._parts_size
+            self._parts.clear()
+            self._parts_size = 0
 
     def _part(self, number: int) -> Path:
         if not number:
             return self.path
         return self.path.with_name(f'{self.path.name}.{number}')
+
+
+def _opened(path: Path) -> int:
+    return os.open(path, _FLAGS, 0o644)
+
+
+def lock_folder(folder: Path, operation: int = fcntl.LOCK_SH) -> int | None:
+    """
+    Return a descriptor that holds a lock on a folder, None for no lock.
+
+    Each launch holds one on its own folder, so that no other deletes it.
+    """
+    flags = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
+    try:
+        descriptor = os.open(folder, flags)
+    except OSError:
+        return None
+    try:
+        fcntl.flock(descriptor, operation)
+    except OSError:
+        os.close(descriptor)
+        return None
+    return descriptor
 
 
 def size_text(size: int) -> str:

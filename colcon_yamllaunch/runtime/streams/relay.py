@@ -18,6 +18,8 @@ from colcon_yamllaunch.runtime.streams.watches import Watches
 
 #: Takes what a process writes as soon as it does, and what is echoed.
 Sink = Callable[[events.Stream, bytes], None]
+#: Takes what a process writes as soon as it is read.
+Recorder = Callable[[Process, events.Stream, bytes], None]
 
 
 @dataclass(slots=True, eq=False)
@@ -38,16 +40,21 @@ class Relay:
     held up by its own pipe; others are not.
 
     :param accepts: Whether the screen takes more of a process's stream
+    :param record: Is given each piece of output before anybody else, so that
+      it is not lost with the launcher
+    :param tell: Is told of whole lines
     """
 
     def __init__(
         self,
         watches: Watches,
         accepts: Callable[[tuple[str, events.Stream]], bool],
+        record: Recorder,
         tell: events.Listener,
     ) -> None:
         self._watches = watches
         self._accepts = accepts
+        self._record = record
         self._tell = tell
         self._sources: dict[int, _Source] = {}
         self._groups: dict[int, list[_Source]] = {}
@@ -157,6 +164,7 @@ class Relay:
             self._pass_on(source, source.buffer.flush())
             self._close(source)
             return 0
+        self._record(source.process, source.stream, chunk)
         if len(chunk) == limits.READ_SIZE and not source.is_large:
             _enlarge(source)
         if self.sinks:

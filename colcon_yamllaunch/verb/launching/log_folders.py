@@ -22,6 +22,7 @@ import time
 
 from colcon_core.location import get_log_path
 from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
+from colcon_yamllaunch.runtime.record.log_files import lock_folder
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.verb.cli.environment_variables import LOG_FOLDERS
 from colcon_yamllaunch.verb.cli.log_base import default_log_base
@@ -41,7 +42,7 @@ def locked(folder: Path | None) -> Iterator[None]:
     if folder is not None:
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
-        descriptor = _lock(folder, fcntl.LOCK_SH)
+        descriptor = lock_folder(folder)
     try:
         yield
     finally:
@@ -109,24 +110,10 @@ def _folders(base: Path) -> list[Path]:
 
 
 def _delete(folder: Path) -> None:
-    descriptor = _lock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    descriptor = lock_folder(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
     if descriptor is not None:
         shutil.rmtree(folder, ignore_errors=True)
         os.close(descriptor)
-
-
-def _lock(folder: Path, operation: int) -> int | None:
-    """Return a descriptor with a lock, or None if there is no lock to get."""
-    try:
-        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    except OSError:
-        return None
-    try:
-        fcntl.flock(descriptor, operation)
-    except OSError:
-        os.close(descriptor)
-        return None
-    return descriptor
 
 
 def log_folder_of(

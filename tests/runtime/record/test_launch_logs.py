@@ -1,7 +1,10 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
+import fcntl
 import json
+import os
+import shutil
 
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import Exited
@@ -11,6 +14,7 @@ from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.record.launch_logs import folder_names
 from colcon_yamllaunch.runtime.record.launch_logs import Logs
+from colcon_yamllaunch.runtime.record.log_files import lock_folder
 import pytest
 
 
@@ -27,6 +31,8 @@ def logged(process, tmp_path):
             now=lambda: 1732000000.25,
         )
         for event in events:
+            if isinstance(event, Output):
+                logs.record(event.process, event.stream, event.data)
             logs.handle(event)
         logs.close()
         return folder
@@ -121,13 +127,38 @@ def test_a_second_run_of_a_process_appends(logged, process):
     assert (folder / 'counter/stderr.log').read_bytes() == b'two\ntwo\n'
 
 
+def test_pieces_of_a_line_are_logged_at_once(process, tmp_path):
+    one = process('one')
+    logs = Logs(tmp_path, [one], pytest.fail)
+    folder = tmp_path / 'one'
+    try:
+        logs.record(one, 'stdout', b'pie')
+        assert (folder / 'stdout.log').read_bytes() == b'pie'
+        # what goes on at once is not mixed with the other stream
+        logs.record(one, 'stderr', b'error\n')
+        logs.record(one, 'stdout', b'ce\nprompt: ')
+        logs.flush()
+        both = b'error\npiece\n'
+        assert (folder / 'stdout_stderr.log').read_bytes() == both
+        # and what waits longer is not held back
+        logs.flush()
+        both += b'prompt: '
+        assert (folder / 'stdout_stderr.log').read_bytes() == both
+        assert not logs.flush()
+        logs.record(one, 'stdout', b'x' * (limits.READ_SIZE + 1))
+        both += b'x' * (limits.READ_SIZE + 1)
+        assert (folder / 'stdout_stderr.log').read_bytes() == both
+    finally:
+        logs.close()
+
+
 def test_files_are_opened_when_there_is_time_or_output(process, tmp_path):
     quiet, loud = process('quiet'), process('loud')
     logs = Logs(tmp_path, [quiet, loud], pytest.fail)
     try:
         logs.handle(Started(quiet, 12))
         logs.handle(Started(loud, 13))
-        logs.handle(Output(loud, 'stdout', b'one\n'))
+        logs.record(loud, 'stdout', b'one\n')
         assert (tmp_path / 'loud/stdout.log').read_bytes() == b'one\n'
         assert not (tmp_path / 'quiet').exists()
         logs.flush()
@@ -160,6 +191,28 @@ def test_a_folder_that_cannot_be_made_is_said_once(logged, process, tmp_path):
     logged(*output_of(process('counter')), complaints=complaints)
     assert len(complaints) == 1
     assert str(tmp_path / 'log') in complaints[0]
+
+
+@pytest.mark.hostile
+def test_a_folder_that_was_deleted_is_locked_again(process, tmp_path):
+    one = process('one')
+    folder = tmp_path / 'log'
+    logs = Logs(folder, [one], pytest.fail)
+    exclusive = fcntl.LOCK_EX | fcntl.LOCK_NB
+    try:
+        shutil.rmtree(folder)
+        logs.flush()
+        assert not folder.exists()
+        logs.handle(Said('INFO', 'on'))
+        logs.flush()
+        assert b'on' in (folder / 'launch.log').read_bytes()
+        assert b'on' in (folder / 'events.jsonl').read_bytes()
+        assert lock_folder(folder, exclusive) is None
+    finally:
+        logs.close()
+    descriptor = lock_folder(folder, exclusive)
+    assert descriptor is not None
+    os.close(descriptor)
 
 
 def test_any_label_gets_a_folder_of_its_own():

@@ -1,6 +1,8 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
+import errno
+import os
 import shutil
 
 from colcon_yamllaunch.runtime.core import limits
@@ -135,15 +137,101 @@ def test_old_parts_may_be_deleted_meanwhile(tmp_path, open_log, complaints):
     assert content(tmp_path, 'stdout.log').endswith(numbered(8999, 9000)[0])
 
 
-def test_the_folder_may_be_deleted_meanwhile(tmp_path, open_log, complaints):
+def test_pieces_of_lines_are_put_together_before_a_rotation(
+    tmp_path, open_log, complaints
+):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+    lines = b''.join(b'%d ' % n * (n % 300) + b'\n' for n in range(3000))
+    pieces = [lines[n : n + 4096] for n in range(0, len(lines), 4096)]
+    for piece in pieces:
+        file.write(piece)
+    found = parts(tmp_path, 'stdout.log')
+    assert len(found) > 5
+    assert lines.endswith(content(tmp_path, 'stdout.log'))
+    for part in found[:-1]:
+        assert part.read_bytes().endswith(b'\n')
+
+
+@pytest.mark.hostile
+def test_a_line_without_end_keeps_to_the_limit(tmp_path, open_log, complaints):
+    file = open_log('stdout.log', Quota(4 * LIMIT, 1, complaints.append))
+    for _ in range(400):
+        file.write(b'x' * limits.READ_SIZE)
+        assert size_of(tmp_path) <= 4 * LIMIT
+    assert len(parts(tmp_path, 'stdout.log')) > 2
+
+
+@pytest.mark.hostile
+def test_a_deleted_file_is_made_anew_and_counts(
+    tmp_path, open_log, complaints
+):
     folder = tmp_path / 'log'
     folder.mkdir()
-    file = open_log('log/stdout.log', Quota(LIMIT, 1, complaints.append))
-    file.write(LINE)
+    quota = Quota(LIMIT, 1, complaints.append)
+    file = open_log('log/stdout.log', quota)
+    for _ in range(1000):
+        file.write(LINE)
     shutil.rmtree(folder)
+    file.write(b'after\n')
+    assert content(folder, 'stdout.log') == b'after\n'
+    assert quota.used == len(b'after\n')
     for _ in range(3000):
         file.write(LINE)
-    assert not folder.exists()
+        assert size_of(folder) <= LIMIT
+    assert quota.used == size_of(folder)
+    assert content(folder, 'stdout.log').endswith(LINE * 1500)
+
+
+@pytest.mark.hostile
+def test_a_file_that_alone_was_deleted_is_made_anew(tmp_path, open_log):
+    file = open_log('stdout.log', Quota(LIMIT, 1, pytest.fail))
+    for _ in range(200):
+        file.write(LINE)
+    (tmp_path / 'stdout.log').unlink()
+    file.write(LINE)
+    assert (tmp_path / 'stdout.log').read_bytes() == LINE
+
+
+@pytest.mark.hostile
+def test_a_rotation_that_failed_is_tried_again(
+    tmp_path, open_log, complaints, monkeypatch
+):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+
+    def refused(*_):
+        raise PermissionError
+
+    monkeypatch.setattr('os.rename', refused)
+    for _ in range(500):
+        file.write(LINE)
+    assert size_of(tmp_path) == 500 * len(LINE)
+    monkeypatch.undo()
+    for _ in range(4000):
+        file.write(LINE)
+    assert size_of(tmp_path) <= LIMIT
+    assert len(parts(tmp_path, 'stdout.log')) > 2
+
+
+@pytest.mark.hostile
+def test_a_file_that_cannot_be_made_after_a_rotation_is_made_later(
+    tmp_path, open_log, complaints, monkeypatch
+):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+
+    def refused(*_):
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    monkeypatch.setattr('os.open', refused)
+    for data in numbered(0, 200):
+        file.write(data)
+    assert not (tmp_path / 'stdout.log').exists()
+    monkeypatch.undo()
+    for data in numbered(200, 1000):
+        file.write(data)
+    assert content(tmp_path, 'stdout.log') == b''.join(numbered(0, 1000))
+    for data in numbered(1000, 4000):
+        file.write(data)
+        assert size_of(tmp_path) <= LIMIT
 
 
 @pytest.mark.parametrize(
