@@ -248,6 +248,21 @@ def test_a_slow_reader_slows_the_flood_but_not_the_others(
 
 
 @pytest.mark.full
+@pytest.mark.hostile
+def test_many_long_lines_together_take_little_memory(launch, sh, wait_until):
+    size = 4_000_000
+    script = f"head -c {size} /dev/zero | tr '\\0' x; sleep 99"
+    one = launch(*(sh(f'p{n}', script) for n in range(40)))
+    logs = [one.log_folder / f'p{n}/stdout.log' for n in range(40)]
+    wait_until(
+        lambda: all(p.exists() and p.stat().st_size == size for p in logs)
+    )
+    # the launcher has 20 MiB without a process
+    assert _memory_kib(one.popen.pid, 'VmHWM') < 100_000
+    assert one.sends(signal.SIGINT).ends() == 0
+
+
+@pytest.mark.full
 def test_a_screen_that_nobody_reads_does_not_hold_up_a_stop(
     launch, sh, pipe, wait_until
 ):
@@ -379,9 +394,9 @@ def test_a_malformed_format_is_said_once_and_the_launch_goes_on(launch, sh):
     assert '[launch] a: started' in one.log('launch.log').decode()
 
 
-def _memory_kib(pid):
+def _memory_kib(pid, kind='VmRSS'):
     with open(f'/proc/{pid}/status') as file:
-        return int(file.read().partition('VmRSS:')[2].split()[0])
+        return int(file.read().partition(f'{kind}:')[2].split()[0])
 
 
 def _read_to_end(descriptor):

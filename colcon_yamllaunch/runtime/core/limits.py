@@ -8,14 +8,21 @@ READ_SIZE = 64 * 1024
 #: Capacity in bytes that a pipe gets once its process fills it; the most that
 #: Linux allows without privileges.
 LARGE_PIPE = 1024 * 1024
+#: How many pipes get it at the same time, as what they hold is read at once
+#: when their processes end.
+LARGE_PIPES = 16
 #: Bytes of one line that are collected before it is passed on in pieces.
 MAXIMUM_LINE = 16 * 1024 * 1024
+#: Bytes of all lines that have not ended, before the longest is passed on.
+MAXIMUM_LINES = 16 * 1024 * 1024
 
 #: Bytes of one stream that may wait for a slow screen before the stream is
 #: not read any more, so that its process waits.
 STREAM_BACKLOG = 256 * 1024
 #: Bytes of all streams that may wait before no stream may add to its own.
 SCREEN_BACKLOG = 4 * 1024 * 1024
+#: Bytes of all streams that may wait before nobody may add any.
+SCREEN_MAXIMUM = 16 * 1024 * 1024
 #: Pieces that are handed to the screen in one system call.
 WRITE_BATCH = 256
 

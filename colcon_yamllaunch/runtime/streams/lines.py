@@ -28,7 +28,8 @@ class LineBuffer:
 
     def __init__(self) -> None:
         self._pieces: list[bytes] = []
-        self._size = 0
+        #: Bytes that are kept.
+        self.size = 0
 
     def feed(self, chunk: bytes) -> bytes:
         """Return all whole lines up to here; what remains is kept."""
@@ -37,11 +38,11 @@ class LineBuffer:
         pieces = self._pieces
         if not end and not (_waits(pieces) and last):
             pieces.append(chunk)
-            self._size += len(chunk)
-            return self.flush() if self._size > limits.MAXIMUM_LINE else b''
+            self.size += len(chunk)
+            return self.flush() if self.size > limits.MAXIMUM_LINE else b''
         lines = b''.join((*pieces, chunk[:end])) if pieces else chunk[:end]
         self._pieces = [chunk[end:]] if end < len(chunk) else []
-        self._size = len(chunk) - end
+        self.size = len(chunk) - end
         return lines
 
     @property
@@ -53,7 +54,7 @@ class LineBuffer:
         """Return what remains."""
         rest = b''.join(self._pieces)
         self._pieces = []
-        self._size = 0
+        self.size = 0
         return rest
 
 
@@ -115,7 +116,8 @@ def prefixed(data: bytes, prefix: bytes, reset: bool = False) -> bytes:
         return b''
     body = data.removesuffix(b'\n')
     end = _RESET + b'\n' if reset and b'\x1b' in body else b'\n'
-    return prefix + body.replace(b'\n', end + prefix) + end
+    # one copy fewer than by adding, as a line may have many megabytes
+    return b''.join((prefix, body.replace(b'\n', end + prefix), end))
 
 
 def _without_controls(match: re.Match[str]) -> str:

@@ -59,6 +59,9 @@ class Relay:
         self._sources: dict[int, _Source] = {}
         self._groups: dict[int, list[_Source]] = {}
         self._paused: list[_Source] = []
+        # bytes of all lines that have not ended
+        self._unfinished = 0
+        self._large_pipes = 0
         #: Who is told at once what a process writes, by its label.
         self.sinks: dict[str, list[Sink]] = {}
 
@@ -134,7 +137,9 @@ class Relay:
         self._watches.add(source.descriptor, lambda _: self._take(source))
 
     def _take(self, source: _Source) -> None:
-        if self._read(source) and not self._may_read(source):
+        if self._may_read(source):
+            self._read(source)
+        elif self._is_open(source):
             self._watches.remove(source.descriptor)
             self._paused.append(source)
 
@@ -142,7 +147,7 @@ class Relay:
         left = limits.LARGE_PIPE + limits.READ_SIZE
         while left > 0 and (size := self._read(source)):
             left -= size
-        self._pass_on(source, source.buffer.flush())
+        self._pass_on(source, self._flushed(source))
 
     def _is_open(self, source: _Source) -> bool:
         return self._sources.get(source.descriptor) is source
@@ -161,31 +166,45 @@ class Relay:
             # a terminal whose other end is closed reports EIO
             chunk = b''
         if not chunk:
-            self._pass_on(source, source.buffer.flush())
+            self._pass_on(source, self._flushed(source))
             self._close(source)
             return 0
         self._record(source.process, source.stream, chunk)
         if len(chunk) == limits.READ_SIZE and not source.is_large:
-            _enlarge(source)
+            self._enlarge(source)
         if self.sinks:
             self.show(source.process.label, source.stream, chunk)
+        before = source.buffer.size
         self._pass_on(source, source.buffer.feed(chunk))
+        self._unfinished += source.buffer.size - before
+        if self._unfinished > limits.MAXIMUM_LINES:
+            longest = max(self._sources.values(), key=lambda s: s.buffer.size)
+            self._pass_on(longest, self._flushed(longest))
         return len(chunk)
+
+    def _flushed(self, source: _Source) -> bytes:
+        self._unfinished -= source.buffer.size
+        return source.buffer.flush()
 
     def _pass_on(self, source: _Source, data: bytes) -> None:
         if data:
             self._tell(events.Output(source.process, source.stream, data))
 
     def _close(self, source: _Source) -> None:
+        self._large_pipes -= source.is_large
         self._watches.remove(source.descriptor)
         del self._sources[source.descriptor]
         os.close(source.descriptor)
 
-
-def _enlarge(source: _Source) -> None:
-    source.is_large = True
-    try:
-        fcntl.fcntl(source.descriptor, fcntl.F_SETPIPE_SZ, limits.LARGE_PIPE)
-    except OSError:
-        # the user's share of pipe memory is used up, or it is a terminal
-        return
+    def _enlarge(self, source: _Source) -> None:
+        if self._large_pipes == limits.LARGE_PIPES:
+            return
+        self._large_pipes += 1
+        source.is_large = True
+        try:
+            fcntl.fcntl(
+                source.descriptor, fcntl.F_SETPIPE_SZ, limits.LARGE_PIPE
+            )
+        except OSError:
+            # the user's share of pipe memory is used up, or a terminal
+            return

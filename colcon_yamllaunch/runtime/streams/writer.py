@@ -64,7 +64,7 @@ class Writer:
         """Tell whether a stream may add to what waits already."""
         share = self._shares.get(key, 0)
         if self._total > limits.SCREEN_BACKLOG:
-            return share == 0
+            return share == 0 and self._total < limits.SCREEN_MAXIMUM
         return share < limits.STREAM_BACKLOG
 
     def waits(self) -> bool:

@@ -77,6 +77,17 @@ def test_all_together_do_not_use_more_than_the_limit(to_pipe):
     assert written <= limits.SCREEN_BACKLOG + 10 * len(data)
 
 
+@pytest.mark.hostile
+def test_many_streams_together_do_not_use_more_than_the_maximum(to_pipe):
+    data = b'x' * limits.STREAM_BACKLOG
+    written = 0
+    for key in range(2 * limits.SCREEN_MAXIMUM // len(data)):
+        if to_pipe.accepts(key):
+            to_pipe.write(key, data)
+            written += len(data)
+    assert written == limits.SCREEN_MAXIMUM
+
+
 def test_a_pipe_without_a_reader_breaks_quietly(to_pipe, pipe):
     os.close(pipe.pop('reader'))
     to_pipe.write('a', b'x')
