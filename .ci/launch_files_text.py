@@ -143,6 +143,11 @@ launch, and does not see the parameters and remappings of the scope.
 `bash -c 'echo $(var text)'`.
 - `name:=` on the command line gives an empty value, and an argument that no \
 file declares is a warning.
+- `respawn` also tries a start again that failed, and first stops what the \
+former run left running.
+- Without `respawn_delay`, a process that ended ten times in a row within a \
+second of its start is respawned after a pause, which grows from 0.1 to 5 s \
+until it runs longer.
 - Mistakes show as `file:line:column` before anything is started; a program \
 that cannot be started, or that fails, makes the exit code 1.
 """

@@ -250,6 +250,34 @@ def test_a_process_that_fails_to_the_last_retry_failed(launch, sh):
     assert 'failed: a exited with code 3' in one.screen
 
 
+@pytest.mark.hostile
+def test_a_program_that_is_missing_for_a_while_is_respawned(
+    launch, tmp_path, wait_until
+):
+    program = tmp_path / 'program'
+    program.write_text('#!/bin/sh\nsetsid sleep 999 &\nrm "$0"; exit 3\n')
+    program.chmod(0o700)
+    one = launch(
+        {
+            'label': 'a',
+            'argv': [str(program)],
+            'respawn': True,
+            'respawn_delay': 0.05,
+            'sigterm_timeout': 0.2,
+        }
+    )
+    one.shows('a: could not be started').shows('starts again in 0.05 s')
+    # what the former one left is gone before the next is tried
+    assert one.processes() == []
+    other = tmp_path / 'other'
+    other.write_text('#!/bin/sh\necho back; exec sleep 999\n')
+    other.chmod(0o700)
+    other.rename(program)
+    one.shows('[a]      back')
+    assert one.events('start_failed')[0]['respawn_delay'] == 0.05
+    assert one.sends(signal.SIGINT).ends() == 0
+
+
 def test_a_failure_that_a_respawn_mends_is_shown_but_not_counted(
     launch, sh, tmp_path
 ):

@@ -78,18 +78,26 @@ class StartFailed(Event):
     A process could not be started.
 
     :param reason: Why, and the way out, in one line
+    :param respawn_delay: Seconds until it is tried again, or None
     """
 
     process: Process
     reason: str
+    respawn_delay: float | None = None
 
     severity = 'ERROR'
 
     def lines(self) -> tuple[str, ...]:
-        return (f'{self.process.label}: could not be started: {self.reason}',)
+        text = f'{self.process.label}: could not be started: {self.reason}'
+        return (text + _starts_again(self.respawn_delay),)
 
     def record(self) -> dict[str, Any]:
-        return _record('start_failed', self.process, reason=self.reason)
+        return _record(
+            'start_failed',
+            self.process,
+            reason=self.reason,
+            respawn_delay=self.respawn_delay,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,11 +148,7 @@ class Exited(Event):
     def lines(self) -> tuple[str, ...]:
         ending = ending_of(self.outcome, self.asked)
         text = f'{self.process.label}: {ending} after {self.seconds:.1f} s'
-        if self.respawn_delay is not None:
-            text += ', starts again'
-        if self.respawn_delay:
-            text += f' in {self.respawn_delay:g} s'
-        return (text,)
+        return (text + _starts_again(self.respawn_delay),)
 
     def record(self) -> dict[str, Any]:
         number = self.outcome.signal
@@ -448,6 +452,12 @@ class Ended(Event):
 
 
 Listener = Callable[[Event], None]
+
+
+def _starts_again(delay: float | None) -> str:
+    if delay is None:
+        return ''
+    return ', starts again' + (f' in {delay:g} s' if delay else '')
 
 
 def _record(

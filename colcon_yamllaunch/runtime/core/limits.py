@@ -60,6 +60,17 @@ FOLDER_NAME_BYTES = 200
 STARTS_PER_TURN = 4
 #: Quiet processes whose log files are opened before the same.
 OPENED_PER_TURN = 8
+#: Seconds below which a run of a process that is respawned ended quickly.
+QUICK_END = 1.0
+#: How many quick ends in a row cost no pause where `respawn_delay` is 0.
+QUICK_ENDS = 10
+#: Seconds of the first pause after that; each further one is twice as long.
+SHORTEST_PAUSE = 0.1
+#: Seconds of the longest one.
+LONGEST_PAUSE = 5.0
+#: How many times as long as a search for what processes left running the
+#: launcher does without another one, when processes are respawned often.
+SEARCH_PAUSE = 10
 #: Seconds between two lines about what is still being waited for.
 PROGRESS_INTERVAL = 1.0
 #: Seconds in which a repeated signal is the same one; `timeout` sends its

@@ -9,6 +9,7 @@ from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import limits
 
 #: Signals that end a process on request; whoever stops a whole session, as
 #: systemd and a closed terminal do, sends them to our processes too.
@@ -107,3 +108,21 @@ def after_exit(
     if process.respawn and (retries < 0 or respawns < retries):
         return 'respawn'
     return 'nothing'
+
+
+def delay_of_respawn(process: Process, quick_ends: int) -> float:
+    """
+    Return after how many seconds a process is started again.
+
+    That is what the launch file says. Where it says nothing, or 0, a process
+    that ends at once time after time has to wait longer and longer, so that
+    it does not keep the machine busy.
+
+    :param quick_ends: How often in a row it ended at once
+    """
+    excess = quick_ends - limits.QUICK_ENDS
+    if process.respawn_delay > 0 or excess <= 0:
+        return process.respawn_delay
+    # no more powers than the longest pause needs
+    pause = limits.SHORTEST_PAUSE * 2.0 ** min(excess - 1, 10)
+    return min(pause, limits.LONGEST_PAUSE)

@@ -9,7 +9,7 @@ from typing import Literal
 from colcon_yamllaunch.language.plan.plan import Process
 
 #: `waiting` for its turn or its timer, `running`, `stopping` on request,
-#: waiting for its `respawn`, or `ended`.
+#: waiting for its `respawn` or for the end of what it left, or `ended`.
 Phase = Literal['waiting', 'running', 'stopping', 'respawn', 'ended']
 
 
@@ -26,6 +26,7 @@ class Task:
     :param respawns: How often it has been respawned since it was last
       started on request
     :param restarts: How often it has been started again, for any reason
+    :param quick_ends: How often in a row it ended at once
     :param started: When it was started last, by the supervisor's clock
     :param group: Its process group, as long as its leader runs
     :param ended: When it ended, or None if it has not been started or runs
@@ -37,6 +38,7 @@ class Task:
     process: Process
     respawns: int = 0
     restarts: int = 0
+    quick_ends: int = 0
     started: float = 0.0
     group: int | None = None
     ended: float | None = None

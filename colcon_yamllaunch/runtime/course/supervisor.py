@@ -12,7 +12,9 @@ from collections import deque
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import count
+import math
 from typing import Literal
 from typing import Protocol
 
@@ -25,6 +27,7 @@ from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import after_exit
+from colcon_yamllaunch.runtime.core.outcome import delay_of_respawn
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.outcome import is_failure
 from colcon_yamllaunch.runtime.core.outcome import Outcome
@@ -53,6 +56,36 @@ class Host(StopHost, Protocol):
         """Return whether a group ended with its leader, which just did."""
 
 
+@dataclass(slots=True, eq=False)
+class _Respawn:
+    """
+    A process that is to be started again.
+
+    :param alarm: What is due at the time when it may start
+    :param is_clean: Whether it is known to have left nothing running that
+      `cleanup` does not end
+    :param cleanup: The end of what it left running, if it did
+    """
+
+    task: Task
+    alarm: TimerHandle
+    is_clean: bool
+    cleanup: Stop | None = None
+
+    @property
+    def is_due(self) -> bool:
+        """Whether its time has come, and nothing of it runs any more."""
+        if self.alarm.action is not None or not self.is_clean:
+            return False
+        return self.cleanup is None or self.cleanup.is_over
+
+    def cancel(self) -> None:
+        """Leave all of it to somebody else."""
+        self.alarm.cancel()
+        if self.cleanup is not None:
+            self.cleanup.cancel()
+
+
 class Supervisor:
     """Runs a plan."""
 
@@ -68,7 +101,11 @@ class Supervisor:
         self._schedule = Schedule()
         self._timers: dict[int, tuple[Timer, TimerHandle]] = {}
         self._timer_keys = count()
-        self._respawns: dict[int, TimerHandle] = {}
+        self._respawns: dict[int, _Respawn] = {}
+        # when to search again for what processes left running
+        self._next_search = -math.inf
+        # those whose quick ends the user was told of
+        self._told: set[int] = set()
         self._running: dict[int, Task] = {}
         self._groups: dict[int, int] = {}
         #: The end of everything, once it has begun.
@@ -100,6 +137,8 @@ class Supervisor:
             if self._agenda:
                 self._take(self._agenda.popleft())
         self._end_single_stops()
+        self._clean_up()
+        self._respawn_due()
         self._end_if_idle()
 
     def seconds_to_wait(self) -> float | None:
@@ -127,25 +166,22 @@ class Supervisor:
         task.ending = (
             'stopped' if asked and not failed else ending_of(outcome, asked)
         )
+        seconds = self._clock() - task.started
         step = after_exit(process, task.respawns, asked)
+        delay = _delay_after(task, seconds) if step == 'respawn' else None
         self._host.tell(
             events.Exited(
                 process,
                 group,
                 outcome,
-                seconds=self._clock() - task.started,
+                seconds=seconds,
                 asked=asked,
                 failed=failed,
-                respawn_delay=(
-                    process.respawn_delay if step == 'respawn' else None
-                ),
+                respawn_delay=delay,
             )
         )
-        if step == 'respawn':
-            self._respawns[task.number] = self._schedule.add(
-                self._clock() + process.respawn_delay,
-                lambda: self._respawn(task),
-            )
+        if delay is not None:
+            self._respawn_later(task, delay, is_clean=False)
         elif step == 'shutdown':
             self.stop(f'{process.label} ended')
         if single_stop is not None:
@@ -268,8 +304,13 @@ class Supervisor:
         except StartError as error:
             task.ended = self._clock()
             task.ending = f'could not be started: {error}'
-            self._host.tell(events.StartFailed(process, str(error)))
-            if process.on_exit_shutdown:
+            # the program may just be written anew, or memory be short
+            step = after_exit(process, task.respawns, self.is_stopping)
+            delay = _delay_after(task, 0.0) if step == 'respawn' else None
+            self._host.tell(events.StartFailed(process, str(error), delay))
+            if delay is not None:
+                self._respawn_later(task, delay, is_clean=True)
+            elif step == 'shutdown':
                 self.stop(f'{process.label} could not be started')
             return
         task.started = self._clock()
@@ -281,8 +322,58 @@ class Supervisor:
         self._groups[group] = task.number
         self._host.tell(events.Started(process, group))
 
-    def _respawn(self, task: Task) -> None:
-        del self._respawns[task.number]
+    def _respawn_later(
+        self, task: Task, delay: float, *, is_clean: bool
+    ) -> None:
+        """
+        Start a process again.
+
+        :param is_clean: Whether it cannot have left anything running, which
+          would have to end before
+        """
+        # the loop comes round when the alarm is due
+        alarm = self._schedule.add(self._clock() + delay, _wake_up)
+        self._respawns[task.number] = _Respawn(task, alarm, is_clean)
+        is_paused = delay > task.process.respawn_delay
+        if is_paused and task.number not in self._told:
+            self._told.add(task.number)
+            self._host.tell(
+                events.Warned(
+                    f'{task.process.label} ended within {limits.QUICK_END:g} '
+                    f's of its start {limits.QUICK_ENDS} times in a row; it '
+                    'is started again after a pause now, which grows to '
+                    f'{limits.LONGEST_PAUSE:g} s; with respawn_delay it has '
+                    'another'
+                )
+            )
+
+    def _clean_up(self) -> None:
+        """Begin to end what processes that are respawned left running."""
+        begin = self._clock()
+        unclean = [r for r in self._respawns.values() if not r.is_clean]
+        if not unclean or begin < self._next_search:
+            return
+        found = self._host.orphans(self._groups, self._running)
+        numbers = {orphan.number for orphan in found}
+        for respawn in unclean:
+            respawn.is_clean = True
+            if respawn.task.number in numbers:
+                respawn.cleanup = self._stop_of([respawn.task])
+        end = self._clock()
+        self._next_search = end + limits.SEARCH_PAUSE * (end - begin)
+        self._schedule.add(self._next_search, _wake_up)
+
+    def _respawn_due(self) -> None:
+        for number, respawn in tuple(self._respawns.items()):
+            if respawn.is_due:
+                del self._respawns[number]
+                self._respawn(respawn)
+
+    def _respawn(self, respawn: _Respawn) -> None:
+        task = respawn.task
+        respawn.cancel()
+        if respawn.cleanup is not None:
+            respawn.cleanup.abandon()
         task.respawns += 1
         task.restarts += 1
         self._host.tell(events.Respawned(task.process, task.respawns))
@@ -297,9 +388,9 @@ class Supervisor:
         if task.group is None and task.ended is None:
             raise RefusedError(f'{label} has not been started yet')
         self._host.tell(events.Requested(task.process, action))
-        handle = self._respawns.pop(task.number, None)
-        if handle is not None:
-            handle.cancel()
+        respawn = self._respawns.pop(task.number, None)
+        if respawn is not None:
+            respawn.cancel()
         return task
 
     def _set(self, timer: Timer) -> None:
@@ -330,8 +421,8 @@ class Supervisor:
     def _begin_stopping(self) -> None:
         self._agenda.clear()
         self._drop_timers(all_of_them=False)
-        for handle in self._respawns.values():
-            handle.cancel()
+        for respawn in self._respawns.values():
+            respawn.cancel()
         self._respawns.clear()
         for single_stop in self._single_stops.values():
             single_stop.cancel()
@@ -370,7 +461,7 @@ class Supervisor:
                 del self._single_stops[number]
                 if number in self._restarting:
                     self._restarting.remove(number)
-                    task.respawns = 0
+                    task.respawns = task.quick_ends = 0
                     task.restarts += 1
                     self._start(task)
 
@@ -389,3 +480,14 @@ class Supervisor:
         if self._stop.is_over:
             self._stop.abandon()
             self.done = True
+
+
+def _delay_after(task: Task, seconds: float) -> float:
+    """Return when a process is started again that ran for some time."""
+    is_quick = seconds < limits.QUICK_END
+    task.quick_ends = task.quick_ends + 1 if is_quick else 0
+    return delay_of_respawn(task.process, task.quick_ends)
+
+
+def _wake_up() -> None:
+    """Have the loop come round, which looks what is due."""

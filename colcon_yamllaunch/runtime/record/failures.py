@@ -42,7 +42,7 @@ class Failures:
         self._failures: dict[str, Failure] = {}
         self._tails: dict[str, bytes] = {}
         self._core_dumps: dict[str, str | None] = {}
-        self._left_behind: list[events.LeftBehind] = []
+        self._left_behind: dict[int, events.LeftBehind] = {}
         # whose output was shown last, and how many lines of ours after it
         self._shown_last: str | None = None
         self._lines_after = 0
@@ -63,7 +63,7 @@ class Failures:
                 self._failures[event.process.label] = event
                 self._look_for_core_dump(event)
             case events.LeftBehind():
-                self._left_behind.append(event)
+                self._left_behind[event.pid] = event
             case _:
                 return
 
@@ -81,7 +81,7 @@ class Failures:
                 f'{event.process.label} cannot be stopped, not even by '
                 f'SIGKILL; pid {event.pid} is left behind',
             )
-            for event in self._left_behind
+            for event in self._left_behind.values()
         ]
         return tuple(reports)
 

@@ -17,6 +17,7 @@ from colcon_yamllaunch.runtime.core.events import ShuttingDown
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.core.events import StillRunning
+from colcon_yamllaunch.runtime.core.events import Warned
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 import pytest
 from support.history import History
@@ -123,6 +124,179 @@ def test_respawning_ends_after_the_retries(history, process):
     assert h.started() == ['a', 'a', 'a']
     assert h.supervisor.done
     assert [e.respawn_delay for e in h.happened(Exited)] == [0.0, 0.0, None]
+
+
+@pytest.mark.hostile
+def test_a_failed_start_counts_as_an_end(history, process):
+    h = history(
+        process('a', respawn=True, respawn_delay=2.0, respawn_max_retries=3)
+    )
+    h.host.refused.add('a')
+    h.exit('a')
+    h.after(2.0)
+    assert [e.respawn_delay for e in h.happened(StartFailed)] == [2.0]
+    assert not h.supervisor.done
+    assert h.state('a').phase == 'respawn'
+    h.host.refused.clear()
+    h.after(2.0)
+    assert h.started() == ['a', 'a']
+    assert h.state('a').restarts == 2
+    h.host.refused.add('a')
+    h.exit('a')
+    assert h.happened(Exited)[-1].respawn_delay == 2.0
+    h.after(2.0)
+    assert h.happened(StartFailed)[-1].respawn_delay is None
+    assert h.supervisor.done
+
+
+@pytest.mark.hostile
+def test_a_first_start_that_fails_is_tried_again(history, process):
+    h = history(process('a', respawn=True, respawn_delay=1.0), refused=['a'])
+    h.after(2.5)
+    assert len(h.happened(StartFailed)) == 3
+    h.host.refused.clear()
+    h.after(1.0)
+    assert h.started() == ['a']
+    h.supervisor.stop('enough')
+    h.exit('a')
+    assert h.supervisor.done
+
+
+@pytest.mark.hostile
+def test_without_a_delay_quick_ends_cost_a_pause_that_grows(history, process):
+    h = history(process('a', respawn=True))
+    for _ in range(10):
+        h.exit('a', Outcome(code=1))
+    assert len(h.started()) == 11
+    delays = []
+    for _ in range(9):
+        h.exit('a', Outcome(code=1))
+        delays.append(h.happened(Exited)[-1].respawn_delay)
+        h.after(delays[-1])
+    assert delays == [0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 5.0, 5.0, 5.0]
+    assert len(h.started()) == 20
+    assert len(h.happened(Warned)) == 1
+    # a run that lasts makes all good
+    h.after(1.0)
+    for _ in range(11):
+        h.exit('a', Outcome(code=1))
+    assert len(h.started()) == 31
+    h.exit('a', Outcome(code=1))
+    assert h.happened(Exited)[-1].respawn_delay == 0.1
+    assert len(h.happened(Warned)) == 1
+
+
+@pytest.mark.hostile
+def test_starts_that_fail_for_ever_cost_a_pause_too(history, process):
+    h = history(process('a', respawn=True), refused=['a'])
+    h.after(600.0)
+    assert 100 < len(h.happened(StartFailed)) < 150
+
+
+def test_the_delay_of_the_launch_file_is_kept_to(history, process):
+    h = history(process('a', respawn=True, respawn_delay=0.01))
+    for _ in range(30):
+        h.exit('a', Outcome(code=1))
+        h.after(0.02)
+    assert len(h.started()) == 31
+    assert h.happened(Warned) == []
+
+
+@pytest.mark.hostile
+def test_what_the_former_one_left_is_stopped_before_the_next(history, process):
+    h = history(
+        process('a', respawn=True, respawn_delay=2.0, sigterm_timeout=5.0),
+        process('b'),
+    )
+    child = Orphan(pid=7, birth=1, group=7, number=0)
+    other = Orphan(pid=8, birth=1, group=8, number=1)
+    h.host.left = [child, other]
+    h.exit('a')
+    assert h.host.sent == [(7, INT)]
+    h.after(4.9)
+    assert h.started() == ['a', 'b']
+    assert h.state('a').phase == 'respawn'
+    h.after(0.2)
+    assert h.host.sent == [(7, INT), (7, TERM)]
+    h.host.left = [other]
+    h.after(0.1)
+    assert h.started() == ['a', 'b', 'a']
+    assert not h.happened(LeftBehind)
+
+
+@pytest.mark.hostile
+def test_what_the_former_one_left_costs_no_more_than_the_delay(
+    history, process
+):
+    h = history(process('a', respawn=True, respawn_delay=2.0))
+    h.host.left = [Orphan(pid=7, birth=1, group=7, number=0)]
+    h.exit('a')
+    h.host.left = []
+    h.after(1.9)
+    assert h.started() == ['a']
+    h.after(0.1)
+    assert h.started() == ['a', 'a']
+
+
+@pytest.mark.hostile
+def test_what_cannot_be_stopped_does_not_keep_the_next_for_ever(
+    history, process
+):
+    h = history(
+        process('a', respawn=True, sigterm_timeout=1.0, sigkill_timeout=1.0)
+    )
+    h.host.left = [Orphan(pid=7, birth=1, group=7, number=0)]
+    h.exit('a')
+    h.after(7.1)
+    assert h.host.sent == [(7, INT), (7, TERM), (7, KILL)]
+    assert [e.pid for e in h.happened(LeftBehind)] == [7]
+    assert h.started() == ['a', 'a']
+
+
+@pytest.mark.hostile
+def test_many_respawns_do_not_search_all_the_time(history, process):
+    h = history(*(process(f'p{n}', respawn=True) for n in range(3)))
+    searches = []
+
+    def orphans(groups, led):
+        searches.append(h.now)
+        h.now += 0.01
+        return []
+
+    h.host.orphans = orphans
+    begin = h.now
+    while h.now < begin + 1.0:
+        for n in range(3):
+            if h.state(f'p{n}').pid is not None:
+                h.exit(f'p{n}')
+        h.after(0.01)
+    assert 5 < len(searches) < 15
+    assert len(h.started()) > 20
+
+
+@pytest.mark.parametrize('way', ['stop', 'restart'])
+def test_a_request_takes_over_what_the_former_one_left(history, process, way):
+    h = history(process('a', respawn=True), process('b'))
+    h.host.left = [Orphan(pid=7, birth=1, group=7, number=0)]
+    h.exit('a')
+    getattr(h, way)('a')
+    assert h.started() == ['a', 'b']
+    h.host.left = []
+    h.after(0.1)
+    assert h.started() == ['a', 'b', *(['a'] if way == 'restart' else [])]
+
+
+def test_the_end_of_the_launch_takes_over_what_a_former_one_left(
+    history, process
+):
+    h = history(process('a', respawn=True, respawn_delay=2.0))
+    h.host.left = [Orphan(pid=7, birth=1, group=7, number=0)]
+    h.exit('a')
+    h.supervisor.stop('enough')
+    h.host.left = []
+    h.after(9.0)
+    assert h.supervisor.done
+    assert h.started() == ['a']
 
 
 def test_stopping_wins_over_a_respawn_that_is_due(history, process):
