@@ -25,7 +25,7 @@ SAMPLE_INTERVAL = 0.25
 MAXIMUM_FILES = 200
 #: MiB that the launcher may take. It begins with 20.
 MAXIMUM_MEMORY = 64
-DAEMONS = 15
+DAEMONS = 8
 LINES = ''.join(f'{n}\n' for n in range(1, 20001)).encode()
 
 QUICK = {'sigterm_timeout': 0.5, 'sigkill_timeout': 0.5}
@@ -47,11 +47,25 @@ def unruly(launch, sh):
         sh(
             'daemons',
             'setsid sleep 9999 & exit 0',
-            **AGAIN | {'respawn_max_retries': DAEMONS},
+            # each is ended before the next run
+            **AGAIN | {'respawn_max_retries': DAEMONS, 'sigterm_timeout': 0.0},
         ),
         sh('stubborn', stubborn, **QUICK),
         sh('held', 'kill -STOP $$; sleep 9999', **QUICK),
         {'label': 'missing', 'argv': ['/no/such/program']},
+        {'label': 'rebuilt', 'argv': ['/no/such/program'], **AGAIN},
+        # its logs are deleted while it writes them
+        sh(
+            'wiped',
+            'echo 1; rm -rf "$TEST_LAUNCH/log/wiped"; seq 2 2000',
+            **AGAIN,
+        ),
+        sh(
+            'endless',
+            "head -c 3000000 /dev/zero | tr '\\0' x",
+            output='own_log',
+            **AGAIN | {'respawn_delay': 0.3},
+        ),
         {
             'label': 'parameters',
             'argv': ['sh', '-c', 'cat "$0"', {'content': 'x: 1\n'}],
@@ -78,6 +92,9 @@ def test_an_unruly_launch_stays_bounded_and_leaves_nothing(
         assert len(files) < MAXIMUM_FILES
         assert _memory(unruly.popen.pid) < MAXIMUM_MEMORY
         assert _memory(guard) < MAXIMUM_MEMORY
+    wait_until(lambda: _starts(unruly, 'daemons') > DAEMONS)
+    # what was written after its deletion is in the log
+    wait_until(lambda: _content(unruly, 'wiped').endswith(b'\n2000\n'))
     unruly.sends(number)
     if number == signal.SIGINT:
         assert unruly.ends() == 1
@@ -103,8 +120,20 @@ def _check_logs(one):
             assert LINES.startswith(rest)
     deaths = [e for e in one.events('exited') if e['label'] == 'killed']
     assert len(deaths) - one.log('killed/stdout.log').count(b'dying\n') <= 1
-    started = [e for e in one.events('started') if e['label'] == 'daemons']
-    assert len(started) == DAEMONS + 1
+    failed = one.events('start_failed')
+    assert sum(e['label'] == 'rebuilt' for e in failed) > 5
+    assert _starts(one, 'daemons') == DAEMONS + 1
+
+
+def _starts(one, label):
+    return sum(e['label'] == label for e in one.events('started'))
+
+
+def _content(one, label):
+    try:
+        return one.log(f'{label}/stdout.log')
+    except FileNotFoundError:
+        return b''
 
 
 def _whole(log):
