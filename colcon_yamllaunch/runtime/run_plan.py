@@ -33,6 +33,7 @@ from colcon_yamllaunch.runtime.record.failure_advice import Advisor
 from colcon_yamllaunch.runtime.record.failure_advice import OwnerOf
 from colcon_yamllaunch.runtime.record.failures import Failures
 from colcon_yamllaunch.runtime.record.launch_logs import Logs
+from colcon_yamllaunch.runtime.record.launch_logs import Store
 from colcon_yamllaunch.runtime.screen.display import Display
 from colcon_yamllaunch.runtime.screen.line_formats import layout_of
 from colcon_yamllaunch.runtime.screen.line_formats import LOG_FORMAT
@@ -55,6 +56,7 @@ def run_plan(
     color: bool | None = None,
     tty: bool = False,
     log_limit: int | None = limits.LOG_LIMIT,
+    log_store: Store | None = None,
     clock: Callable[[], float] = time.monotonic,
     spawn: Spawn = os.posix_spawn,
     conditions: ExitConditions | None = None,
@@ -85,6 +87,8 @@ def run_plan(
     :param tty: Whether each process gets a terminal
     :param log_limit: What all log files may take together, in bytes, or None;
       see :mod:`colcon_yamllaunch.runtime.record.log_files`
+    :param log_store: The log folders of other launches, if they are to be
+      tidied up
     :param clock: Returns seconds that never go back
     :param spawn: Starts a program as :func:`os.posix_spawn` does
     :param conditions: When it ends by itself, by default never
@@ -125,6 +129,7 @@ def run_plan(
                 lambda text: screen.handle(events.Warned(text)),
                 limit=log_limit,
                 layout=layout,
+                store=log_store,
             )
             stack.callback(logs.close)
             listeners.append(logs.handle)

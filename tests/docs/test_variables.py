@@ -9,6 +9,8 @@ from pathlib import Path
 import re
 
 from colcon_yamllaunch.runtime.control.socket_folder import SUFFIX
+from colcon_yamllaunch.runtime.record.log_store import INDEX_NAME
+from colcon_yamllaunch.verb.cli.environment_variables import ALL_LOGS_LIMIT
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME
 from colcon_yamllaunch.workspace.colcon.colcon_cache import CACHE_NAME
@@ -77,5 +79,7 @@ def test_each_file_is_told() -> None:
         f'colcon-launch/PID{SUFFIX}`',
         f'for {MAXIMUM_RECORDS} environments',
         f'a number ({KEPT_LOG_FOLDERS} when nothing is said)',
+        f'a size ({ALL_LOGS_LIMIT // 10**9}GB when nothing is said)',
+        f'`log/{INDEX_NAME}`',
     ):
         assert name in TEXT

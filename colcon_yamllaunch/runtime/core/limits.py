@@ -31,6 +31,12 @@ COLLECTED_LOG = 256 * 1024
 #: Bytes that all log files of a launch may take together, unless the user
 #: gives another limit.
 LOG_LIMIT = 2_000_000_000
+#: The part of the disk that logs leave free is one divided by this.
+SPARE_PART = 10
+#: Bytes that the log files of a launch may take all the same.
+LOG_MINIMUM = 1_000_000
+#: Bytes that they may grow by before the disk is looked at again.
+LOG_STEP = 16_000_000
 #: Log files that the limit is divided among at least, so that one of a few
 #: files does not lose half of its content at once; and old parts of one file
 #: that are as large together as the next one may be.

@@ -19,6 +19,7 @@ import json
 import os
 from pathlib import Path
 import time
+from typing import Protocol
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.plan.plan import Process
@@ -41,6 +42,16 @@ EVENT_LOG = 'events.jsonl'
 COMBINED_LOG = 'stdout_stderr.log'
 
 
+class Store(Protocol):
+    """The log folders of other launches; see `log_store`."""
+
+    def tidy(self) -> bool:
+        """Do a part of what there is to do; return whether there is more."""
+
+    def allowed(self, used: int, wanted: int) -> int:
+        """Make room for what this launch writes; return what it may take."""
+
+
 class Logs:
     """
     Records what happens.
@@ -53,6 +64,8 @@ class Logs:
     :param limit: What all files may take together, in bytes, or None
     :param layout: How the lines in `launch.log` look that are no output of a
       process, or None for the usual way
+    :param store: The folders of other launches, which get tidied up as soon
+      as there is time, or None to leave them alone
     """
 
     def __init__(
@@ -63,11 +76,19 @@ class Logs:
         now: Callable[[], float] = time.time,
         limit: int | None = None,
         layout: Layout | None = None,
+        store: Store | None = None,
     ) -> None:
         processes = tuple(processes)
         self._folder = folder
         self._folders = folder_names(p.label for p in processes)
-        self._quota = Quota(limit, 2 + 3 * len(processes), complain)
+        self._store = store
+        self._quota = Quota(
+            limit,
+            2 + 3 * len(processes),
+            complain,
+            None if store is None else store.allowed,
+        )
+        self._is_tidy = store is None
         self._layout = layout
         self._complain = complain
         self._complained = False
@@ -140,7 +161,7 @@ class Logs:
         self._waiting, self._begun = self._begun, {}
         self._write_collected()
         self._mind_lock()
-        return bool(self._unopened or self._waiting)
+        return bool(self._unopened or self._waiting) or self._tidy()
 
     def close(self) -> None:
         """Write everything, and close all files."""
@@ -180,6 +201,12 @@ class Logs:
         self._pending_size = 0
         self._common_pending.clear()
         self._event_pending.clear()
+
+    def _tidy(self) -> bool:
+        """Tidy up a bit more; return whether there is more to do."""
+        if self._store is not None and not self._is_tidy:
+            self._is_tidy = not self._store.tidy()
+        return not self._is_tidy
 
     def _mind_lock(self) -> None:
         """Lock the folder again after somebody deleted it."""

@@ -32,20 +32,29 @@ class Quota:
     :param limit: In bytes, or None for no limit
     :param files: How many log files there may be, old parts not counted
     :param complain: Is told once that something old is deleted
+    :param allowed: Given what the files take and what they are to take,
+      returns what they may take on this disk; see
+      :meth:`.log_store.LogStore.allowed`
     """
 
     def __init__(
-        self, limit: int | None, files: int, complain: Callable[[str], None]
+        self,
+        limit: int | None,
+        files: int,
+        complain: Callable[[str], None],
+        allowed: Callable[[int, int], int] | None = None,
     ) -> None:
         self._limit = sys.maxsize if limit is None else limit
-        parts = 2 * max(files, limits.LOG_PARTS)
-        #: Bytes at which a file is full unless it has large old parts.
-        self.share = max(self._limit // parts, limits.LOG_PART)
+        self._parts = 2 * max(files, limits.LOG_PARTS)
         self._complain = complain
         self._complained = False
+        self._allowed = allowed
+        # bytes that may be written before the disk is looked at again
+        self._left = limits.LOG_MINIMUM if allowed else sys.maxsize
         #: Bytes that all files have now.
         self.used = 0
         self._rotated: deque[LogFile] = deque()
+        self._restrict(self._limit)
 
     def rotated(self, file: 'LogFile') -> None:
         """Take note that a file has one more old part."""
@@ -53,15 +62,40 @@ class Quota:
 
     def make_room(self, size: int) -> None:
         """Delete what is too old to stay when files grow by a size."""
-        while self.used + size > self._limit and self._rotated:
+        self._left -= size
+        if self._left < 0:
+            self._look_at_disk(size)
+        while self.used + size > self._bound and self._rotated:
             self.used -= self._rotated.popleft().forget_oldest()
             if not self._complained:
                 self._complained = True
-                self._complain(
-                    'the log files have reached the limit of '
-                    f'{size_text(self._limit)}: from now on the oldest parts '
-                    'are deleted; --log-limit gives them more room'
-                )
+                self._complain(self._complaint())
+
+    def _look_at_disk(self, size: int) -> None:
+        if self._allowed is not None:
+            step = size + min(limits.LOG_STEP, self._bound // self._parts)
+            allowed = self._allowed(self.used, self.used + step)
+            self._restrict(min(self._limit, allowed))
+            self._left = step - size
+
+    def _restrict(self, bound: int) -> None:
+        self._bound = bound
+        #: Bytes at which a file is full unless it has large old parts.
+        self.share = max(bound // self._parts, limits.LOG_PART)
+
+    def _complaint(self) -> str:
+        if self._bound == self._limit:
+            return (
+                'the log files have reached the limit of '
+                f'{size_text(self._limit)}: from now on the oldest parts are '
+                'deleted; --log-limit gives them more room'
+            )
+        return (
+            'the logs of all launches have reached their limit, or the disk '
+            f'is nearly full: with {size_text(self._bound)}, the oldest parts '
+            'of the log files are deleted; COLCON_LAUNCH_LOG_TOTAL gives more '
+            'room'
+        )
 
 
 class LogFile:

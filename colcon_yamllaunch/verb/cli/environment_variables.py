@@ -13,6 +13,15 @@ LOG_FOLDERS = EnvironmentVariable(
     'How many former launches keep their folder in the log folder: a number '
     f'(default: {KEPT_LOG_FOLDERS}), or `all`',
 )
+#: Bytes that the log folders of all launches may take together, unless the
+#: user says otherwise.
+ALL_LOGS_LIMIT = 10_000_000_000
+#: What they may take if the user does.
+LOG_TOTAL = EnvironmentVariable(
+    'COLCON_LAUNCH_LOG_TOTAL',
+    'What the log folders of all launches may take together: a size such as '
+    f'500MB (default: {ALL_LOGS_LIMIT // 10**9}GB), or `none`',
+)
 #: Whose workspaces are used; its name is `workspace.packages.trust.TRUST`.
 TRUSTED = EnvironmentVariable(
     'COLCON_LAUNCH_TRUST',

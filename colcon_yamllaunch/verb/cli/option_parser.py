@@ -227,8 +227,13 @@ def _seconds(option: str, text: str) -> float:
     return value
 
 
-def _size(option: str, text: str) -> int | None:
-    """Return a number of bytes, or None for no limit."""
+def read_size(option: str, text: str) -> int | None:
+    """
+    Return a number of bytes, or None for no limit.
+
+    :param option: The option or variable that has it
+    :raises UserError: when it is no size, or too small
+    """
     if text == NO_LIMIT:
         return None
     match = re.fullmatch(_SIZE, text.strip(), re.IGNORECASE)
@@ -255,6 +260,6 @@ READERS: Mapping[Kind, Callable[[str, str], Any]] = {
     'path': lambda _, text: Path(text).expanduser(),
     'pattern': _pattern,
     'seconds': _seconds,
-    'size': _size,
+    'size': read_size,
     'words': _words,
 }

@@ -35,8 +35,8 @@ from colcon_yamllaunch.verb.cli.target import Target
 from colcon_yamllaunch.verb.launching.builds import Builds
 from colcon_yamllaunch.verb.launching.builds import failure
 from colcon_yamllaunch.verb.launching.launch_packages import LaunchPackages
-from colcon_yamllaunch.verb.launching.log_folders import delete_old_log_folders
 from colcon_yamllaunch.verb.launching.log_folders import locked
+from colcon_yamllaunch.verb.launching.log_folders import log_store_of
 from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
 from colcon_yamllaunch.verb.launching.plan_run import PlanRun
 from colcon_yamllaunch.verb.launching.preflight import preflight
@@ -127,8 +127,6 @@ class LaunchFlow:
     def _run(
         self, plan: Plan, environment: Mapping[str, str], plan_run: PlanRun
     ) -> int:
-        if self._log_folder is not None:
-            delete_old_log_folders(self._log_folder, self._environment, say)
         label = None
         if self._options.attach is not None:
             from colcon_yamllaunch.verb.sessions.attaching import with_terminal
@@ -137,10 +135,14 @@ class LaunchFlow:
         # who types Ctrl-C once more just when the launch has ended gets its
         # exit code all the same: from here on only the launch takes SIGINT
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        store = None
+        if self._log_folder is not None:
+            store = log_store_of(self._log_folder, self._environment, say)
         return plan_run.run(
             plan,
             environment,
             self._log_folder,
+            store,
             self._about(),
             label,
             lambda module, user: self.locator.undeclared_owner(module, user),

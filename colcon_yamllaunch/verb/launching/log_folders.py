@@ -1,38 +1,32 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""
-The log folders of launches, of which the oldest are deleted.
-
-A launch holds a lock on its folder as long as it runs, whatever becomes of
-it, so that no other launch deletes the folder.
-"""
+"""Where a launch keeps its logs, and what the user wants of older ones."""
 
 from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import contextmanager
 from contextlib import suppress
-import fcntl
 import os
 from pathlib import Path
-import re
-import shutil
 import time
 
 from colcon_core.location import get_log_path
-from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.runtime.record.log_files import lock_folder
+from colcon_yamllaunch.runtime.record.log_store import LogStore
+from colcon_yamllaunch.verb.cli.environment_variables import ALL_LOGS_LIMIT
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.verb.cli.environment_variables import LOG_FOLDERS
+from colcon_yamllaunch.verb.cli.environment_variables import LOG_TOTAL
 from colcon_yamllaunch.verb.cli.log_base import default_log_base
 from colcon_yamllaunch.verb.cli.log_base import is_writable
 from colcon_yamllaunch.verb.cli.log_base import LOG_PATH
 from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.option_parser import read_size
 
 _ALL = 'all'
-# as colcon names them, and log_folder_of() where there is no workspace
-_NAME = re.compile(r'launch_(\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d)(?:_(\d+))?')
 
 
 @contextmanager
@@ -50,70 +44,34 @@ def locked(folder: Path | None) -> Iterator[None]:
             os.close(descriptor)
 
 
-def delete_old_log_folders(
+def log_store_of(
     folder: Path,
     environment: Mapping[str, str],
     warn: Callable[[str], None],
-) -> None:
+) -> LogStore | None:
     """
-    Delete the oldest folders beside that of a launch.
+    Return the log folders beside that of a launch, as the user wants them.
 
-    As many are kept of launches that ran as, apart from these, of inspections.
-    The last launch, to which `latest` leads, and what cannot be deleted stay.
-
-    :param folder: The folder of the launch, which stays
-    :param warn: Is told that the user's wish is no number
+    :param folder: The folder of the launch
+    :param warn: Is told that the user's wish is no number or size; then there
+      is no answer, as nothing is to be deleted
     """
-    kept = _kept(environment, warn)
-    if kept is None:
-        return
-    links = (folder.parent / n for n in ('latest', 'latest_launch'))
-    latest = {path.resolve() for path in (folder, *links)}
-    ran: list[Path] = []
-    inspected: list[Path] = []
-    for path in _folders(folder.parent):
-        if path.resolve() not in latest:
-            (ran if (path / COMMON_LOG).exists() else inspected).append(path)
-    for paths in (ran, inspected):
-        for path in paths[: max(0, len(paths) - kept)]:
-            _delete(path)
-
-
-def _kept(
-    environment: Mapping[str, str], warn: Callable[[str], None]
-) -> int | None:
     text = environment.get(LOG_FOLDERS.name) or str(KEPT_LOG_FOLDERS)
-    if text == _ALL:
+    if text != _ALL and not (text.isascii() and text.isdigit()):
+        warn(
+            f"colcon launch: {LOG_FOLDERS.name} is a number or '{_ALL}', not "
+            f"'{text}': no log folder is deleted"
+        )
         return None
-    if text.isascii() and text.isdigit():
-        return int(text)
-    warn(
-        f"colcon launch: {LOG_FOLDERS.name} is a number or '{_ALL}', not "
-        f"'{text}': no log folder is deleted"
-    )
-    return None
-
-
-def _folders(base: Path) -> list[Path]:
-    """Return the folders of launches, the oldest first."""
-    found = []
-    try:
-        with os.scandir(base) as entries:
-            for entry in entries:
-                match = _NAME.fullmatch(entry.name)
-                if match and entry.is_dir(follow_symlinks=False):
-                    key = match[1], int(match[2] or 0)
-                    found.append((key, Path(entry.path)))
-    except OSError:
-        return []
-    return [path for _, path in sorted(found)]
-
-
-def _delete(folder: Path) -> None:
-    descriptor = lock_folder(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    if descriptor is not None:
-        shutil.rmtree(folder, ignore_errors=True)
-        os.close(descriptor)
+    kept = None if text == _ALL else int(text)
+    limit: int | None = ALL_LOGS_LIMIT
+    if total := environment.get(LOG_TOTAL.name):
+        try:
+            limit = read_size(LOG_TOTAL.name, total)
+        except UserError as e:
+            warn(f'colcon launch: {e}: no log folder is deleted')
+            return None
+    return LogStore(folder, kept, limit)
 
 
 def log_folder_of(

@@ -27,6 +27,7 @@ from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.runtime.record.junit import JUnitReport
+    from colcon_yamllaunch.runtime.record.log_store import LogStore
 
 # what few launches need is imported where it is needed
 
@@ -65,6 +66,7 @@ class PlanRun:
         plan: Plan,
         environment: Mapping[str, str],
         log_folder: Path | None,
+        log_store: 'LogStore | None',
         about: About,
         attach: str | None,
         owner_of: OwnerOf,
@@ -74,6 +76,8 @@ class PlanRun:
 
         :param environment: The environment of its processes
         :param log_folder: The folder for the logs, or None to keep none
+        :param log_store: The folders of other launches, or None to leave them
+          alone
         :param about: What other terminals know the launch by
         :param attach: The label of the process that has the keyboard, if any
         :param owner_of: Tells which package has a missing Python module
@@ -91,6 +95,7 @@ class PlanRun:
             color=False if options.no_color else None,
             tty=options.tty,
             log_limit=options.log_limit,
+            log_store=log_store,
             conditions=ExitConditions(
                 options.until, options.timeout, options.for_
             ),

@@ -15,6 +15,8 @@ from colcon_yamllaunch.runtime.core.output_modes import IN_OWN_LOG
 from colcon_yamllaunch.runtime.core.output_modes import SHOWN
 from colcon_yamllaunch.runtime.record.launch_logs import Logs
 from colcon_yamllaunch.runtime.record.log_files import size_text
+from colcon_yamllaunch.runtime.record.log_store import INDEX_NAME
+from colcon_yamllaunch.verb.cli.environment_variables import ALL_LOGS_LIMIT
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
 import pytest
 
@@ -120,3 +122,7 @@ def test_the_limits_are_those_of_the_code():
     assert f'each file may have {limits.LOG_PART // 1024} KiB' in TEXT
     assert limits.LOG_PARTS * 2 == 16
     assert f'the latest {KEPT_LOG_FOLDERS} launches are kept' in TEXT
+    assert f'together take at most {size_text(ALL_LOGS_LIMIT)}' in TEXT
+    assert f'{100 // limits.SPARE_PART} %, or half' in TEXT
+    assert f'it may have {size_text(limits.LOG_MINIMUM)}' in TEXT
+    assert f'`{INDEX_NAME}` beside them' in TEXT

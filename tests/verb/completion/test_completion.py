@@ -6,8 +6,10 @@
 from collections.abc import Callable
 from pathlib import Path
 import pkgutil
+import time
 
 import colcon_yamllaunch
+from colcon_yamllaunch.runtime.record.log_store import INDEX_NAME
 import pytest
 from support.completion import complete
 from support.completion import imported
@@ -245,6 +247,11 @@ def test_processes(user: User, completes: Complete, tmp_path: Path) -> None:
     user.package('alpha', SLEEPER)
     launch = user.start('colcon', 'launch', 'alpha', 'alpha.yaml')
     launch.wait_for(r'typist-2')
+    # the last file that a launch makes by itself
+    deadline = time.monotonic() + 60
+    while not (user.root / 'log' / INDEX_NAME).exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
     for option in ('stop', 'restart', 'logs'):
         assert completes(f'colcon launch --{option} ') == ['sleeper', 'typist']
     assert completes('colcon launch --logs -f s') == ['sleeper']

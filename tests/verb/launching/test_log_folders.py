@@ -2,12 +2,20 @@
 # Licensed under the Apache License, Version 2.0
 
 from collections.abc import Callable
+import os
 from pathlib import Path
+from types import SimpleNamespace
 
+from colcon_yamllaunch.runtime.record import log_store
+from colcon_yamllaunch.runtime.record.log_files import LogFile
+from colcon_yamllaunch.runtime.record.log_files import Quota
+from colcon_yamllaunch.runtime.record.log_store import INDEX_NAME
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
-from colcon_yamllaunch.verb.launching.log_folders import delete_old_log_folders
 from colcon_yamllaunch.verb.launching.log_folders import locked
+from colcon_yamllaunch.verb.launching.log_folders import log_store_of
 import pytest
+from support.hostile import needs_other_user
+from support.hostile import OTHER_USER
 
 Make = Callable[..., Path]
 
@@ -19,8 +27,9 @@ def make(tmp_path: Path) -> Make:
     def make_one(name: str, *, ran: bool = True) -> Path:
         folder = tmp_path / name
         (folder / 'node-1').mkdir(parents=True)
-        if ran:
-            (folder / 'launch.log').touch()
+        names = ('launch.log', 'events.jsonl') if ran else ('logger_all.log',)
+        for file in names:
+            (folder / file).touch()
         return folder
 
     return make_one
@@ -33,8 +42,11 @@ def name_of(number: int) -> str:
 def pruned(folder: Path, kept: str | None) -> list[str]:
     """Prune, and return what is left."""
     variables = {} if kept is None else {'COLCON_LAUNCH_LOG_FOLDERS': kept}
-    delete_old_log_folders(folder, variables, pytest.fail)
-    return sorted(p.name for p in folder.parent.iterdir())
+    store = log_store_of(folder, variables, pytest.fail)
+    assert store is not None
+    while store.tidy():
+        continue
+    return sorted(p.name for p in folder.parent.iterdir() if p.is_dir())
 
 
 def test_the_oldest_launches_lose_their_folder(make: Make) -> None:
@@ -76,10 +88,161 @@ def test_nothing_else_is_deleted(make: Make, tmp_path: Path) -> None:
     target = make('elsewhere/launch')
     (tmp_path / 'launch_2026-01-01_00-00-01').symlink_to(target)
     (tmp_path / 'launch_2026-01-01_00-00-02').write_text('a file')
-    before = sorted(p.name for p in tmp_path.iterdir())
+    # of nobody knows whom
+    (tmp_path / 'launch_2026-01-01_00-00-03').mkdir()
+    (tmp_path / 'launch_2026-01-01_00-00-03' / 'notes').touch()
+    before = sorted(p.name for p in tmp_path.iterdir() if p.is_dir())
     folder = make('launch_2026-01-02_00-00-00')
     assert pruned(folder, '0') == sorted([*before, folder.name])
     assert (target / 'launch.log').exists()
+    assert (tmp_path / 'launch_2026-01-01_00-00-02').exists()
+
+
+@needs_other_user
+@pytest.mark.hostile
+def test_the_folder_of_another_user_stays(make: Make) -> None:
+    other = make(name_of(0))
+    os.chown(other, OTHER_USER, OTHER_USER)
+    folder = make('launch_2026-01-02_00-00-00')
+    assert pruned(folder, '0') == [other.name, folder.name]
+
+
+@pytest.mark.hostile
+def test_links_in_a_folder_are_not_followed(
+    make: Make, tmp_path: Path
+) -> None:
+    treasure = tmp_path / 'treasure'
+    treasure.mkdir()
+    (treasure / 'coin').touch()
+    old = make(name_of(0))
+    (old / 'node-1' / 'link').symlink_to(treasure)
+    assert old.name not in pruned(make('launch_2026-01-02_00-00-00'), '0')
+    assert (treasure / 'coin').exists()
+
+
+@pytest.mark.hostile
+def test_after_the_clock_was_set_back_the_latest_stay(make: Make) -> None:
+    names = []
+    for number in range(4):
+        names.append(f'launch_2030-01-01_00-00-0{number}')
+        pruned(make(names[-1]), '2')
+    for number in range(4):
+        names.append(name_of(number))
+        left = pruned(make(names[-1]), '2')
+        assert left == sorted(names[-3:])
+
+
+@pytest.mark.hostile
+def test_what_is_remembered_of_folders_may_be_damaged(make: Make) -> None:
+    for number, text in enumerate(('', '[]', '{"a": 1}', '\0')):
+        folder = make(name_of(number))
+        (folder.parent / INDEX_NAME).write_text(text)
+        assert len(pruned(folder, '1')) == min(2, number + 1)
+
+
+def full_of(folder: Path, size: int) -> Path:
+    (folder / 'node-1' / 'stdout.log').write_bytes(b'x' * size)
+    return folder
+
+
+@pytest.mark.hostile
+def test_all_folders_together_keep_to_a_limit(make: Make) -> None:
+    for number in range(10):
+        full_of(make(name_of(number)), 1_000_000)
+    folder = make('launch_2026-01-02_00-00-00')
+    running = folder.with_name(name_of(0))
+    variables = {'COLCON_LAUNCH_LOG_TOTAL': '5MB'}
+    with locked(running):
+        store = log_store_of(folder, variables, pytest.fail)
+        assert store is not None
+        assert store.allowed(0, 10_000) >= 10_000
+        left = sorted(p.name for p in folder.parent.iterdir() if p.is_dir())
+        assert left == [
+            running.name,
+            *(name_of(n) for n in range(7, 10)),
+            folder.name,
+        ]
+        # what it may take when nothing else may be deleted
+        assert 3_900_000 < store.allowed(10_000, 9_000_000) <= 4_000_000
+    left = sorted(p.name for p in folder.parent.iterdir() if p.is_dir())
+    assert left == [running.name, folder.name]
+
+
+@pytest.mark.hostile
+def test_what_nodes_write_beside_counts(make: Make) -> None:
+    full_of(make(name_of(0)), 1_000_000)
+    folder = full_of(make('launch_2026-01-02_00-00-00'), 4_500_000)
+    variables = {'COLCON_LAUNCH_LOG_TOTAL': '8MB'}
+    store = log_store_of(folder, variables, pytest.fail)
+    assert store is not None
+    assert store.allowed(0, 3_000_000) == 3_500_000
+    assert not (folder.parent / name_of(0)).exists()
+
+
+@pytest.mark.hostile
+def test_a_launch_that_writes_much_keeps_to_the_limit_of_all(
+    make: Make,
+) -> None:
+    for number in range(10):
+        full_of(make(name_of(number)), 1_000_000)
+    folder = make('launch_2026-01-02_00-00-00')
+    variables = {'COLCON_LAUNCH_LOG_TOTAL': '12MB'}
+    store = log_store_of(folder, variables, pytest.fail)
+    assert store is not None
+    told: list[str] = []
+    quota = Quota(None, 1, told.append, store.allowed)
+    file = LogFile(folder / 'launch.log', quota)
+    for _ in range(200):
+        file.write(b'x' * 99_999 + b'\n')
+        files = [p for p in folder.parent.rglob('*') if p.is_file()]
+        assert sum(p.stat().st_size for p in files) < 12_100_000
+    file.close()
+    assert not (folder.parent / name_of(9)).exists()
+    assert quota.used > 10_000_000
+    (text,) = told
+    assert 'COLCON_LAUNCH_LOG_TOTAL' in text
+
+
+@pytest.mark.hostile
+def test_a_full_disk_costs_old_logs_no_more_than_the_new_ones_take(
+    make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number in range(5):
+        full_of(make(name_of(number)), 1_000_000)
+    folder = make('launch_2026-01-02_00-00-00')
+    store = log_store_of(folder, {}, pytest.fail)
+    assert store is not None
+    free = 50_000_000
+
+    def statvfs(_: object) -> SimpleNamespace:
+        return SimpleNamespace(f_frsize=1, f_blocks=100_000_000, f_bavail=free)
+
+    monkeypatch.setattr('os.statvfs', statvfs)
+    assert store.allowed(0, 2_000_000) >= 2_000_000
+    # somebody else fills the disk
+    free = 0
+    assert store.allowed(2_000_000, 2_500_000) == 2_000_000
+    left = [p for p in folder.parent.iterdir() if p.is_dir()]
+    assert len(left) == 5
+
+
+def test_many_folders_are_measured_once(
+    make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number in range(20):
+        full_of(make(name_of(number)), 1000)
+    pruned(make('launch_2026-01-02_00-00-00'), None)
+    folder = make('launch_2026-01-02_00-00-01')
+    measured: list[Path] = []
+
+    def size_of(path: Path) -> int:
+        measured.append(path)
+        return 0
+
+    monkeypatch.setattr(log_store, '_size_of', size_of)
+    pruned(folder, None)
+    # the launch before this one has ended since
+    assert [p.name for p in measured] == ['launch_2026-01-02_00-00-00']
 
 
 def test_the_latest_stays(make: Make, tmp_path: Path) -> None:
@@ -125,12 +288,30 @@ def test_without_a_number_nothing_is_deleted(make: Make, kept: str) -> None:
     make(name_of(0))
     folder = make('launch_2026-01-02_00-00-00')
     told: list[str] = []
-    delete_old_log_folders(
-        folder, {'COLCON_LAUNCH_LOG_FOLDERS': kept}, told.append
-    )
-    assert len(list(folder.parent.iterdir())) == 2
+    variables = {'COLCON_LAUNCH_LOG_FOLDERS': kept}
+    assert log_store_of(folder, variables, told.append) is None
     (text,) = told
     assert f"not '{kept}'" in text
+
+
+@pytest.mark.parametrize('total', ['much', '1kB', '-1MB'])
+def test_without_a_size_nothing_is_deleted(make: Make, total: str) -> None:
+    told: list[str] = []
+    variables = {'COLCON_LAUNCH_LOG_TOTAL': total}
+    folder = make('launch_2026-01-02_00-00-00')
+    assert log_store_of(folder, variables, told.append) is None
+    (text,) = told
+    assert total in text
+
+
+def test_without_a_limit_of_all_nothing_is_deleted_for_it(make: Make) -> None:
+    full_of(make(name_of(0)), 1000)
+    folder = make('launch_2026-01-02_00-00-00')
+    variables = {'COLCON_LAUNCH_LOG_TOTAL': 'none'}
+    store = log_store_of(folder, variables, pytest.fail)
+    assert store is not None
+    assert store.allowed(0, 10**15) >= 10**15
+    assert (folder.parent / name_of(0)).exists()
 
 
 def test_a_folder_that_cannot_be_made_is_not_locked(tmp_path: Path) -> None:
