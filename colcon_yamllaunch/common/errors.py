@@ -14,3 +14,16 @@ class UserError(RuntimeError):
 
 class WorkspaceError(UserError):
     """What goes wrong in a workspace."""
+
+
+class OutputError(UserError):
+    """
+    Standard output does not take what it is to show.
+
+    That nobody reads it any more, as behind `| head`, is none.
+    """
+
+    def __init__(self, reason: OSError) -> None:
+        super().__init__(
+            f'the output cannot be written: {reason.strerror or reason}'
+        )

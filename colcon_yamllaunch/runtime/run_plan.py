@@ -13,6 +13,7 @@ import sys
 import time
 from typing import TextIO
 
+from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
@@ -70,8 +71,8 @@ def run_plan(
     Run a plan to its end, and return the exit code.
 
     It is 0 when all ended well or was stopped by the user, 1 when a process
-    failed, could not be started or could not be stopped, or when a condition
-    was not met.
+    failed, could not be started or could not be stopped, when a condition was
+    not met, or when output could not be shown.
 
     Must be called in the main thread, and no other thread may run: signals
     are handled here, and processes are started from a working directory that
@@ -98,6 +99,8 @@ def run_plan(
     :param attach: The label of a process that the keyboard, which is standard
       input, is connected to; it must have a terminal
     :param owner_of: Tells which package has a Python module that is missing
+    :raises OutputError: at the end, when output could not be shown; not when
+      nobody reads it any more
     """
     stream = sys.stdout if stream is None else stream
     if tty:
@@ -170,9 +173,12 @@ def run_plan(
             engine.run(signals)
         files.remove()
         guard.dismiss()
-        ended = _ended(failures, conditions)
+        display.writer.flush()
+        ended = _ended(failures, conditions, display.writer.error)
         engine.tell(ended)
         engine.finish(signals)
+        if display.writer.error is not None:
+            raise OutputError(display.writer.error)
         return ended.exit_code
 
 
@@ -182,10 +188,12 @@ def _record_nothing(
     """Keep no logs."""
 
 
-def _ended(failures: Failures, conditions: ExitConditions) -> events.Ended:
+def _ended(
+    failures: Failures, conditions: ExitConditions, unshown: OSError | None
+) -> events.Ended:
     missed = conditions.failures()
     return events.Ended(
-        failures.exit_code or int(bool(missed)),
+        failures.exit_code or int(bool(missed or unshown)),
         (*failures.summary(), *(f'failed: {text}' for text in missed)),
         failures.reports(),
         conditions.verdicts(),

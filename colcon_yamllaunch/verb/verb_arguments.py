@@ -3,6 +3,7 @@
 
 """What each verb does when colcon asks for its arguments."""
 
+from functools import partial
 import logging
 import os
 import sys
@@ -22,11 +23,22 @@ def add_verb_arguments(parser: Any, verb: Verb) -> dict[str, str]:
     environment = dict(os.environ)
     add_options(parser, verb)
     choose_log_base(verb)
+    parser.print_help = partial(_print_help, verb, parser)
     if '_ARGCOMPLETE' in environment:
         from colcon_yamllaunch.verb.completion.completing import complete
 
         complete(verb, parser, environment)
     return environment
+
+
+def _print_help(verb: Verb, parser: Any) -> None:
+    """Do what argparse does for `--help`, and say if that is impossible."""
+    from colcon_yamllaunch.verb.cli.messages import report_errors
+    from colcon_yamllaunch.verb.cli.messages import show_help
+
+    code = report_errors(verb, lambda: show_help(parser))
+    if code:
+        parser.exit(code)
 
 
 def open_standard_streams() -> None:

@@ -10,6 +10,7 @@ import sys
 from typing import Any
 
 from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
@@ -68,4 +69,7 @@ def main() -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except UserError as e:
+        sys.exit(f'error: {e}')

@@ -302,6 +302,24 @@ def test_the_end_of_the_reader_is_noticed_when_all_is_quiet(
     assert one.processes() == []
 
 
+@pytest.mark.hostile
+def test_output_that_cannot_be_written_is_an_error(launch, sh, tmp_path):
+    with (
+        open('/dev/full', 'wb', buffering=0) as full,
+        open(tmp_path / 'errors', 'wb') as errors,
+    ):
+        one = launch(
+            sh('a', 'echo hello'), popen={'stdout': full, 'stderr': errors}
+        )
+        assert one.ends() == 1
+    assert (tmp_path / 'errors').read_text() == (
+        'error: the output cannot be written: No space left on device\n'
+    )
+    # and the logs know it, too
+    assert one.log('a/stdout.log') == b'hello\n'
+    assert one.events('ended')[0]['exit_code'] == 1
+
+
 def test_everything_reaches_a_slow_reader_in_the_end(launch, sh, pipe):
     one = launch(
         sh('a', 'seq 1 100000', output='screen'),

@@ -101,6 +101,9 @@ def _writer(stream: TextIO, descriptor: int) -> Writer:
         stream.flush()
     except BrokenPipeError:
         writer.broken = True
+    except OSError as error:
+        # what was shown before, by the build for instance
+        writer.error = error
     return writer
 
 

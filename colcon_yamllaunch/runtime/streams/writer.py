@@ -13,8 +13,9 @@ from typing import TextIO
 
 from colcon_yamllaunch.runtime.core import limits
 
-# a full disk may have room again; anything else stays as it is
-_PASSING = frozenset((errno.ENOSPC, errno.EDQUOT))
+# a full disk may have room again, and a file that is too large be truncated;
+# anything else stays as it is
+_PASSING = frozenset((errno.ENOSPC, errno.EDQUOT, errno.EFBIG))
 
 # what a pipe that is ready takes for sure (POSIX, PIPE_BUF on Linux)
 _SAFE_SIZE = 4096
@@ -32,8 +33,12 @@ class Writer:
     def __init__(self, descriptor: int) -> None:
         #: What to wait for until it takes more, or -1 if there is no wait.
         self.descriptor = -1
+        self._is_terminal = False
         if descriptor != -1:
+            self._is_terminal = os.isatty(descriptor)
             self.descriptor, self._careful = _open_again(descriptor)
+        #: Why something could not be shown that somebody may miss, if so.
+        self.error: OSError | None = None
         #: Whether nobody can read it any more; then all is dropped.
         self.broken = False
         self._queue: deque[tuple[object, bytes | memoryview]] = deque()
@@ -59,6 +64,9 @@ class Writer:
         except OSError as error:
             self._drop()
             self.broken = error.errno not in _PASSING
+            # a terminal that was closed fails, too: nobody reads it any more
+            if not self._is_terminal:
+                self.error = self.error or error
 
     def accepts(self, key: object) -> bool:
         """Tell whether a stream may add to what waits already."""

@@ -7,14 +7,18 @@ from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextlib import suppress
 import logging
 import os
 import signal
 import sys
+from typing import Any
+from typing import TextIO
 
 import colcon_core
 from colcon_core.location import get_log_path
 import colcon_yamllaunch
+from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.printable import printable
@@ -31,8 +35,14 @@ logger = logging.getLogger('colcon.colcon_yamllaunch')
 
 def say(text: str) -> None:
     """Print lines for the user, apart from the output of processes."""
-    sys.stdout.flush()
-    print(printable(text), file=sys.stderr, flush=True)
+    # who shows something hears of what is wrong with the output
+    with suppress(OSError):
+        sys.stdout.flush()
+    try:
+        print(printable(text), file=sys.stderr, flush=True)
+    except OSError:
+        # what cannot be said does not change what is done
+        _drop(sys.stderr)
 
 
 def say_line(text: str) -> None:
@@ -40,14 +50,87 @@ def say_line(text: str) -> None:
     say(one_line(text))
 
 
-def show(text: str) -> None:
-    """Print what the user asked to see."""
-    print(printable(text), flush=True)
+def show(text: str, end: str = '\n') -> None:
+    """
+    Print what the user asked for.
+
+    :raises OutputError: when it cannot be written
+    """
+    with written():
+        print(printable(text), end=end, flush=True)
 
 
 def show_json(text: str) -> None:
-    """Print JSON that the user asked for; its values are exact."""
-    print(printable_json(text), flush=True)
+    """
+    Print JSON that the user asked for; its values are exact.
+
+    :raises OutputError: when it cannot be written
+    """
+    with written():
+        print(printable_json(text), flush=True)
+
+
+def show_bytes(data: bytes) -> None:
+    """
+    Print bytes at once.
+
+    :raises OutputError: when they cannot be written
+    """
+    with written():
+        sys.stdout.buffer.write(data)
+        sys.stdout.flush()
+
+
+@contextmanager
+def written() -> Iterator[None]:
+    """
+    Write to standard output.
+
+    :raises OutputError: when it takes nothing
+    :raises BrokenPipeError: when nobody reads it
+    """
+    try:
+        yield
+    except OSError as e:
+        # Python would try, and complain, once more at its end
+        _drop(sys.stdout)
+        if isinstance(e, BrokenPipeError):
+            raise
+        raise OutputError(e) from e
+
+
+class ForgivingOutput:
+    """
+    Standard output for what shows a traceback when it cannot write, as colcon.
+
+    What is lost so shows when more is written by others.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text if that is possible."""
+        with suppress(OSError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Write all if that is possible."""
+        with suppress(OSError):
+            self._stream.flush()
+
+
+def _drop(stream: TextIO) -> None:
+    """Lead a stream to where everything vanishes."""
+    # a stream may be no file of the system
+    with suppress(OSError, ValueError):
+        descriptor = os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)
+        os.dup2(descriptor, stream.fileno())
+        os.close(descriptor)
 
 
 def enumeration(items: Iterable[str]) -> str:
@@ -58,10 +141,9 @@ def enumeration(items: Iterable[str]) -> str:
 
 def show_versions() -> int:
     """Do what `--version` asks for, and return the exit code."""
-    print(
+    show(
         f'colcon-yamllaunch {colcon_yamllaunch.__version__}, '
-        f'colcon-core {colcon_core.__version__}',
-        flush=True,
+        f'colcon-core {colcon_core.__version__}'
     )
     return 0
 
@@ -90,6 +172,12 @@ def _end(number: int, _frame: object) -> None:
     raise SystemExit(128 + number)
 
 
+def show_help(parser: Any) -> int:
+    """Do what `--help` asks for, and return the exit code."""
+    show(parser.format_help(), end='')
+    return 0
+
+
 def report_errors(verb: str, action: Callable[[], int]) -> int:
     """
     Do what a verb does, and say in one message what went wrong.
@@ -98,15 +186,17 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
     """
     try:
         with _ended_by_signals():
-            return action()
+            code = action()
+        with written():
+            sys.stdout.flush()
+        return code
     except UserError as e:
         say(f'colcon {verb}: error: {e}')
         return 1
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
-        # nobody reads what is shown; Python would complain of it at its end
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # nobody reads what is shown
         return 1
     except Exception as e:
         # a defect of ours: the user gets one line, the log the traceback

@@ -16,13 +16,17 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+import sys
+from types import TracebackType
 from typing import Any
 
+from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.verb.cli.launch_options import split_line
 from colcon_yamllaunch.verb.cli.log_base import find_workspace
 from colcon_yamllaunch.verb.cli.log_base import PATH_SUFFIXES
+from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.option_parser import given_options
 from colcon_yamllaunch.verb.cli.option_table import Completer
 from colcon_yamllaunch.verb.cli.option_table import Option
@@ -103,6 +107,7 @@ def complete(verb: Verb, parser: Any, environment: Mapping[str, str]) -> None:
 
     :param environment: The user's environment, with what argcomplete added
     """
+    sys.excepthook = _in_one_line
     word = _word_at_cursor(environment)
     options = {option.key: option for option in options_of(verb).values()}
     for action in parser._actions:
@@ -119,6 +124,18 @@ def complete(verb: Verb, parser: Any, environment: Mapping[str, str]) -> None:
         if action.option_strings and not word.startswith('-'):
             # dozens of options would hide what is looked for
             action.help = argparse.SUPPRESS
+
+
+def _in_one_line(
+    kind: type[BaseException],
+    error: BaseException,
+    trace: TracebackType | None,
+) -> None:
+    """Say that argcomplete could not write what it found."""
+    if isinstance(error, OSError):
+        say(f'colcon: error: {OutputError(error)}')
+    else:
+        sys.__excepthook__(kind, error, trace)
 
 
 def _word_at_cursor(environment: Mapping[str, str]) -> str:

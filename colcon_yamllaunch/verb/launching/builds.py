@@ -6,8 +6,12 @@
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from dataclasses import replace
+import sys
+from typing import Any
 
+from colcon_yamllaunch.verb.cli.messages import ForgivingOutput
 from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.launching.build_interruption import interruption
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
@@ -60,7 +64,8 @@ class Builds:
         session = self._session
         session.refuse_invalid_manifests(wanted)
         environment = session.build_environment()
-        with interruption() as interrupted:
+        output: Any = ForgivingOutput(sys.stdout)
+        with interruption() as interrupted, redirect_stdout(output):
             update = bring_up_to_date(
                 session.colcon,
                 self._request(wanted),

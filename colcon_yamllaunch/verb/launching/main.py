@@ -10,14 +10,15 @@ from typing import Any
 from colcon_yamllaunch.common.process_scan import need_proc
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
 from colcon_yamllaunch.verb.cli.messages import report_errors
+from colcon_yamllaunch.verb.cli.messages import show
+from colcon_yamllaunch.verb.cli.messages import show_help
 from colcon_yamllaunch.verb.cli.messages import show_versions
 
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
     """Build, source and launch, and return the exit code."""
     if any(word in ('-h', '--help') for word in known.positionals):
-        known.verb_parser.print_help()
-        return 0
+        return report_errors('launch', lambda: show_help(known.verb_parser))
     return report_errors('launch', lambda: _main(known, environment))
 
 
@@ -34,7 +35,7 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
             schema_text,
         )
 
-        print(schema_text(), end='', flush=True)
+        show(schema_text(), end='')
         return 0
     # what is about running launches does without all that this imports
     from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow

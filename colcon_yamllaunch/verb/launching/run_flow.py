@@ -19,6 +19,7 @@ from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say_line
+from colcon_yamllaunch.verb.cli.messages import show_help
 from colcon_yamllaunch.verb.cli.messages import show_versions
 from colcon_yamllaunch.verb.cli.option_parser import read_options
 from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
@@ -86,8 +87,7 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
     # also where the executable would stand
     words = [word for word in known.positionals[:3] if word != '--']
     if not {'-h', '--help'}.isdisjoint(words[:2]):
-        known.verb_parser.print_help()
-        return 0
+        return report_errors('run', lambda: show_help(known.verb_parser))
     return report_errors('run', lambda: _run(known, environment))
 
 

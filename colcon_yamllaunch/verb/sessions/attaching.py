@@ -27,6 +27,8 @@ from colcon_yamllaunch.runtime.streams.signals import received
 from colcon_yamllaunch.runtime.streams.signals import STOPPING
 from colcon_yamllaunch.runtime.streams.terminals import with_terminals
 from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.messages import show
+from colcon_yamllaunch.verb.cli.messages import show_bytes
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 
 
@@ -94,7 +96,7 @@ def attach(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
         reason = _Conversation(chosen.launch, keyboard).run()
     finally:
         keyboard.release()
-        print(flush=True)
+        show('')
     say(f'{process.label}: {reason}')
     return 0
 
@@ -170,8 +172,7 @@ def _show(message: dict[str, object]) -> None:
             data = protocol.bytes_of(message['output'])
         except ProtocolError as e:
             raise ControlError(str(e)) from e
-        sys.stdout.buffer.write(data)
-        sys.stdout.flush()
+        show_bytes(data)
     elif 'skipped' in message:
         say(f'\n[{message["skipped"]} bytes skipped]')
     elif 'ended' in message and message.get('again'):

@@ -21,6 +21,7 @@ from colcon_yamllaunch.runtime.streams.lines import LineBuffer
 from colcon_yamllaunch.runtime.streams.lines import normalised
 from colcon_yamllaunch.runtime.streams.lines import prefixed
 from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.messages import show_bytes
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 
 #: Lines of each process that are shown before those to come, as by tail(1).
@@ -124,8 +125,7 @@ class LogReader:
             if terminal or self._prefix:
                 data = legible(normalised(data), terminal)
                 data = prefixed(data, self._prefix)
-            sys.stdout.buffer.write(data)
-            sys.stdout.flush()
+            show_bytes(data)
 
     def _has_changed(self) -> bool:
         if self._descriptor == -1:

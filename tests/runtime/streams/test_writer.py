@@ -104,6 +104,7 @@ def test_a_pipe_that_had_no_reader_from_the_start_breaks_too(pipe):
     writer.write('a', b'x')
     writer.flush()
     assert writer.broken
+    assert writer.error is None
     writer.close()
 
 
@@ -144,6 +145,23 @@ def test_a_full_disk_does_not_end_anything():
     writer.flush()
     assert not writer.broken
     assert not writer.waits()
+    # but it is not forgotten
+    assert writer.error is not None
+    assert writer.error.errno == errno.ENOSPC
+    writer.close()
+    os.close(descriptor)
+
+
+@pytest.mark.hostile
+def test_a_file_that_cannot_be_written_breaks_with_an_error(tmp_path):
+    path = tmp_path / 'file'
+    path.touch()
+    descriptor = os.open(path, os.O_RDONLY)
+    writer = Writer(descriptor)
+    writer.write('a', b'x')
+    writer.flush()
+    assert writer.broken
+    assert writer.error is not None
     writer.close()
     os.close(descriptor)
 
