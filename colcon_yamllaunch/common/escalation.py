@@ -30,8 +30,10 @@ KILL_PATIENCE = 5.0
 #: Seconds between two looks at processes whose end nobody reports.
 CHECK_INTERVAL = 0.05
 
-# the number that stands for all that no time-outs are known of
-_OTHERS = -1
+#: The number of what is known to belong to somebody, but not to whom, and of
+#: all that no time-outs are known of.
+WHOLE = -1
+
 _GIVEN_UP = len(STEPS)
 
 
@@ -111,7 +113,7 @@ class Escalation:
         self._targets = targets
         self._timeouts = dict(timeouts)
         self._timeouts.setdefault(
-            _OTHERS,
+            WHOLE,
             Timeouts(
                 max((t.sigterm for t in timeouts.values()), default=0.0),
                 max((t.sigkill for t in timeouts.values()), default=0.0),
@@ -136,13 +138,18 @@ class Escalation:
         due = [n for n, t in self._deadlines.items() if t <= now]
         for number in () if is_first else due:
             self._enter(number, self._steps[number] + 1, now)
-        # groups at once, as looking for others takes some milliseconds
         self._groups = self._targets.groups()
+        if is_first:
+            # before any signal: what loses its parent by one may have nothing
+            # else that tells whose it is
+            self._search()
+        # else groups at once, as looking for others takes some milliseconds
         for group, number in self._groups.items():
             self._send(group, number, self._sent.get(group, -1))
-        self.orphans = self._targets.recheck(self.orphans)
-        if due or is_first or not (self._groups or self.orphans):
-            self.orphans = self._targets.search(self._groups)
+        if not is_first:
+            self.orphans = self._targets.recheck(self.orphans)
+            if due or not (self._groups or self.orphans):
+                self._search()
         for orphan in self.orphans:
             # what its group was sent reached it, too
             sent = max(
@@ -190,8 +197,14 @@ class Escalation:
                 return
             sleep(max(0.0, min(self.due() - clock(), CHECK_INTERVAL)))
 
+    def _search(self) -> None:
+        """Look for others; who was found before stays what it was."""
+        known = {(o.pid, o.birth) for o in self.orphans}
+        found = self._targets.search(self._groups)
+        self.orphans += [o for o in found if (o.pid, o.birth) not in known]
+
     def _known(self, number: int) -> int:
-        return number if number in self._steps else _OTHERS
+        return number if number in self._steps else WHOLE
 
     def _step(self, number: int) -> int:
         return min(self._steps[self._known(number)], len(STEPS) - 1)

@@ -197,3 +197,28 @@ def test_a_stopped_process_gets_its_signal_at_once():
     os.kill(pid, signal.SIGSTOP)
     assert send(pid, TERM)
     assert os.WTERMSIG(os.waitpid(pid, 0)[1]) == TERM
+
+
+@pytest.mark.hostile
+def test_others_are_looked_for_before_the_first_signal():
+    # its parent, which tells whose it is, ends by the signal
+    child = Orphan(pid=51, birth=1, group=51, number=0)
+
+    class Family(FakeTargets):
+        def send(self, target, step):
+            super().send(target, step)
+            self.found, self.led = [], {}
+
+        def search(self, groups):
+            return list(self.found)
+
+    targets = Family({10: 0}, child)
+    targets.found = [child]
+    escalation = Escalation(targets, {0: Timeouts(5, 5)}, 0.0)
+    escalation.advance(0.0)
+    assert targets.taken() == [(10, INT), (child, INT)]
+    escalation.advance(5.0)
+    assert targets.taken() == [(child, TERM)]
+    targets.left = []
+    escalation.advance(5.1)
+    assert escalation.is_over
