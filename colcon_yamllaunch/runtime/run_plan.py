@@ -27,6 +27,7 @@ from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.course.engine import no_guard
 from colcon_yamllaunch.runtime.course.engine import Settings
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
+from colcon_yamllaunch.runtime.process.adoption import Adoption
 from colcon_yamllaunch.runtime.process.descriptors import keep_to_ourselves
 from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.process.spawn import Spawn
@@ -111,8 +112,16 @@ def run_plan(
         display = Display(stream, color, environment)
         stack.callback(display.writer.close)
         environment = display.environment
+        # before the guard, which is a child, too
+        adoption = Adoption()
+        stack.callback(adoption.end)
         settings = Settings(
-            new_identity(), environment, display.descriptor, clock, spawn
+            new_identity(),
+            environment,
+            display.descriptor,
+            clock,
+            spawn,
+            adoption,
         )
         troubles: list[str] = []
         processes = tuple(plan.processes())

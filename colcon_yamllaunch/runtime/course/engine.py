@@ -25,6 +25,7 @@ from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
+from colcon_yamllaunch.runtime.process.adoption import Adoption
 from colcon_yamllaunch.runtime.process.children import ended_children
 from colcon_yamllaunch.runtime.process.children import suspended_children
 from colcon_yamllaunch.runtime.process.descriptors import DescriptorLimit
@@ -33,13 +34,16 @@ from colcon_yamllaunch.runtime.process.spawn import Spawn
 from colcon_yamllaunch.runtime.process.spawn import spawn_process
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
+from colcon_yamllaunch.runtime.stopping.launch_scan import Adopter
 from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
+from colcon_yamllaunch.runtime.stopping.launch_scan import Known
 from colcon_yamllaunch.runtime.stopping.launch_scan import LAUNCH_ID_VARIABLE
 from colcon_yamllaunch.runtime.stopping.launch_stop import timeouts_of
 from colcon_yamllaunch.runtime.streams.channels import Channel
 from colcon_yamllaunch.runtime.streams.channels import close
 from colcon_yamllaunch.runtime.streams.channels import open_channels
 from colcon_yamllaunch.runtime.streams.channels import size_of
+from colcon_yamllaunch.runtime.streams.channels import writer_link
 from colcon_yamllaunch.runtime.streams.relay import Recorder
 from colcon_yamllaunch.runtime.streams.relay import Relay
 from colcon_yamllaunch.runtime.streams.signals import received
@@ -63,6 +67,7 @@ class Settings:
       processes have, or -1
     :param clock: Returns seconds that never go back
     :param spawn: Starts a program as :func:`os.posix_spawn` does
+    :param adoption: The children that others started
     """
 
     identity: str
@@ -70,6 +75,7 @@ class Settings:
     screen: int
     clock: Callable[[], float]
     spawn: Spawn
+    adoption: Adoption
 
 
 class Engine:
@@ -113,6 +119,10 @@ class Engine:
         self.supervisor = Supervisor(plan, self, settings.clock)
         self._limit = DescriptorLimit(sum(1 for _ in plan.processes()))
         self._session = os.getsid(0)
+        # whose output each descriptor has
+        self._outputs: dict[int, int] = {}
+        self._relay.closing = self._forget_output
+        self._known: Known = {}
         self._last_stop = -limits.SIGNAL_ECHO
         self._stopped_by_signal = False
         #: Is called with True before Ctrl-Z suspends the launch, and
@@ -186,6 +196,8 @@ class Engine:
         os.close(stderr.writer)
         self._relay.add(group, process, stdout.reader, stderr.reader)
         self._guard.started(number, group, timeouts_of(process))
+        for channel in channels:
+            self._outputs[channel.reader] = number
         return group
 
     def release(self, group: int) -> bool:
@@ -207,8 +219,14 @@ class Engine:
         self, groups: Mapping[int, int], with_leader: Collection[int]
     ) -> list[Orphan]:
         """Find processes of the launch."""
-        identity = self._settings.identity
-        return find_orphans(identity, self._session, groups, with_leader)
+        return find_orphans(
+            self._settings.identity,
+            self._session,
+            groups,
+            with_leader,
+            known=self._known,
+            adopter=self._adopter(),
+        )
 
     def is_alive(self, orphan: Orphan) -> bool:
         """Tell whether a process still runs."""
@@ -255,6 +273,24 @@ class Engine:
             self._limit.wrapped(self._settings.spawn),
         )
 
+    def _adopter(self) -> Adopter:
+        """Return what is known of our children."""
+        links = {writer_link(d) or '': n for d, n in self._outputs.items()}
+        is_exact = self._settings.adoption.is_exact
+        others = {self._guard.pid} if is_exact else None
+        return Adopter(os.getpid(), links, others)
+
+    def _forget_output(self, descriptor: int) -> None:
+        self._outputs.pop(descriptor, None)
+
+    def _children_of_ours(self) -> set[int]:
+        return {*self.supervisor.groups, self._guard.pid} - {0}
+
+    def _adopted(self) -> set[int]:
+        """Return the children that we adopted."""
+        adopted, _ = self._settings.adoption.look(self._children_of_ours())
+        return adopted
+
     def _mind_conditions(self) -> None:
         reason = self._conditions.reason_to_stop()
         if reason is not None:
@@ -263,10 +299,10 @@ class Engine:
     def _seconds_to_wait(self) -> float | None:
         wait = self.supervisor.seconds_to_wait()
         due = self._conditions.due()
-        if due is None:
-            return wait
-        left = max(0.0, due - self._settings.clock())
-        return left if wait is None else min(wait, left)
+        if due is not None:
+            left = max(0.0, due - self._settings.clock())
+            wait = left if wait is None else min(wait, left)
+        return wait
 
     def _end_turn(self) -> bool:
         """Pass on what was collected; return whether there is more."""
@@ -347,11 +383,14 @@ class Engine:
                 os.kill(orphan.pid, number)
 
     def _reap(self) -> None:
-        ours = {*self.supervisor.groups, self._guard.pid} - {0}
+        adopted = self._adopted()
+        ours = self._children_of_ours()
         for pid, number in suspended_children(ours):
             self.supervisor.suspended(pid, number)
-        for pid, status in ended_children(ours):
-            if pid == self._guard.pid:
+        for pid, status in ended_children(ours | adopted):
+            if pid in adopted:
+                self._settings.adoption.reaped(pid)
+            elif pid == self._guard.pid:
                 self._replace_guard()
             else:
                 self._relay.drain(pid)

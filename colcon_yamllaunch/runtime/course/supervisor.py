@@ -427,12 +427,14 @@ class Supervisor:
         for single_stop in self._single_stops.values():
             single_stop.cancel()
         self._single_stops.clear()
-        self._stop = self._stop_of(self.tasks)
+        self._stop = self._stop_of(self.tasks, whole=True)
         self._progress_later(self._stop)
 
-    def _stop_of(self, tasks: Sequence[Task]) -> Stop:
-        groups = self._groups
-        return Stop(tasks, self._host, self._schedule, self._clock, groups)
+    def _stop_of(self, tasks: Sequence[Task], *, whole: bool = False) -> Stop:
+        host, groups = self._host, self._groups
+        return Stop(
+            tasks, host, self._schedule, self._clock, groups, whole=whole
+        )
 
     def _progress_later(self, stop: Stop) -> None:
         def report() -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Mapping
 from collections.abc import Sequence
+from dataclasses import replace
 import math
 import signal
 from typing import Protocol
@@ -16,11 +17,15 @@ from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import Target
 from colcon_yamllaunch.common.escalation import Targets
 from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.escalation import WHOLE
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.schedule import Schedule
 from colcon_yamllaunch.runtime.core.schedule import TimerHandle
 from colcon_yamllaunch.runtime.core.tasks import Task
+
+#: The label of what belongs to a launch, but to no process of it for sure.
+UNATTRIBUTED = 'unknown process'
 
 
 class StopHost(Protocol):
@@ -47,6 +52,8 @@ class Stop(Targets):
 
     :param tasks: The processes, all of the launch or some
     :param groups: The process groups of the launch, with their numbers
+    :param whole: Whether this is the end of the launch, and so of what is
+      known to belong to it, but not to which process
     """
 
     def __init__(
@@ -56,8 +63,14 @@ class Stop(Targets):
         schedule: Schedule,
         clock: Callable[[], float],
         groups: Mapping[int, int],
+        *,
+        whole: bool = False,
     ) -> None:
         self._tasks = {task.number: task for task in tasks}
+        if whole and tasks:
+            # their lines and records need a process
+            nobody = replace(tasks[0].process, label=UNATTRIBUTED)
+            self._tasks[WHOLE] = Task(WHOLE, nobody)
         self._host = host
         self._schedule = schedule
         self._clock = clock

@@ -5,10 +5,15 @@
 
 import fcntl
 import os
+import stat
 import struct
+import sys
 import termios
 
 from colcon_yamllaunch.common.frozen import dataclass
+
+# the number of a terminal; Python has no name for it before 3.13
+_TIOCGPTN = 0x80045430
 
 #: Columns and lines of a terminal when we have none ourselves.
 DEFAULT_SIZE = os.terminal_size((80, 24))
@@ -70,6 +75,22 @@ def resize(descriptor: int, size: os.terminal_size) -> None:
     """
     data = struct.pack('HHHH', size.lines, size.columns, 0, 0)
     fcntl.ioctl(descriptor, termios.TIOCSWINSZ, data)
+
+
+def writer_link(reader: int) -> str | None:
+    """
+    Return what /proc/PID/fd shows for those who write to the other end.
+
+    :param reader: The end that is read from, of a pipe or a terminal
+    """
+    try:
+        status = os.fstat(reader)
+        if stat.S_ISFIFO(status.st_mode):
+            return f'pipe:[{status.st_ino}]'
+        number = fcntl.ioctl(reader, _TIOCGPTN, bytes(4))
+    except OSError:
+        return None
+    return f'/dev/pts/{int.from_bytes(number, sys.byteorder)}'
 
 
 def open_terminal(size: os.terminal_size) -> Channel:

@@ -64,6 +64,8 @@ class Relay:
         self._large_pipes = 0
         #: Who is told at once what a process writes, by its label.
         self.sinks: dict[str, list[Sink]] = {}
+        #: Is told each descriptor before it is closed.
+        self.closing: Callable[[int], object] = bool
 
     def add(
         self, group: int, process: Process, stdout: int, stderr: int
@@ -193,6 +195,7 @@ class Relay:
     def _close(self, source: _Source) -> None:
         self._large_pipes -= source.is_large
         self._watches.remove(source.descriptor)
+        self.closing(source.descriptor)
         del self._sources[source.descriptor]
         os.close(source.descriptor)
 

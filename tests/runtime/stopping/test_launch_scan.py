@@ -8,9 +8,13 @@ import subprocess
 import sys
 import time
 
+from colcon_yamllaunch.common.escalation import WHOLE
+from colcon_yamllaunch.runtime.stopping.launch_scan import Adopter
 from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
 from colcon_yamllaunch.runtime.stopping.launch_scan import LAUNCH_ID_VARIABLE
+from colcon_yamllaunch.runtime.stopping.launch_scan import launcher_of
 from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
+from colcon_yamllaunch.runtime.streams.channels import writer_link
 import pytest
 
 NO_SESSION = -1
@@ -97,3 +101,53 @@ def test_a_process_may_have_any_name(start, tmp_path):
     found = find_orphans(identity, NO_SESSION, {})
     assert [m.pid for m in found] == [process.pid]
     process.communicate(b'\n')
+
+
+def test_a_process_is_known_again_without_any_trace(start):
+    process = start({}, start_new_session=True)
+    identity = new_identity()
+    assert find_orphans(identity, NO_SESSION, {}) == []
+    adopter = Adopter(os.getpid(), {}, ())
+    known = {}
+    found = find_orphans(
+        identity, NO_SESSION, {}, known=known, adopter=adopter
+    )
+    assert (process.pid, WHOLE) in [(o.pid, o.number) for o in found]
+    key = next(key for key in known if key[0] == process.pid)
+    known = {key: 5}
+    (again,) = find_orphans(identity, NO_SESSION, {}, known=known)
+    assert ((again.pid, again.birth), again.number) == (key, 5)
+    # its id alone is not enough
+    known = {(key[0], key[1] + 1): 5}
+    assert find_orphans(identity, NO_SESSION, {}, known=known) == []
+
+
+def test_an_adopted_process_comes_from_whose_output_it_writes_to(start):
+    process, other = start({}), start({})
+    link = writer_link(process.stdout.fileno())
+    terminal, slave = os.openpty()
+    assert writer_link(terminal) == os.ttyname(slave)
+    os.close(terminal)
+    os.close(slave)
+    identity = new_identity()
+
+    def found(others):
+        adopter = Adopter(os.getpid(), {link: 4}, others)
+        orphans = find_orphans(identity, NO_SESSION, {}, adopter=adopter)
+        return {o.pid: o.number for o in orphans}
+
+    # where any child may be somebody else's, only an output tells
+    assert found(None) == {process.pid: 4}
+    assert found({process.pid})[other.pid] == WHOLE
+    assert process.pid not in found({process.pid})
+
+
+def test_an_identity_tells_whether_the_launcher_runs(start):
+    process = start({})
+    identity = new_identity()
+    assert launcher_of(identity) == (os.getpid(), True)
+    of_another = f'{int(identity, 16) ^ 1 << 20:016x}'
+    assert launcher_of(of_another) == (os.getpid(), False)
+    of_another = f'{process.pid << 42:016x}'
+    assert launcher_of(of_another) == (process.pid, False)
+    assert launcher_of('something older') is None

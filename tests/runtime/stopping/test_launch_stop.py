@@ -6,6 +6,7 @@
 import signal
 
 from colcon_yamllaunch.common.escalation import Orphan
+from colcon_yamllaunch.common.escalation import WHOLE
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.events import LeftBehind
@@ -156,6 +157,21 @@ def test_a_restart_waits_until_nothing_of_the_process_is_left(course, process):
     c.after(0.2)
     assert c.state('a').phase == 'running'
     assert 8 not in [pid for pid, _ in c.host.sent]
+
+
+def test_whose_process_is_unknown_ends_with_the_launch(course, process):
+    c = course(process('a', sigterm_timeout=1.0), process('b'))
+    c.host.left = [Orphan(pid=7, birth=1, group=7, number=WHOLE)]
+    c.stop('a')
+    c.exit('a', INTERRUPTED)
+    assert c.phases() == ['ended', 'running']
+    assert 7 not in [pid for pid, _ in c.host.sent]
+    c.supervisor.stop('enough')
+    c.exit('b', INTERRUPTED)
+    c.after(60.0)
+    assert [n for pid, n in c.host.sent if pid == 7] == [INT, TERM, KILL]
+    (left,) = c.happened(LeftBehind)
+    assert left.process.label == 'unknown process'
 
 
 def test_what_survives_sigkill_is_named_and_left(course, process):

@@ -1,0 +1,76 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Processes that become children of ours as their own parents end.
+
+A process whose parent ends becomes a child of the nearest ancestor that asked
+for that, see PR_SET_CHILD_SUBREAPER in prctl(2), or else of process 1. So
+nothing that a launch started gets out of its sight, whatever it does to its
+environment, group and session; and in a container, where the launcher may be
+process 1, nobody else would reap what has ended.
+"""
+
+from collections.abc import Collection
+import os
+
+_PR_SET_CHILD_SUBREAPER = 36
+
+
+class Adoption:
+    """
+    The children that others started.
+
+    Those that were there before, from whatever this process was before it
+    became Python, are never ours, and neither can those be told apart that
+    lose their parent among their descendants.
+    """
+
+    def __init__(self) -> None:
+        before = _children()
+        #: Whether each child that is adopted comes from what we start.
+        self.is_exact = not before
+        # nobody else can wait for the children of process 1
+        self._others = frozenset() if os.getpid() == 1 else frozenset(before)
+        self._seen: set[int] = set()
+        adopt_orphans()
+
+    def look(self, ours: Collection[int]) -> tuple[set[int], set[int]]:
+        """
+        Return the adopted children, and those of them that are new.
+
+        They may have ended.
+
+        :param ours: The children that this process itself has started
+        """
+        adopted = _children().difference(ours, self._others)
+        new = adopted - self._seen
+        self._seen = adopted
+        return adopted, new
+
+    def reaped(self, pid: int) -> None:
+        """Forget a child; its process id may be given to another one."""
+        self._seen.discard(pid)
+
+    def end(self) -> None:
+        """Adopt no more."""
+        adopt_orphans(wanted=False)
+
+
+def adopt_orphans(*, wanted: bool = True) -> None:
+    """Become the parent of all descendants that lose theirs, or no more."""
+    # late, as few modules need it and not every command comes here
+    import ctypes
+
+    arguments = [ctypes.c_ulong(n) for n in (int(wanted), 0, 0, 0)]
+    ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, *arguments)
+
+
+def _children() -> set[int]:
+    """Return our children, those included that ended."""
+    try:
+        with open(f'/proc/self/task/{os.getpid()}/children', 'rb') as file:
+            return set(map(int, file.read().split()))
+    except OSError:
+        # there is no /proc, or it does not have this
+        return set()
