@@ -34,6 +34,7 @@ from colcon_yamllaunch.runtime.process.spawn import Spawn
 from colcon_yamllaunch.runtime.record.failure_advice import Advisor
 from colcon_yamllaunch.runtime.record.failure_advice import OwnerOf
 from colcon_yamllaunch.runtime.record.failures import Failures
+from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
 from colcon_yamllaunch.runtime.record.launch_logs import Logs
 from colcon_yamllaunch.runtime.record.launch_logs import Store
 from colcon_yamllaunch.runtime.screen.display import Display
@@ -147,6 +148,7 @@ def run_plan(
             listeners.append(logs.handle)
             log_files = logs.combined_files(processes)
             record, publish = logs.record, logs.flush
+            guard.logs(log_folder / COMMON_LOG, log_files)
         advisor = Advisor(environment, owner_of)
         failures = Failures(log_files, advisor.advise)
         show = present(

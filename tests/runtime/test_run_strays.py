@@ -151,6 +151,32 @@ def test_children_from_before_and_theirs_go_on(
     assert alive == foreign
 
 
+def test_the_guard_stops_strays(launch, sh, hidden, is_running, wait_until):
+    one = launch(
+        sh('seen', STRAY + 'wait', **QUICK),
+        # by the pipe that it writes to
+        sh('orphan', STRAY + 'exit 0', **QUICK),
+        # by what the launcher has told
+        hidden('hidden', 'stay'),
+        sh('end', 'while ! test -e go; do sleep 0.02; done', cwd='.'),
+    )
+    one.shows('[seen]   stray ').shows('[orphan] stray ')
+    one.shows('orphan: finished')
+    strays = [int(n) for n in re.findall(r'stray (\d+)', one.screen)]
+    strays.append(hidden_of(one, wait_until))
+    # then the launcher looks whom it has adopted
+    (one.folder / 'go').touch()
+    one.shows('end: finished')
+    (guard,) = wait_until(one.guards)
+    one.sends(signal.SIGKILL)
+    one.popen.wait()
+    wait_until(lambda: not is_running(guard))
+    left = [pid for pid in strays if is_running(pid)]
+    for pid in left:
+        os.kill(pid, signal.SIGKILL)
+    assert left == []
+
+
 def test_process_1_of_a_container_stops_and_reaps_everything(tmp_path, sh):
     if os.getuid() != 0:
         pytest.skip('a namespace for processes needs root')

@@ -47,7 +47,7 @@ def serve(
         return
     for trouble in address.troubles:
         engine.tell(Warned(f'{trouble}; the socket is in {address.path}'))
-    guard.socket(address.path)
+    guard.socket(address.place)
     engine.listen(service.handle)
     stack.callback(Server(address, engine.watches, service).close)
 

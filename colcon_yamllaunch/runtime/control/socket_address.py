@@ -17,6 +17,7 @@ from colcon_yamllaunch.runtime.control.socket_folder import folders
 from colcon_yamllaunch.runtime.control.socket_folder import inside
 from colcon_yamllaunch.runtime.control.socket_folder import open_folder
 from colcon_yamllaunch.runtime.control.socket_folder import SUFFIX
+from colcon_yamllaunch.runtime.process.own_files import Place
 
 # a socket that nobody listens on yet has another name, so that it is not
 # taken for a stale one
@@ -58,6 +59,15 @@ class Address:
         except OSError:
             self.close()
             raise
+
+    @property
+    def place(self) -> Place:
+        """What is at its path; see :mod:`own_files`."""
+        status = os.stat(
+            self._name, dir_fd=self._folder, follow_symlinks=False
+        )
+        path = os.path.abspath(self.path)
+        return Place(path, status.st_dev, status.st_ino)
 
     def close(self) -> None:
         """Listen no more, and remove the socket."""

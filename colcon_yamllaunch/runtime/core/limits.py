@@ -84,6 +84,11 @@ PROGRESS_INTERVAL = 1.0
 SIGNAL_ECHO = 0.1
 #: Seconds that a screen which takes nothing is waited for after a stop.
 SCREEN_PATIENCE = 5.0
+#: Seconds between two looks for processes that the launcher adopted, while
+#: something happens; and seconds after which it looks while nothing does. What
+#: it has not seen, the guard does not hear of.
+ADOPTION_INTERVAL = 1.0
+ADOPTION_PAUSE = 10.0
 #: How often a guard that died is replaced in one launch.
 GUARD_RESTARTS = 3
 #: Seconds that are waited for at once; epoll counts milliseconds in an int,
@@ -92,6 +97,13 @@ LONGEST_WAIT = 86_400.0
 #: How many searches for an expression may take too long before the launch
 #: does without.
 SLOW_SEARCHES = 10
+#: What the guard is told at once at most, each with a descriptor; Linux takes
+#: no more than 253 of these (SCM_MAX_FD).
+GUARD_FRAMES = 16
+#: Bytes of the longest message to the guard, with room for the longest paths.
+GUARD_MESSAGE = 2 * 1024 * 1024
+#: Bytes that the guard adds to the logs of a launch whose launcher is gone.
+GUARD_LOG = 64 * 1024 * 1024
 #: Seconds by which the time of a file may be before that of the clock.
 FILE_TIME_STEP = 1.0
 

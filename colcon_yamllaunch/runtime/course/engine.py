@@ -18,6 +18,7 @@ from colcon_yamllaunch.common.escalation import send
 from colcon_yamllaunch.common.escalation import Target
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import is_alive
+from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
@@ -53,6 +54,7 @@ from colcon_yamllaunch.runtime.streams.terminals import Terminals
 from colcon_yamllaunch.runtime.streams.watches import Watches
 from colcon_yamllaunch.runtime.streams.writer import Writer
 
+_STREAMS = ('stdout', 'stderr')
 _GONE = select.EPOLLERR | select.EPOLLHUP
 
 
@@ -122,7 +124,9 @@ class Engine:
         # whose output each descriptor has
         self._outputs: dict[int, int] = {}
         self._relay.closing = self._forget_output
+        self.terminals.closing = self._forget_output
         self._known: Known = {}
+        self._looked = settings.clock()
         self._last_stop = -limits.SIGNAL_ECHO
         self._stopped_by_signal = False
         #: Is called with True before Ctrl-Z suspends the launch, and
@@ -196,8 +200,12 @@ class Engine:
         os.close(stderr.writer)
         self._relay.add(group, process, stdout.reader, stderr.reader)
         self._guard.started(number, group, timeouts_of(process))
-        for channel in channels:
+        for stream, channel in zip(_STREAMS, channels, strict=True):
             self._outputs[channel.reader] = number
+            self._guard.output(number, process, stream, channel.reader)
+        keyboard = self.terminals.keyboard_of(process.label)
+        if keyboard is not None:
+            self._guard.output(number, process, None, keyboard)
         return group
 
     def release(self, group: int) -> bool:
@@ -282,13 +290,22 @@ class Engine:
 
     def _forget_output(self, descriptor: int) -> None:
         self._outputs.pop(descriptor, None)
+        self._guard.closed(descriptor)
 
     def _children_of_ours(self) -> set[int]:
         return {*self.supervisor.groups, self._guard.pid} - {0}
 
-    def _adopted(self) -> set[int]:
-        """Return the children that we adopted."""
-        adopted, _ = self._settings.adoption.look(self._children_of_ours())
+    def _look_for_adopted(self) -> set[int]:
+        """Return the children that we adopted, and tell the guard of them."""
+        self._looked = self._settings.clock()
+        ours = self._children_of_ours()
+        adopted, new = self._settings.adoption.look(ours)
+        if new:
+            adopter = self._adopter()
+            for child in filter(None, map(read_process, new)):
+                number = adopter.number_of(child)
+                if number is not None:
+                    self._guard.adopted(child.pid, child.birth, number)
         return adopted
 
     def _mind_conditions(self) -> None:
@@ -302,10 +319,15 @@ class Engine:
         if due is not None:
             left = max(0.0, due - self._settings.clock())
             wait = left if wait is None else min(wait, left)
-        return wait
+        # nobody reports that we adopted a process
+        pause = limits.ADOPTION_PAUSE
+        return pause if wait is None else min(wait, pause)
 
     def _end_turn(self) -> bool:
         """Pass on what was collected; return whether there is more."""
+        now = self._settings.clock()
+        if now - self._looked >= limits.ADOPTION_INTERVAL:
+            self._look_for_adopted()
         self._guard.flush()
         more = not self.supervisor.is_starting and self._publish()
         self._writer.flush()
@@ -383,13 +405,14 @@ class Engine:
                 os.kill(orphan.pid, number)
 
     def _reap(self) -> None:
-        adopted = self._adopted()
+        adopted = self._look_for_adopted()
         ours = self._children_of_ours()
         for pid, number in suspended_children(ours):
             self.supervisor.suspended(pid, number)
         for pid, status in ended_children(ours | adopted):
             if pid in adopted:
                 self._settings.adoption.reaped(pid)
+                self._guard.reaped(pid)
             elif pid == self._guard.pid:
                 self._replace_guard()
             else:

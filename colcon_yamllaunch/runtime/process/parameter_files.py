@@ -7,14 +7,15 @@ from collections.abc import Callable
 import os
 from pathlib import Path
 import re
-import shutil
 import tempfile
 
 from colcon_yamllaunch.common.temporary_folders import temporary_folders
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Process
-
-_PREFIX = 'colcon_launch_'
+from colcon_yamllaunch.runtime.process.own_files import FILE_SUFFIX
+from colcon_yamllaunch.runtime.process.own_files import FOLDER_PREFIX
+from colcon_yamllaunch.runtime.process.own_files import Place
+from colcon_yamllaunch.runtime.process.own_files import remove_parameter_files
 
 
 class ParameterFiles:
@@ -24,9 +25,9 @@ class ParameterFiles:
     :param made: Is told the folder when it is made
     """
 
-    def __init__(self, made: Callable[[Path], None]) -> None:
+    def __init__(self, made: Callable[[Place], None]) -> None:
         self._made = made
-        self._folder: Path | None = None
+        self._folder: Place | None = None
         self._paths: dict[tuple[int, int], str] = {}
 
     def command_line(self, number: int, process: Process) -> list[str]:
@@ -46,7 +47,7 @@ class ParameterFiles:
     def remove(self) -> None:
         """Remove the folder, if there is one."""
         if self._folder is not None:
-            shutil.rmtree(self._folder, ignore_errors=True)
+            remove_parameter_files(self._folder)
             self._folder = None
             self._paths.clear()
 
@@ -56,32 +57,34 @@ class ParameterFiles:
         key = (number, index)
         if key not in self._paths:
             name = re.sub(r'[^A-Za-z0-9_.-]', '_', label)[:100]
-            name = f'{name}-{number}-{index}.yaml'
+            file = f'{name}-{number}-{index}{FILE_SUFFIX}'
             if self._folder is None:
-                self._folder = self._make_folder(name, argument.content)
+                self._folder = _make_folder(file, argument.content)
                 self._made(self._folder)
             else:
-                _write(self._folder / name, argument.content)
-            self._paths[key] = str(self._folder / name)
+                _write(self._folder.path, file, argument.content)
+            self._paths[key] = os.path.join(self._folder.path, file)
         return self._paths[key]
 
-    def _make_folder(self, name: str, content: str) -> Path:
-        """Make the folder, with a first file, where there is room for it."""
-        problem: OSError | None = None
-        for place in temporary_folders(os.environ):
-            folder = None
-            try:
-                folder = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=place))
-                _write(folder / name, content)
-            except OSError as error:
-                problem = problem or error
-                if folder is not None:
-                    shutil.rmtree(folder, ignore_errors=True)
-            else:
-                return folder
-        assert problem is not None
-        raise problem
+
+def _make_folder(file: str, content: str) -> Place:
+    """Make a folder, with a first file, where there is room for it."""
+    problem: OSError | None = None
+    for temporary in temporary_folders(os.environ):
+        place = None
+        try:
+            path = tempfile.mkdtemp(prefix=FOLDER_PREFIX, dir=temporary)
+            place = Place.of(os.path.abspath(path))
+            _write(place.path, file, content)
+        except OSError as error:
+            problem = problem or error
+            if place is not None:
+                remove_parameter_files(place)
+        else:
+            return place
+    assert problem is not None
+    raise problem
 
 
-def _write(path: Path, content: str) -> None:
-    path.write_text(content, encoding='utf-8')
+def _write(folder: str, file: str, content: str) -> None:
+    Path(folder, file).write_text(content, encoding='utf-8')

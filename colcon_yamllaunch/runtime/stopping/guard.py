@@ -4,28 +4,42 @@
 """
 The guard: a small process that stops a launch whose launcher is gone.
 
-Its standard input is a pipe that only the launcher can write to, so the end
-of the input means that the launcher ended without dismissing the guard: by
-SIGKILL, or by a crash. Then it takes the launcher's place: the control socket
-goes, then SIGINT, SIGTERM and SIGKILL with each process's time-outs, also for
-processes that left their group, and the folder with the parameter files goes.
-It has its own session, takes no signal but SIGKILL, and never outlives its
-work.
+Its standard input is a socket whose other end only the launcher has, so the
+end of the input means that the launcher ended without dismissing the guard:
+by SIGKILL, or by a crash. Then it takes the launcher's place: the control
+socket goes, then SIGINT, SIGTERM and SIGKILL with each process's time-outs,
+also for processes that left their group, and the folder with the parameter
+files goes. What the processes write meanwhile gets to their logs, so that they
+can stop in their own way. The guard has its own session, takes no signal but
+SIGKILL, and never outlives its work.
 
-The launcher writes lines: `start NUMBER GROUP SIGTERM_TIMEOUT
-SIGKILL_TIMEOUT`, `end GROUP`, `folder PATH` and `socket PATH`.
+The launcher sends messages, each an array of frames in JSON:
 
-This module imports little: the guard has to be small, and up at once.
+- `["start", NUMBER, GROUP, SIGTERM_TIMEOUT, SIGKILL_TIMEOUT]`;
+- `["end", GROUP]`: nothing is in the group any more;
+- `["output", KEY, NUMBER, LABEL, FILES, COMMON_FILE]`, with a descriptor to
+  read from: what is read is appended to the files, and to the last one, which
+  may be null, as lines with time and label. It is read when the launcher is
+  gone, and not before;
+- `["closed", KEY]`: the launcher reads from that one no more;
+- `["adopted", PID, BIRTH, NUMBER]`: a process that lost its parent;
+- `["socket", PATH, DEVICE, INODE]`, removed first, `["folder", …]`, the one
+  with the parameter files, and `["record", …]`, removed last.
+
+This module imports little: the guard has to be small, and up at once. It
+imports nothing later, as the package may have been replaced by then.
 """
 
+from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterator
-from contextlib import suppress
-from dataclasses import dataclass
-from dataclasses import field
+import json
 import os
+import resource
+import socket
 import sys
 import time
+from typing import Any
 
 from colcon_yamllaunch.common.escalation import Escalation
 from colcon_yamllaunch.common.escalation import Orphan
@@ -33,41 +47,61 @@ from colcon_yamllaunch.common.escalation import Targets
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.process.own_files import Place
+from colcon_yamllaunch.runtime.process.own_files import remove_file
+from colcon_yamllaunch.runtime.process.own_files import remove_parameter_files
+from colcon_yamllaunch.runtime.stopping.launch_scan import Adopter
 from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
+from colcon_yamllaunch.runtime.stopping.launch_scan import Known
+from colcon_yamllaunch.runtime.stopping.orphaned_output import HeldOutput
+from colcon_yamllaunch.runtime.stopping.orphaned_output import OrphanedOutput
+from colcon_yamllaunch.runtime.streams.channels import writer_link
 
 
-@dataclass
 class GuardedLaunch(Targets):
     """
     What the guard has been told, and what is left of it.
 
     :param session: The session of the launcher
-    :param made: The process groups that run, with their numbers
-    :param timeouts: The time-outs of every process that was ever started
     """
 
-    identity: str
-    session: int
-    made: dict[int, int] = field(default_factory=dict)
-    timeouts: dict[int, Timeouts] = field(default_factory=dict)
-    folder: str | None = None
-    socket: str | None = None
+    def __init__(self, identity: str, session: int) -> None:
+        self.identity = identity
+        self.session = session
+        #: The process groups that run, with their numbers.
+        self.made: dict[int, int] = {}
+        #: The time-outs of every process that was ever started.
+        self.timeouts: dict[int, Timeouts] = {}
+        self.outputs: dict[int, HeldOutput] = {}
+        self.known: Known = {}
+        self.places: dict[str, list[Place]] = {}
 
-    def note(self, line: str) -> None:
-        """Take one line of the launcher into account."""
-        word, _, rest = line.partition(' ')
-        if word == 'start':
-            number, group, sigterm, sigkill = rest.split()
-            self.made[int(group)] = int(number)
-            self.timeouts[int(number)] = Timeouts(
-                float(sigterm), float(sigkill)
-            )
-        elif word == 'end':
-            self.made.pop(int(rest), None)
-        elif word == 'folder':
-            self.folder = rest
-        elif word == 'socket':
-            self.socket = rest
+    def note(self, frame: list[Any], descriptors: list[int]) -> None:
+        """
+        Take one frame of the launcher into account.
+
+        :param descriptors: Those of the message that nobody has taken yet
+        """
+        match frame:
+            case ['start', number, group, sigterm, sigkill]:
+                self.made[group] = number
+                self.timeouts[number] = Timeouts(sigterm, sigkill)
+            case ['end', group]:
+                self.made.pop(group, None)
+            case ['output', key, number, label, files, common]:
+                # without one there were too many; they are closed already
+                if descriptors:
+                    self.outputs[key] = HeldOutput(
+                        descriptors.pop(0), number, label, tuple(files), common
+                    )
+            case ['closed', key]:
+                output = self.outputs.pop(key, None)
+                if output is not None:
+                    os.close(output.descriptor)
+            case ['adopted', pid, birth, number]:
+                self.known[pid, birth] = number
+            case ['socket' | 'folder' | 'record' as kind, *place]:
+                self.places.setdefault(kind, []).append(Place(*place))
 
     def groups(self) -> dict[int, int]:
         """Return the groups whose leader runs, and is not somebody else."""
@@ -80,7 +114,24 @@ class GuardedLaunch(Targets):
 
     def search(self, groups: Collection[int]) -> list[Orphan]:
         """Find the other processes of the launch."""
-        return find_orphans(self.identity, self.session, self.made, groups)
+        links = {
+            writer_link(output.descriptor) or '': output.number
+            for output in self.outputs.values()
+        }
+        return find_orphans(
+            self.identity,
+            self.session,
+            self.made,
+            groups,
+            known=self.known,
+            # whose child the guard became, those of the launcher did, too
+            adopter=Adopter(os.getppid(), links, None),
+        )
+
+    def remove(self, kind: str, how: Callable[[Place], None]) -> None:
+        """Remove all places of a kind."""
+        for place in self.places.get(kind, ()):
+            how(place)
 
 
 def main() -> None:
@@ -92,22 +143,39 @@ def main() -> None:
     """
     identity, session = sys.argv[1:]
     launch = GuardedLaunch(identity, int(session))
-    # a line that the launcher could not finish says nothing
-    for line in _whole_lines():
-        launch.note(line)
-    if launch.socket is not None:
-        with suppress(OSError):
-            os.unlink(launch.socket)
-    Escalation(launch, launch.timeouts, time.monotonic()).run()
-    if launch.folder is not None:
-        import shutil
-
-        shutil.rmtree(launch.folder, ignore_errors=True)
+    # each process has up to three descriptors
+    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+    for frames, descriptors in _messages(socket.socket(fileno=0)):
+        for frame in frames:
+            launch.note(frame, descriptors)
+    _take_over(launch)
 
 
-def _whole_lines() -> Iterator[str]:
-    rest = b''
-    while chunk := os.read(0, limits.READ_SIZE):
-        *lines, rest = (rest + chunk).split(b'\n')
-        for line in lines:
-            yield os.fsdecode(line)
+def _take_over(launch: GuardedLaunch) -> None:
+    launch.remove('socket', remove_file)
+    output = OrphanedOutput(launch.outputs.values())
+    output.say('the launcher was killed; the guard stops its processes')
+    escalation = Escalation(launch, launch.timeouts, time.monotonic())
+    escalation.run(sleep=output.pass_on)
+    output.finish()
+    output.say('the guard has stopped what it could')
+    launch.remove('folder', remove_parameter_files)
+    launch.remove('record', remove_file)
+
+
+def _messages(
+    connection: socket.socket,
+) -> Iterator[tuple[list[Any], list[int]]]:
+    """Iterate over what the launcher sends, with descriptors."""
+    while True:
+        try:
+            data, descriptors, _, _ = socket.recv_fds(
+                connection, limits.GUARD_MESSAGE, limits.GUARD_FRAMES
+            )
+        except ConnectionError:
+            # it was gone before it had read all that we never send
+            return
+        if not data:
+            return
+        yield json.loads(data), descriptors

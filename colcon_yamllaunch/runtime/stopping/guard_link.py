@@ -3,13 +3,21 @@
 
 """The launcher's side of the guard."""
 
+from collections.abc import Mapping
+import errno
+import json
 import os
 from pathlib import Path
 import signal
+import socket
 import sys
+from typing import Any
 
 from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.output_modes import IN_COMMON_LOG
+from colcon_yamllaunch.runtime.process.own_files import Place
 
 # -c, as a file that is run has to be compiled anew each time. Its words do not
 # name us: `pkill -9 -f colcon` ends the launcher and leaves the guard to stop
@@ -21,16 +29,23 @@ _PROGRAM = (
 _MODULE = 'colcon_yamllaunch.runtime.stopping.guard'
 _BLOCKED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
+#: What the guard is told at once: an array, whose first item says what it is;
+#: see `guard`. With it goes at most one descriptor.
+Frame = tuple[list[Any], int | None]
+
 
 class GuardLink:
-    """A guard, and the pipe to it."""
+    """A guard, and the socket to it."""
 
     def __init__(self, identity: str) -> None:
         self._identity = identity
-        self._lines: dict[int | str, str] = {}
-        self._pending = b''
-        self._pipe = -1
+        # what holds now, which another guard is told from the beginning
+        self._state: dict[tuple[str, object], Frame] = {}
+        self._pending: list[Frame] = []
+        self._socket: socket.socket | None = None
         self._restarts = 0
+        self._log_files: Mapping[str, Path] = {}
+        self._common_log: Path | None = None
         #: The process id of the guard, or 0 while there is none.
         self.pid = 0
 
@@ -40,20 +55,17 @@ class GuardLink:
 
         :raises OSError: when it cannot be started
         """
-        reader, self._pipe = os.pipe()
-        try:
-            self.pid = _spawn(reader, self._identity)
-        except OSError:
-            os.close(self._pipe)
-            self._pipe = -1
-            raise
-        finally:
-            os.close(reader)
-        os.set_blocking(self._pipe, False)
-        self._pending = ''.join(self._lines.values()).encode(
-            errors='surrogateescape'
-        )
-        self._write()
+        ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with its:
+            try:
+                self.pid = _spawn(its.fileno(), self._identity)
+            except OSError:
+                ours.close()
+                raise
+        ours.setblocking(False)
+        self._socket = ours
+        self._pending = list(self._state.values())
+        self.flush()
 
     def restart(self) -> bool:
         """
@@ -70,17 +82,24 @@ class GuardLink:
         self.start()
         return True
 
+    def logs(self, folder: Path, files: Mapping[str, Path]) -> None:
+        """
+        Take note of the logs that the guard shall go on with.
+
+        :param folder: The file for the lines of all processes
+        :param files: For each label the file with both streams
+        """
+        self._common_log = folder
+        self._log_files = files
+
     def started(self, number: int, group: int, timeouts: Timeouts) -> None:
         """
         Tell of a new process group, with the next :meth:`flush`.
 
         Until then the guard would find it by its mark.
         """
-        line = (
-            f'start {number} {group} {timeouts.sigterm} {timeouts.sigkill}\n'
-        )
-        self._lines[group] = line
-        self._tell(line)
+        times = [timeouts.sigterm, timeouts.sigkill]
+        self._tell(('start', group), ['start', number, group, *times])
 
     def ended(self, group: int) -> None:
         """
@@ -88,16 +107,68 @@ class GuardLink:
 
         It is told with the next :meth:`flush`.
         """
-        if self._lines.pop(group, None) is not None:
-            self._tell(f'end {group}\n')
+        self._take_back(('start', group), ['end', group])
 
-    def folder(self, path: Path) -> None:
-        """Tell of a folder that is to be removed."""
-        self._tell_at_once('folder', path)
+    def output(
+        self, number: int, process: Process, stream: str | None, reader: int
+    ) -> None:
+        """
+        Hand over another descriptor of what a process writes to.
 
-    def socket(self, path: Path) -> None:
-        """Tell of a socket that is to be removed."""
-        self._tell_at_once('socket', path)
+        As long as the guard has it, the process can write, even if the
+        launcher is gone; then the guard reads. It goes with the next
+        :meth:`flush`.
+
+        :param stream: `stdout` or `stderr`, or None for what is echoed
+        """
+        files: list[str] = []
+        common = None
+        if stream is not None and self._common_log is not None:
+            both = self._log_files.get(process.label)
+            if both is not None:
+                files = [str(both.with_name(f'{stream}.log')), str(both)]
+            if process.output in IN_COMMON_LOG:
+                common = str(self._common_log)
+        self._tell(
+            ('output', reader),
+            ['output', reader, number, process.label, files, common],
+            reader,
+        )
+
+    def closed(self, reader: int) -> None:
+        """Tell that a descriptor is being closed, so that nobody reads it."""
+        key = 'output', reader
+        frame = self._state.get(key)
+        if frame is not None and frame in self._pending:
+            # its number may be that of something else when it is sent
+            self._pending.remove(frame)
+            del self._state[key]
+        else:
+            self._take_back(key, ['closed', reader])
+
+    def adopted(self, pid: int, birth: int, number: int) -> None:
+        """
+        Tell of a process that lost its parent, with the next :meth:`flush`.
+
+        If the launcher is gone, nothing tells that it belongs to the launch.
+        """
+        self._tell(('adopted', pid), ['adopted', pid, birth, number])
+
+    def reaped(self, pid: int) -> None:
+        """Take note that a process that lost its parent has ended."""
+        self._state.pop(('adopted', pid), None)
+
+    def folder(self, place: Place) -> None:
+        """Tell of the folder for parameter files, which is to be removed."""
+        self._tell_at_once('folder', place)
+
+    def socket(self, place: Place) -> None:
+        """Tell of a socket that is to be removed first of all."""
+        self._tell_at_once('socket', place)
+
+    def record(self, place: Place) -> None:
+        """Tell of a file that is to be removed last of all."""
+        self._tell_at_once('record', place)
 
     def flush(self) -> None:
         """
@@ -105,8 +176,22 @@ class GuardLink:
 
         Once for several processes, as each wakes the guard up.
         """
-        if self._pending and self._pipe != -1:
-            self._write()
+        count = limits.GUARD_FRAMES
+        while self._pending and self._socket is not None:
+            frames = self._pending[:count]
+            data = json.dumps([frame for frame, _ in frames]).encode()
+            descriptors = [d for _, d in frames if d is not None]
+            try:
+                socket.send_fds(self._socket, [data], descriptors)
+            except OSError as error:
+                if error.errno == errno.EMSGSIZE and count > 1:
+                    count //= 2
+                    continue
+                if error.errno not in _LATER:
+                    # it is gone, and replaced when its end is noticed
+                    self._pending.clear()
+                return
+            del self._pending[: len(frames)]
 
     def dismiss(self) -> None:
         """End the guard without any work for it."""
@@ -121,33 +206,39 @@ class GuardLink:
         self.flush()
         self._close()
 
-    def _tell_at_once(self, kind: str, path: Path) -> None:
-        self._lines[kind] = line = f'{kind} {path}\n'
-        self._tell(line)
+    def _tell_at_once(self, kind: str, place: Place) -> None:
+        frame = [kind, place.path, place.device, place.inode]
+        self._tell((kind, place.path), frame)
         self.flush()
 
-    def _tell(self, line: str) -> None:
-        if self._pipe != -1:
-            self._pending += line.encode(errors='surrogateescape')
+    def _tell(
+        self,
+        key: tuple[str, object],
+        frame: list[Any],
+        descriptor: int | None = None,
+    ) -> None:
+        self._state[key] = frame, descriptor
+        if self._socket is not None:
+            self._pending.append(self._state[key])
 
-    def _write(self) -> None:
-        try:
-            while self._pending:
-                written = os.write(self._pipe, self._pending)
-                self._pending = self._pending[written:]
-        except (BlockingIOError, BrokenPipeError):
-            # a guard that is slow hears the rest with the next line, one that
-            # is gone is replaced when its end is noticed
-            return
+    def _take_back(self, key: tuple[str, object], frame: list[Any]) -> None:
+        known = self._state.pop(key, None)
+        if known is not None and self._socket is not None:
+            self._pending.append((frame, None))
 
     def _close(self) -> None:
-        if self._pipe != -1:
-            os.close(self._pipe)
-        self._pipe = -1
+        if self._socket is not None:
+            self._socket.close()
+        self._socket = None
+        self._pending.clear()
         self.pid = 0
 
 
-def _spawn(reader: int, identity: str) -> int:
+# it has not taken what was sent before
+_LATER = (errno.EAGAIN, errno.ENOBUFS, errno.ENOMEM, errno.ETOOMANYREFS)
+
+
+def _spawn(connection: int, identity: str) -> int:
     root = str(Path(__file__).parents[3])
     null = os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC)
     try:
@@ -162,7 +253,7 @@ def _spawn(reader: int, identity: str) -> int:
             ],
             {'FOLDER': root, 'GUARD': _MODULE},
             file_actions=[
-                (os.POSIX_SPAWN_DUP2, reader, 0),
+                (os.POSIX_SPAWN_DUP2, connection, 0),
                 (os.POSIX_SPAWN_DUP2, null, 1),
                 (os.POSIX_SPAWN_DUP2, null, 2),
             ],

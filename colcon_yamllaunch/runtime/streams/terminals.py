@@ -9,6 +9,7 @@ keyboard can be connected to it at any time; all others read from /dev/null.
 What is echoed stays out of the logs, as this is a terminal of its own.
 """
 
+from collections.abc import Callable
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -56,6 +57,8 @@ class Terminals:
         self._null = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
         self._keyboards: dict[str, int] = {}
         self._typed: dict[int, bytes] = {}
+        #: Is told each descriptor of a keyboard before it is closed.
+        self.closing: Callable[[int], object] = bool
 
     @contextmanager
     def stdin_of(
@@ -98,6 +101,10 @@ class Terminals:
         """Set the size of all terminals."""
         for descriptor in self._keyboards.values():
             resize(descriptor, size)
+
+    def keyboard_of(self, label: str) -> int | None:
+        """Return the descriptor that keys for a process are written to."""
+        return self._keyboards.get(label)
 
     def has_keyboard(self, label: str) -> bool:
         """Tell whether keys can be typed at a process now."""
@@ -169,4 +176,5 @@ class Terminals:
         if keyboard is not None:
             self._typed.pop(keyboard, None)
             self._watches.remove(keyboard)
+            self.closing(keyboard)
             os.close(keyboard)
