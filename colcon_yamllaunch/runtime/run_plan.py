@@ -17,6 +17,7 @@ from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
+from colcon_yamllaunch.runtime.control.launch_record import LaunchRecord
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.local_attachment import LocalAttachment
 from colcon_yamllaunch.runtime.control.server import serve
@@ -29,6 +30,7 @@ from colcon_yamllaunch.runtime.course.engine import Settings
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.process.adoption import Adoption
 from colcon_yamllaunch.runtime.process.descriptors import keep_to_ourselves
+from colcon_yamllaunch.runtime.process.own_files import Place
 from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.process.spawn import Spawn
 from colcon_yamllaunch.runtime.record.failure_advice import Advisor
@@ -128,7 +130,13 @@ def run_plan(
         processes = tuple(plan.processes())
         screen = display.screen(processes, troubles.append)
         guard = _guard(settings.identity, screen, stack)
-        files = ParameterFiles(guard.folder)
+        record = LaunchRecord(settings.identity)
+
+        def note_parameters(place: Place) -> None:
+            guard.folder(place)
+            record.note_parameters(place)
+
+        files = ParameterFiles(note_parameters)
         stack.callback(files.remove)
         layout = layout_of(LOG_FORMAT, environment, troubles.append)
         listeners: list[events.Listener] = []
@@ -180,7 +188,7 @@ def run_plan(
                 control.callback(attachment.close)
             if about is not None:
                 service = Service(about, engine, log_folder, log_files, clock)
-                serve(engine, service, environment, guard, control)
+                serve(engine, service, environment, guard, record, control)
             engine.run(signals)
         files.remove()
         guard.dismiss()

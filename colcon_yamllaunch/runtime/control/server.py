@@ -11,6 +11,7 @@ import os
 
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.client_connection import Client
+from colcon_yamllaunch.runtime.control.launch_record import LaunchRecord
 from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.control.socket_address import Address
 from colcon_yamllaunch.runtime.control.socket_address import is_own
@@ -26,6 +27,7 @@ def serve(
     service: Service,
     environment: Mapping[str, str],
     guard: GuardLink,
+    record: LaunchRecord,
     stack: ExitStack,
 ) -> None:
     """
@@ -34,7 +36,14 @@ def serve(
     Where that cannot be, it is said, and the launch goes on.
 
     :param guard: Removes the socket of a launch that is killed
+    :param record: Tells of one whose guard was killed, too
     """
+    # before anybody can see the launch
+    processes = [task.process for task in engine.supervisor.tasks]
+    place = record.begin(environment, service.state(), processes)
+    stack.callback(record.end)
+    if place is not None:
+        guard.record(place)
     try:
         address = Address(environment)
     except FolderError as error:

@@ -11,6 +11,9 @@ from pathlib import Path
 from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import running_launches
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.orphaned_launches import (
+    orphaned_launches,
+)
 from colcon_yamllaunch.runtime.control.process_names import names_of
 from colcon_yamllaunch.verb.completion.candidates import Candidates
 from colcon_yamllaunch.verb.sessions.selecting import is_selected
@@ -75,4 +78,7 @@ def _running(environment: Mapping[str, str]) -> list[LaunchState]:
         with suppress(ControlError):
             states.append(launch.status())
         launch.close()
+    for orphaned in orphaned_launches(environment):
+        with suppress(ControlError):
+            states.append(orphaned.status())
     return states

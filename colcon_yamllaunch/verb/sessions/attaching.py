@@ -88,6 +88,8 @@ def attach(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
     keyboard = Keyboard(need_terminal())
     process = processes[0]
     chosen.launch.request('attach', process=process.label)
+    # one without a launcher refuses
+    assert isinstance(chosen.launch, RunningLaunch)
     say(
         f'attached to {process.label} of {chosen.state.title}: {ESCAPE_NAME} '
         'detaches, and so does Ctrl-C; Ctrl-Z suspends this terminal only'

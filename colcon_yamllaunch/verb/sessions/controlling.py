@@ -15,7 +15,6 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
-from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.resource_usage import Usage
 from colcon_yamllaunch.runtime.control.resource_usage import usage_of
@@ -67,21 +66,25 @@ def _status(candidates: Sequence[Candidate], form: str) -> int:
     usage = usage_of(
         {p.pid for s in states for p in s.processes if p.pid is not None}
     )
+    # what runs without a launcher is nothing that is as it should be
+    code = int(any(c.is_orphaned for c in candidates))
     if form == 'json':
-        launches = [_described(state, usage) for state in states]
+        launches = [_described(candidate, usage) for candidate in candidates]
         show_json(json.dumps({'launches': launches}, indent=2))
-        return 0
+        return code
     width = None
     if sys.stdout.isatty():
         width = shutil.get_terminal_size().columns
-    show('\n\n'.join(table(s, usage, width) for s in states))
-    return 0
+    tables = [table(c.state, usage, width, c.is_orphaned) for c in candidates]
+    show('\n\n'.join(tables))
+    return code
 
 
 def _described(
-    state: LaunchState, usage: Mapping[int, Usage]
+    candidate: Candidate, usage: Mapping[int, Usage]
 ) -> dict[str, Any]:
-    described = asdict(state)
+    described = asdict(candidate.state)
+    described['orphaned'] = candidate.is_orphaned
     for process in described['processes']:
         used = usage.get(process['pid'])
         process['cpu'] = None if used is None else round(used.cpu, 4)

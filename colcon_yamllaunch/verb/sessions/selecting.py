@@ -19,6 +19,10 @@ from colcon_yamllaunch.runtime.control.client import running_launches
 from colcon_yamllaunch.runtime.control.client import RunningLaunch
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.orphaned_launches import (
+    orphaned_launches,
+)
+from colcon_yamllaunch.runtime.control.orphaned_launches import OrphanedLaunch
 from colcon_yamllaunch.runtime.control.process_names import matches_process
 from colcon_yamllaunch.runtime.control.process_names import names_of
 from colcon_yamllaunch.verb.cli.messages import say
@@ -27,14 +31,19 @@ from colcon_yamllaunch.verb.cli.messages import say
 @dataclass(frozen=True, slots=True)
 class Candidate:
     """
-    A running launch.
+    A running launch, or what is left of one.
 
-    :param launch: The connection to it
+    :param launch: The connection to it, or what stands for that
     :param state: Its state when it was found
     """
 
-    launch: RunningLaunch
+    launch: RunningLaunch | OrphanedLaunch
     state: LaunchState
+
+    @property
+    def is_orphaned(self) -> bool:
+        """Whether its launcher was killed."""
+        return isinstance(self.launch, OrphanedLaunch)
 
 
 def find_launches(
@@ -47,9 +56,12 @@ def find_launches(
     :raises UserError: when there is none
     """
     need_proc()
+    launches: list[RunningLaunch | OrphanedLaunch]
+    running = running_launches(environment, _warn)
+    launches = [*running, *orphaned_launches(environment)]
     candidates = []
     silent = 0
-    for launch in running_launches(environment, _warn):
+    for launch in launches:
         try:
             candidates.append(Candidate(launch, launch.status()))
         except LaunchEndedError:

@@ -25,15 +25,20 @@ _UNITS = ('KiB', 'MiB', 'GiB', 'TiB')
 
 
 def table(
-    launch: LaunchState, usage: Mapping[int, Usage], width: int | None
+    launch: LaunchState,
+    usage: Mapping[int, Usage],
+    width: int | None,
+    orphaned: bool = False,
 ) -> str:
     """
     Return a launch and its processes.
 
     :param usage: What the process groups use
     :param width: The columns that there are, None for any number
+    :param orphaned: Whether its launcher was killed
     """
-    title = one_line(f'{launch.title}: {_state_of(launch)}')
+    state = _orphaned_state_of(launch) if orphaned else _state_of(launch)
+    title = one_line(f'{launch.title}: {state}')
     rows = [_HEADS, *(_row(p, usage) for p in launch.processes)]
     if len(rows) == 1:
         lines = ['no processes']
@@ -78,6 +83,16 @@ def _state_of(launch: LaunchState) -> str:
         f'{state} for {duration(launch.seconds)}, pid {launch.pid}, '
         f'in {launch.folder}'
     )
+
+
+def _orphaned_state_of(launch: LaunchState) -> str:
+    what = (
+        'its guard is stopping what is left'
+        if launch.stopping
+        else 'these still run, --stop ends them'
+    )
+    where = f', in {launch.folder}' if launch.folder else ''
+    return f'launcher {launch.pid} was killed, {what}{where}'
 
 
 def _row(process: ProcessState, usage: Mapping[int, Usage]) -> tuple[str, ...]:

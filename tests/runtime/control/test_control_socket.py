@@ -17,6 +17,9 @@ from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.client import running_launches
 from colcon_yamllaunch.runtime.control.client import RunningLaunch
+from colcon_yamllaunch.runtime.control.orphaned_launches import (
+    orphaned_launches,
+)
 import pytest
 
 ABOUT = {
@@ -110,9 +113,10 @@ def stat_of(path):
 
 def test_the_socket_is_private_and_goes_at_the_end(controlled, sleep):
     c = controlled(sleep('a'))
-    (path,) = c.folder.iterdir()
+    record, path = sorted(c.folder.iterdir())
+    assert (record.suffix, path.suffix) == ('.json', '.sock')
     assert stat_of(c.folder) == (0o700, os.getuid())
-    assert stat_of(path) == (0o600, os.getuid())
+    assert stat_of(path) == stat_of(record) == (0o600, os.getuid())
     assert c.one.sends(signal.SIGINT).ends() == 0
     assert list(c.folder.iterdir()) == []
 
@@ -311,8 +315,16 @@ def test_a_launcher_without_a_guard_leaves_a_socket_for_the_next_look(
     os.kill(guard, signal.SIGKILL)
     c.one.sends(signal.SIGKILL)
     c.one.popen.wait()
-    assert len(list(c.folder.iterdir())) == 1
+    assert {p.suffix for p in c.folder.iterdir()} == {'.sock', '.json'}
     assert running_launches(c.place, pytest.fail) == []
+    # what the launch is known by stays as long as something of it runs
+    (record,) = c.folder.iterdir()
+    assert record.suffix == '.json'
+    for pid in c.one.processes():
+        os.kill(pid, signal.SIGKILL)
+    wait_until(lambda: not c.one.processes())
+    # that finds nothing of it, and so removes what is left
+    orphaned_launches(c.place)
     assert list(c.folder.iterdir()) == []
 
 

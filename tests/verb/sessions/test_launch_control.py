@@ -6,7 +6,9 @@
 from collections.abc import Callable
 from collections.abc import Iterator
 import json
+import os
 from pathlib import Path
+import re
 import signal
 import time
 
@@ -359,3 +361,36 @@ def test_prefix_options(second: User) -> None:
 def _state(pid: int) -> str:
     stat = Path(f'/proc/{pid}/stat').read_text()
     return stat.rpartition(') ')[2][0]
+
+
+@pytest.mark.hostile
+def test_what_lost_its_launcher_is_listed_and_stopped(second: User) -> None:
+    second.write('ticking.yaml', TICKING + TICKING.partition('\n')[2])
+    launch = begin(second)
+    pid = launch.process.pid
+    guard = next(
+        int(path.parent.name)
+        for path in Path('/proc').glob('[0-9]*/stat')
+        if path.read_text().rpartition(') ')[2].split()[1] == str(pid)
+        and b'GUARD=' in (path.parent / 'environ').read_bytes()
+    )
+    # the launcher would start another guard
+    for number, target in (
+        (signal.SIGSTOP, pid),
+        (signal.SIGKILL, guard),
+        (signal.SIGKILL, pid),
+    ):
+        os.kill(target, number)
+    launch.process.wait()
+    output = second.launch('--status', code=1)
+    assert output.count('was killed') == 1, output
+    assert output.startswith(f'ticking.yaml: launcher {pid} was killed, these')
+    assert re.search(r'^  sleep-1 +running +\d+', output, re.M)
+    (state,) = json.loads(second.launch('--status=json', code=1))['launches']
+    assert state['orphaned']
+    output = second.launch('--restart', 'sleep', code=1)
+    assert 'error: ticking.yaml: its launcher was killed; all that' in output
+    assert 'sleep-1: stopped' in second.launch('--stop', 'sleep-1')
+    assert 'stopped ticking.yaml' in second.launch('--stop')
+    output = second.launch('--status', code=1)
+    assert output == 'colcon launch: error: no launch is running\n'

@@ -1,0 +1,109 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What a launch leaves to be known by in case that its launcher is killed.
+
+It stands beside the socket, with the same process id, and goes with that.
+"""
+
+from collections.abc import Iterable
+from collections.abc import Mapping
+from contextlib import suppress
+import json
+import os
+from typing import Any
+
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.socket_folder import FolderError
+from colcon_yamllaunch.runtime.control.socket_folder import folders
+from colcon_yamllaunch.runtime.control.socket_folder import open_folder
+from colcon_yamllaunch.runtime.process.own_files import Place
+
+#: The ending of a record's name.
+SUFFIX = '.json'
+
+_FLAGS = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+_LAUNCH = ('title', 'package', 'file', 'folder', 'log_folder')
+_PROCESS = ('label', 'executable', 'node', 'package', 'log')
+
+
+class LaunchRecord:
+    """
+    The record of a launch; where it cannot be written there is none.
+
+    :param identity: The identity of the launch
+    """
+
+    def __init__(self, identity: str) -> None:
+        self._content: dict[str, Any] = {'identity': identity}
+        self._descriptor = -1
+        self._folder = -1
+        self._name = f'{os.getpid()}{SUFFIX}'
+
+    def begin(
+        self,
+        environment: Mapping[str, str],
+        launch: LaunchState,
+        processes: Iterable[Process],
+    ) -> Place | None:
+        """
+        Write the record, and return where it is.
+
+        :param environment: The variables that say where it may be
+        :param processes: The processes of the launch, in the order of theirs
+        """
+        self._content |= {
+            **{n: getattr(launch, n) for n in _LAUNCH},
+            'processes': [
+                {n: getattr(p, n) for n in _PROCESS} for p in launch.processes
+            ],
+            'timeouts': [
+                (p.sigterm_timeout, p.sigkill_timeout) for p in processes
+            ],
+        }
+        for folder in folders(environment):
+            # why there is no socket there is said with that
+            with suppress(OSError, FolderError):
+                self._folder = open_folder(folder, make=True)
+                return self._make(os.path.abspath(folder / self._name))
+        return None
+
+    def note_parameters(self, place: Place) -> None:
+        """Add where the parameter files are."""
+        self._content['parameters'] = [place.path, place.device, place.inode]
+        # the launch goes on without it
+        with suppress(OSError):
+            self._write()
+
+    def end(self) -> None:
+        """Remove the record."""
+        if self._folder != -1:
+            with suppress(OSError):
+                os.unlink(self._name, dir_fd=self._folder)
+            os.close(self._folder)
+            self._folder = -1
+        if self._descriptor != -1:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+    def _make(self, path: str) -> Place:
+        try:
+            # whoever had our process id before is gone
+            with suppress(FileNotFoundError):
+                os.unlink(self._name, dir_fd=self._folder)
+            self._descriptor = os.open(
+                self._name, _FLAGS, 0o600, dir_fd=self._folder
+            )
+            self._write()
+            status = os.fstat(self._descriptor)
+        except OSError:
+            self.end()
+            raise
+        return Place(path, status.st_dev, status.st_ino)
+
+    def _write(self) -> None:
+        if self._descriptor != -1:
+            data = json.dumps(self._content).encode()
+            os.pwrite(self._descriptor, data, 0)
