@@ -13,6 +13,7 @@ import sys
 import time
 from typing import TextIO
 
+from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
@@ -28,7 +29,6 @@ from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.course.engine import no_guard
 from colcon_yamllaunch.runtime.course.engine import Settings
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
-from colcon_yamllaunch.runtime.process.adoption import Adoption
 from colcon_yamllaunch.runtime.process.descriptors import keep_to_ourselves
 from colcon_yamllaunch.runtime.process.own_files import Place
 from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles

@@ -13,6 +13,7 @@ import os
 import select
 import signal
 
+from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import send
 from colcon_yamllaunch.common.escalation import Target
@@ -26,7 +27,6 @@ from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
-from colcon_yamllaunch.runtime.process.adoption import Adoption
 from colcon_yamllaunch.runtime.process.children import ended_children
 from colcon_yamllaunch.runtime.process.children import suspended_children
 from colcon_yamllaunch.runtime.process.descriptors import DescriptorLimit

@@ -18,6 +18,7 @@ import threading
 import time
 from types import FrameType
 
+from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.escalation import Escalation
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.verb.cli.messages import INTERRUPTED
@@ -35,9 +36,14 @@ INTERVAL = 0.1
 
 
 class Interruption:
-    """What came of the signals during a build."""
+    """
+    What came of the signals during a build.
 
-    def __init__(self) -> None:
+    :param adoption: Keeps what the build has started in sight
+    """
+
+    def __init__(self, adoption: Adoption) -> None:
+        self._processes = BuildProcesses(adoption=adoption)
         self._number: int | None = None
         self._has_ended = threading.Event()
         self._ender = threading.Thread(target=self._end, daemon=True)
@@ -59,13 +65,13 @@ class Interruption:
         self._has_ended.set()
         if self._number is not None:
             self._ender.join()
-            BuildProcesses().end()
+            self._processes.end()
 
     def _end(self) -> None:
         if self._has_ended.wait(GRACE):
             return
         timeouts = {0: TIMEOUTS}
-        escalation = Escalation(BuildProcesses(), timeouts, time.monotonic())
+        escalation = Escalation(self._processes, timeouts, time.monotonic())
         while not self._has_ended.is_set():
             escalation.advance(time.monotonic())
             self._has_ended.wait(INTERVAL)
@@ -80,7 +86,8 @@ def interruption() -> Iterator[Interruption]:
 
     :raises SystemExit: with the exit code, if nothing took that
     """
-    state = Interruption()
+    adoption = Adoption()
+    state = Interruption(adoption)
     previous = {number: signal.getsignal(number) for number in SIGNALS}
     # what nohup or a background job has made ignored stays so
     taken = [n for n in SIGNALS if previous[n] is not signal.SIG_IGN]
@@ -92,6 +99,7 @@ def interruption() -> Iterator[Interruption]:
         raise SystemExit(state.returncode or INTERRUPTED) from None
     finally:
         state.end()
+        adoption.end()
         for number in taken:
             signal.signal(number, previous[number])
 

@@ -15,11 +15,13 @@ from pathlib import Path
 import signal
 import time
 
+from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.escalation import Escalation
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import Targets
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.common.process_scan import running_processes
+from colcon_yamllaunch.common.process_scan import RunningProcess
 from colcon_yamllaunch.common.process_scan import variable_of
 
 #: The variable that the processes of a build have; its value is the process
@@ -33,11 +35,20 @@ class BuildProcesses(Targets):
     """
     The running processes of builds.
 
+    They have the variable, or their parent is one of them. Who has neither
+    any more is a child of this process, where that adopts orphans.
+
     :param build_base: The build folder whose builds are meant; without it,
       those that this process has started
+    :param adoption: What knows the children of this process
     """
 
-    def __init__(self, build_base: Path | None = None) -> None:
+    def __init__(
+        self,
+        build_base: Path | None = None,
+        adoption: Adoption | None = None,
+    ) -> None:
+        self._adoption = adoption
         self._start, self._end = f'{os.getpid()}:', ''
         if build_base is not None:
             self._start, self._end = '', f':{build_base}'
@@ -45,17 +56,29 @@ class BuildProcesses(Targets):
     def search(self, groups: Collection[int] = ()) -> list[Orphan]:  # noqa: ARG002
         """Find all of them."""
         found = []
+        others: dict[int, list[RunningProcess]] = {}
+        children: Collection[int] = ()
+        if self._adoption is not None and self._adoption.is_exact:
+            children, _ = self._adoption.look(())
         for process in running_processes():
             value = variable_of(process.pid, BUILD_ID_VARIABLE) or ''
-            if value.startswith(self._start) and value.endswith(self._end):
-                found.append(
-                    Orphan(process.pid, process.birth, process.group, 0)
-                )
-        return found
+            if process.pid in children or (
+                value.startswith(self._start) and value.endswith(self._end)
+            ):
+                found.append(process)
+            else:
+                others.setdefault(process.parent, []).append(process)
+        # the list grows by the children of those that it has
+        for parent in found:
+            found.extend(others.pop(parent.pid, ()))
+        return [Orphan(p.pid, p.birth, p.group, 0) for p in found]
 
     def recheck(self, orphans: list[Orphan]) -> list[Orphan]:
         """Find all of them, as a build goes on to start some."""
-        return self.search() if orphans else []
+        if not orphans:
+            return []
+        found = dict.fromkeys([*super().recheck(orphans), *self.search()])
+        return list(found)
 
     def end(self) -> None:
         """End all of them, and wait for that."""

@@ -79,6 +79,26 @@ def test_signals(builder: User, verb: str, name: str, code: int) -> None:
         assert started.output.endswith(last)
 
 
+@pytest.mark.hostile
+def test_build_tool_without_group_session_and_environment(
+    builder: User,
+) -> None:
+    pid = builder.root / PID
+    script = builder.write(
+        'stray.sh',
+        "env -i setsid sh -c 'echo $$ >new; mv new "
+        f"{pid}; exec sleep 99' & wait\n",
+    )
+    text = BUILD.format(command=f'. {script}')
+    builder.write('src/slow/CMakeLists.txt', text)
+    started = builder.start('colcon', 'launch', 'slow', 'slow')
+    stray = _pid(builder, started)
+    # as a terminal sends it
+    os.killpg(started.process.pid, signal.SIGINT)
+    assert started.end() == 130, started.output
+    _wait_for_the_end(stray)
+
+
 @pytest.mark.parametrize('trap', ["trap '' INT;", "trap '' INT TERM;"])
 def test_stubborn_build_tool(builder: User, trap: str) -> None:
     started = _start(builder, 'launch', trap)

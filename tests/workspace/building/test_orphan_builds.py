@@ -58,3 +58,15 @@ def test_own_processes_are_ended_whatever_they_build(start, tmp_path):
     BuildProcesses().end()
     assert (one.wait(), two.wait()) == (-15, -15)
     assert other.poll() is None
+
+
+@pytest.mark.hostile
+def test_a_child_of_a_build_tool_is_ended_with_it(start, tmp_path):
+    script = "env -i setsid sh -c 'echo $$; exec sleep 99' & wait"
+    tool = start(mark(tmp_path), script)
+    assert len(BuildProcesses().search()) == 2
+    BuildProcesses().end()
+    assert tool.wait() == -15
+    assert BuildProcesses().search() == []
+    # its output ends with its child
+    assert tool.stdout.read() == b''

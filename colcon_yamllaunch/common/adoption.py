@@ -12,6 +12,7 @@ process 1, nobody else would reap what has ended.
 """
 
 from collections.abc import Collection
+from contextlib import suppress
 import os
 
 _PR_SET_CHILD_SUBREAPER = 36
@@ -33,7 +34,7 @@ class Adoption:
         # nobody else can wait for the children of process 1
         self._others = frozenset() if os.getpid() == 1 else frozenset(before)
         self._seen: set[int] = set()
-        adopt_orphans()
+        _adopt_orphans(wanted=True)
 
     def look(self, ours: Collection[int]) -> tuple[set[int], set[int]]:
         """
@@ -41,7 +42,8 @@ class Adoption:
 
         They may have ended.
 
-        :param ours: The children that this process itself has started
+        :param ours: The children that this process itself has started, if
+          they are to be told apart
         """
         adopted = _children().difference(ours, self._others)
         new = adopted - self._seen
@@ -53,13 +55,16 @@ class Adoption:
         self._seen.discard(pid)
 
     def end(self) -> None:
-        """Adopt no more."""
-        adopt_orphans(wanted=False)
+        """Adopt no more, and reap what has ended."""
+        _adopt_orphans(wanted=False)
+        for pid in self.look(())[0]:
+            with suppress(ChildProcessError):
+                os.waitpid(pid, os.WNOHANG)
 
 
-def adopt_orphans(*, wanted: bool = True) -> None:
+def _adopt_orphans(*, wanted: bool) -> None:
     """Become the parent of all descendants that lose theirs, or no more."""
-    # late, as few modules need it and not every command comes here
+    # late, as not every command comes here
     import ctypes
 
     arguments = [ctypes.c_ulong(n) for n in (int(wanted), 0, 0, 0)]
