@@ -50,6 +50,11 @@ def unruly(launch, sh):
             # each is ended before the next run
             **AGAIN | {'respawn_max_retries': DAEMONS, 'sigterm_timeout': 0.0},
         ),
+        sh(
+            'bare',
+            "env -i setsid sh -c 'echo $$; exec sleep 9999' & exit 0",
+            **AGAIN | {'respawn_max_retries': DAEMONS},
+        ),
         sh('stubborn', stubborn, **QUICK),
         sh('held', 'kill -STOP $$; sleep 9999', **QUICK),
         {'label': 'missing', 'argv': ['/no/such/program']},
@@ -81,7 +86,7 @@ def unruly(launch, sh):
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGKILL])
 def test_an_unruly_launch_stays_bounded_and_leaves_nothing(
-    unruly, number, wait_until
+    unruly, number, wait_until, is_running
 ):
     guard = wait_until(unruly.guards)[0]
     end = time.monotonic() + SECONDS
@@ -103,6 +108,9 @@ def test_an_unruly_launch_stays_bounded_and_leaves_nothing(
     unruly.popen.wait()
     wait_until(lambda: not unruly.processes())
     wait_until(lambda: _memory(guard) == 0)
+    bare = list(map(int, unruly.log('bare/stdout.log').split()))
+    assert bare
+    assert not any(map(is_running, bare))
     left = {path.name for path in unruly.folder.iterdir()}
     assert left == {'plan.json', 'screen', 'log'}
 
