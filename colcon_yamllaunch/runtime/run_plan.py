@@ -130,11 +130,11 @@ def run_plan(
         processes = tuple(plan.processes())
         screen = display.screen(processes, troubles.append)
         guard = _guard(settings.identity, screen, stack)
-        record = LaunchRecord(settings.identity)
+        launch_record = LaunchRecord(settings.identity)
 
         def note_parameters(place: Place) -> None:
             guard.folder(place)
-            record.note_parameters(place)
+            launch_record.note_parameters(place)
 
         files = ParameterFiles(note_parameters)
         stack.callback(files.remove)
@@ -188,7 +188,14 @@ def run_plan(
                 control.callback(attachment.close)
             if about is not None:
                 service = Service(about, engine, log_folder, log_files, clock)
-                serve(engine, service, environment, guard, record, control)
+                serve(
+                    engine,
+                    service,
+                    environment,
+                    guard,
+                    launch_record,
+                    control,
+                )
             engine.run(signals)
         files.remove()
         guard.dismiss()

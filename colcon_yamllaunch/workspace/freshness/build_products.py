@@ -90,7 +90,8 @@ class Products:
         for manifest in manifests:
             with suppress(OSError, UnicodeDecodeError):
                 text = (self.build(name) / manifest).read_text('utf-8')
-                paths.update(map(Path, text.splitlines()))
+                # a name may have what else ends a line in Unicode
+                paths.update(map(Path, text.split('\n')))
         own = {p for p in paths if p.is_relative_to(self.install_base)}
         return set(filter(os.path.lexists, own))
 
