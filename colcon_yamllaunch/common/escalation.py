@@ -91,6 +91,9 @@ class Targets:
         """Send a signal."""
         send(target, step)
 
+    def kill(self, number: int) -> None:
+        """Kill all that has a number, seen or not, if the system can."""
+
 
 class Escalation:
     """
@@ -220,6 +223,9 @@ class Escalation:
         if sent < step:
             self._sent[target] = step
             self._targets.send(target, STEPS[step])
+            if STEPS[step] == signal.SIGKILL:
+                # what was started since, or may be sent nothing
+                self._targets.kill(number)
 
 
 def send(target: Target, step: signal.Signals) -> bool:

@@ -90,6 +90,19 @@ def variable_of(pid: int, name: str) -> str | None:
     return os.fsdecode(rest.partition(b'\0')[0]) if found else None
 
 
+def cgroup_of(pid: int | str) -> str | None:
+    """
+    Return the path of the control group of a process; see cgroups(7).
+
+    :param pid: The process, or `self`
+    :return: Its path in the hierarchy of version 2, None if there is none
+    """
+    for line in _read(f'/proc/{pid}/cgroup', 1 << 16).splitlines():
+        if line.startswith(b'0::'):
+            return os.fsdecode(line[3:])
+    return None
+
+
 def _read(path: str, size: int) -> bytes:
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)

@@ -42,7 +42,19 @@ HIDDEN = (
     'os.rename("new", "note")\n'
     f'os.execve({shutil.which("sleep")!r}, ["sleep", "99"], {{}})\n'
 )
+NO_CGROUP = {'COLCON_LAUNCH_CGROUP': '0'}
 QUICK = {'sigterm_timeout': 0.2, 'sigkill_timeout': 0.2}
+
+
+@pytest.fixture
+def launch(launch):
+    """Return what starts a launcher that has no control group to help it."""
+
+    def start(*entries, environment=None, **settings):
+        environment = {**NO_CGROUP, **(environment or {})}
+        return launch(*entries, environment=environment, **settings)
+
+    return start
 
 
 def children(pid: int) -> set[int]:
@@ -197,6 +209,7 @@ def test_process_1_of_a_container_stops_and_reaps_everything(tmp_path, sh):
             'PATH': os.environ['PATH'],
             'PYTHONPATH': str(ROOT),
             'TMPDIR': str(tmp_path),
+            **NO_CGROUP,
         },
         capture_output=True,
         text=True,

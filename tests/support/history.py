@@ -24,6 +24,7 @@ class FakeHost:
         self.by_label = {}
         self.refused = set()
         self.sent = []
+        self.killed = []
         self.left = []
         self.events = []
 
@@ -43,6 +44,9 @@ class FakeHost:
 
     def orphans(self, groups, led):
         return [o for o in self.left if o.group not in led]
+
+    def kill(self, number):
+        self.killed.append(number)
 
     def is_alive(self, orphan):
         return orphan in self.left

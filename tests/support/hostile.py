@@ -9,6 +9,8 @@ import os
 import shlex
 import subprocess
 
+from colcon_yamllaunch.common.process_scan import cgroup_of
+from colcon_yamllaunch.runtime.process.cgroup import LaunchCgroup
 import pytest
 
 #: Another user, who owns nothing: `nobody` of Linux.
@@ -16,6 +18,20 @@ OTHER_USER = 65534
 
 needs_other_user = pytest.mark.skipif(
     os.getuid() != 0, reason='only root can give files to another user'
+)
+
+
+def _has_cgroups() -> bool:
+    """Tell whether a launch gets a control group here."""
+    cgroup = LaunchCgroup('0' * 16)
+    with cgroup.entered(0):
+        inside = cgroup_of('self') or ''
+    cgroup.remove()
+    return inside.endswith(f'{"0" * 16}/0')
+
+
+needs_control_group = pytest.mark.skipif(
+    not _has_cgroups(), reason='no control group can be made here'
 )
 
 

@@ -1,16 +1,18 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What process groups use of the machine."""
+"""What the processes of launches use of the machine."""
 
 from collections import Counter
 from collections.abc import Callable
 from collections.abc import Collection
+from collections.abc import Mapping
 from dataclasses import dataclass
 import os
 import time
 
 from colcon_yamllaunch.common.process_scan import running_processes
+from colcon_yamllaunch.runtime.process import cgroup
 
 #: Seconds between two looks that a share of a processor is computed from.
 INTERVAL = 0.2
@@ -22,11 +24,15 @@ _PAGE = os.sysconf('SC_PAGE_SIZE')
 @dataclass(frozen=True, slots=True)
 class Usage:
     """
-    What a process group uses.
+    What a process of a launch uses, with all that it started.
+
+    Where there is a control group, that is all in it. Otherwise it is what
+    is in its process group.
 
     :param cpu: Its share of one processor, 1.0 for all of it
-    :param memory: Its resident memory in bytes; what its processes
-      share counts for each
+    :param memory: Its memory in bytes: what its control group is charged
+      with, or else the resident memory of its processes; what these
+      share counts for each then
     """
 
     cpu: float
@@ -38,29 +44,50 @@ def usage_of(
     sleep: Callable[[float], None] = time.sleep,
     clock: Callable[[], float] = time.monotonic,
 ) -> dict[int, Usage]:
-    """Return for each process group that runs what it uses."""
+    """
+    Return what processes use that run.
+
+    :param groups: The process groups that they lead
+    """
     if not groups:
         return {}
+    cgroups = {group: cgroup.process_folder(group) for group in groups}
     begin = clock()
-    first, _ = _totals(groups)
+    first, _ = _totals(cgroups)
     sleep(INTERVAL)
-    ticks, pages = _totals(groups)
-    seconds = max(clock() - begin, INTERVAL)
+    seconds, sizes = _totals(cgroups)
+    passed = max(clock() - begin, INTERVAL)
     return {
         group: Usage(
             # a process that ended meanwhile took its time with it
-            max(0, now - first.get(group, now)) / _TICKS / seconds,
-            pages[group] * _PAGE,
+            max(0.0, now - first.get(group, now)) / passed,
+            sizes[group],
         )
-        for group, now in ticks.items()
+        for group, now in seconds.items()
     }
 
 
-def _totals(groups: Collection[int]) -> tuple[Counter[int], Counter[int]]:
-    """Return the processor time in ticks and the memory in pages."""
-    ticks, pages = Counter[int](), Counter[int]()
+def _totals(
+    cgroups: Mapping[int, str | None],
+) -> tuple[dict[int, float], Counter[int]]:
+    """Return the seconds of processors and the bytes of memory."""
+    ticks, sizes, resident = Counter[int](), Counter[int](), Counter[int]()
     for process in running_processes():
-        if process.group in groups:
+        resident[process.pid] = process.pages * _PAGE
+        if process.group in cgroups:
             ticks[process.group] += process.ticks
-            pages[process.group] += process.pages
-    return ticks, pages
+            sizes[process.group] += resident[process.pid]
+    seconds = {group: count / _TICKS for group, count in ticks.items()}
+    for group, folder in cgroups.items():
+        if folder is None or group not in seconds:
+            continue
+        spent = cgroup.processor_time(folder)
+        if spent is None:
+            # it ended, and its group with it
+            continue
+        seconds[group] = spent
+        charged = cgroup.memory(folder)
+        if charged is None:
+            charged = sum(resident[pid] for pid in cgroup.members(folder))
+        sizes[group] = charged
+    return seconds, sizes

@@ -27,6 +27,8 @@ from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
+from colcon_yamllaunch.runtime.process.cgroup import CGROUP_VARIABLE
+from colcon_yamllaunch.runtime.process.cgroup import LaunchCgroup
 from colcon_yamllaunch.runtime.process.children import ended_children
 from colcon_yamllaunch.runtime.process.children import suspended_children
 from colcon_yamllaunch.runtime.process.descriptors import DescriptorLimit
@@ -109,6 +111,10 @@ class Engine:
         self._settings = settings
         self._guard = guard
         self._files = files
+        self._cgroup = LaunchCgroup(
+            settings.identity,
+            wanted=settings.environment.get(CGROUP_VARIABLE) != '0',
+        )
         self._writer = writer
         self._publish = publish
         #: All that the loop waits for.
@@ -155,6 +161,7 @@ class Engine:
             more = self._end_turn()
             self.watches.wait(0.0 if more else self._seconds_to_wait())
         self.watches.remove(signals)
+        self._cgroup.remove()
         self._relay.close()
         self._conditions.end()
 
@@ -223,6 +230,10 @@ class Engine:
         """Send a signal."""
         return send(target, step)
 
+    def kill(self, number: int) -> None:
+        """Kill all that belongs to a process of the plan, if possible."""
+        self._cgroup.kill(number)
+
     def orphans(
         self, groups: Mapping[int, int], with_leader: Collection[int]
     ) -> list[Orphan]:
@@ -273,13 +284,14 @@ class Engine:
             else:
                 environment[name] = value
         environment[LAUNCH_ID_VARIABLE] = f'{self._settings.identity}.{number}'
-        return spawn_process(
-            argv,
-            environment,
-            process.cwd,
-            (stdin, stdout.writer, stderr.writer),
-            self._limit.wrapped(self._settings.spawn),
-        )
+        with self._cgroup.entered(number):
+            return spawn_process(
+                argv,
+                environment,
+                process.cwd,
+                (stdin, stdout.writer, stderr.writer),
+                self._limit.wrapped(self._settings.spawn),
+            )
 
     def _adopter(self) -> Adopter:
         """Return what is known of our children."""

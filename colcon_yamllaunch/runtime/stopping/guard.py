@@ -8,10 +8,10 @@ Its standard input is a socket whose other end only the launcher has, so the
 end of the input means that the launcher ended without dismissing the guard:
 by SIGKILL, or by a crash. Then it takes the launcher's place: the control
 socket goes, then SIGINT, SIGTERM and SIGKILL with each process's time-outs,
-also for processes that left their group, and the folder with the parameter
-files goes. What the processes write meanwhile gets to their logs, so that they
-can stop in their own way. The guard has its own session, takes no signal but
-SIGKILL, and never outlives its work.
+also for processes that left their group, and the control group and the folder
+with the parameter files go. What the processes write meanwhile gets to their
+logs, so that they can stop in their own way. The guard has its own session,
+takes no signal but SIGKILL, and never outlives its work.
 
 The launcher sends messages, each an array of frames in JSON:
 
@@ -47,6 +47,7 @@ from colcon_yamllaunch.common.escalation import Targets
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.process.cgroup import LaunchCgroup
 from colcon_yamllaunch.runtime.process.own_files import Place
 from colcon_yamllaunch.runtime.process.own_files import remove_file
 from colcon_yamllaunch.runtime.process.own_files import remove_parameter_files
@@ -68,6 +69,7 @@ class GuardedLaunch(Targets):
     def __init__(self, identity: str, session: int) -> None:
         self.identity = identity
         self.session = session
+        self.cgroup = LaunchCgroup(identity)
         #: The process groups that run, with their numbers.
         self.made: dict[int, int] = {}
         #: The time-outs of every process that was ever started.
@@ -133,6 +135,10 @@ class GuardedLaunch(Targets):
         for place in self.places.get(kind, ()):
             how(place)
 
+    def kill(self, number: int) -> None:
+        """Kill all of a process of the plan; see `Targets`."""
+        self.cgroup.kill(number)
+
 
 def main() -> None:
     """
@@ -158,6 +164,7 @@ def _take_over(launch: GuardedLaunch) -> None:
     output.say('the launcher was killed; the guard stops its processes')
     escalation = Escalation(launch, launch.timeouts, time.monotonic())
     escalation.run(sleep=output.pass_on)
+    launch.cgroup.remove()
     output.finish()
     output.say('the guard has stopped what it could')
     launch.remove('folder', remove_parameter_files)

@@ -4,11 +4,13 @@
 """
 Which processes of the machine belong to a launch.
 
-A process belongs to a launch when its environment carries the launch's mark,
-when it is in a process group that the launch made, when its parent belongs,
-or when it lost its parent and became a child of the launcher. The mark finds
-those that left their group by setsid() after their parent ended; it needs no
-privileges, and works for the guard, too, which is no parent of theirs.
+A process belongs to a launch when it is in the control group of the launch,
+when its environment carries the launch's mark, when it is in a process group
+that the launch made, when its parent belongs, or when it lost its parent and
+became a child of the launcher. In the control group is all that there is, but
+not every launch can have one. The mark finds those that left their group by
+setsid() after their parent ended; it needs no privileges, and works for the
+guard, too, which is no parent of theirs.
 
 This module is part of the guard and imports little.
 """
@@ -26,6 +28,7 @@ from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.common.process_scan import running_processes
 from colcon_yamllaunch.common.process_scan import RunningProcess
 from colcon_yamllaunch.common.process_scan import variable_of
+from colcon_yamllaunch.runtime.process.cgroup import number_of
 
 #: The environment variable that marks the processes of a launch; its value is
 #: the identity of the launch, a dot, and the number of the process.
@@ -119,7 +122,9 @@ def find_orphans(
     found: list[RunningProcess] = []
     children: dict[int, list[RunningProcess]] = {}
     for process in running_processes():
-        number = marked_number(process.pid, identity)
+        number = number_of(process.pid, identity)
+        if number is None:
+            number = marked_number(process.pid, identity)
         if number is None and process.session == session:
             number = groups.get(process.group)
         if number is None:

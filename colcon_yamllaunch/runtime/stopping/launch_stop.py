@@ -34,6 +34,9 @@ class StopHost(Protocol):
     def send(self, target: Target, step: signal.Signals) -> bool:
         """Send a signal, and return whether anybody got it."""
 
+    def kill(self, number: int) -> None:
+        """Kill all that belongs to a process of the plan, if possible."""
+
     def orphans(
         self, groups: Mapping[int, int], with_leader: Collection[int]
     ) -> list[Orphan]:
@@ -144,6 +147,10 @@ class Stop(Targets):
                 pid, number, is_group = target, self._groups[target], True
             process = self._tasks[number].process
             self._host.tell(events.Signalled(process, pid, step, is_group))
+
+    def kill(self, number: int) -> None:
+        """Kill all of a process of the plan; see `Targets`."""
+        self._host.kill(number)
 
     def _note_next(self) -> None:
         self.cancel()

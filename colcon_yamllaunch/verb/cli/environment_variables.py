@@ -13,6 +13,11 @@ LOG_FOLDERS = EnvironmentVariable(
     'How many former launches keep their folder in the log folder: a number '
     f'(default: {KEPT_LOG_FOLDERS}), or `all`',
 )
+#: Whether a launch has a control group; the runtime reads it.
+CGROUP = EnvironmentVariable(
+    'COLCON_LAUNCH_CGROUP',
+    'Whether launches get a control group where one can be made: 0 for none',
+)
 #: Bytes that the log folders of all launches may take together, unless the
 #: user says otherwise.
 ALL_LOGS_LIMIT = 10_000_000_000

@@ -55,8 +55,11 @@ def test_a_single_stop_takes_the_steps_with_the_processs_timeouts(
     assert c.sent('a') == [INT]
     c.after(0.2)
     assert c.sent('a') == [INT, TERM]
+    assert c.host.killed == []
     c.after(2.0)
     assert c.sent('a') == [INT, TERM, KILL]
+    # and whatever it started since
+    assert c.host.killed == [0]
     c.exit('a', Outcome(signal=KILL))
     assert [e.failed for e in c.happened(Exited)] == [False]
     assert c.sent('b') == []

@@ -1,0 +1,315 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The control group of a launch, where one can be made; see cgroups(7).
+
+It is a folder in that of the control group (version 2) that the launcher is
+in, with one folder for each process of the plan. What is born there cannot
+leave it by another session, another parent or another environment, so who
+belongs to which process is known exactly, and all of it can be killed at
+once. The launcher itself, and its guard, stay where they are.
+
+Nothing is done to the groups of others, and nothing is asked of anybody: if
+the folder cannot be made, there is none, and nobody hears of it.
+
+This module is part of the guard and imports little.
+"""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextlib import suppress
+import fcntl
+from functools import cached_property
+import os
+import re
+import time
+
+from colcon_yamllaunch.common.process_scan import cgroup_of
+
+#: The environment variable that, set to 0, keeps a launch from having one.
+CGROUP_VARIABLE = 'COLCON_LAUNCH_CGROUP'
+
+_PREFIX = 'colcon_launch-'
+_NAME = re.compile(rf'{_PREFIX}[0-9a-f]{{16}}')
+# in the last launch of those that are nested
+_OF_PROCESS = re.compile(rf'.*/{_NAME.pattern}/\d+(?=/|$)')
+# With any other controller, what is in a group of its own gets another share
+# of the machine than what is not; real-time processes may even get none.
+_HARMLESS = {'memory', 'pids'}
+# how often a folder is made that another launch takes for a stale one
+_TRIES = 3
+# Seconds that killed processes get to leave their folders; the kernel may
+# take a moment longer with that than with reporting their end.
+_PATIENCE = 0.5
+_INTERVAL = 0.002
+
+
+class LaunchCgroup:
+    """
+    The control group of a launch.
+
+    :param identity: The identity of the launch
+    :param wanted: Whether one is made
+    """
+
+    def __init__(self, identity: str, *, wanted: bool = True) -> None:
+        self._name = _PREFIX + identity
+        self._wanted = wanted
+        self._lock = -1
+
+    @classmethod
+    def of_members(cls, identity: str, pids: Iterable[int]) -> 'LaunchCgroup':
+        """Return the group that some processes of a launch are in."""
+        group = cls(identity, wanted=False)
+        name = f'/{group._name}'
+        for pid in pids:
+            outside, found, _ = (cgroup_of(pid) or '').partition(f'{name}/')
+            if found:
+                # cached, and where we are ourselves does not matter
+                group._folder = _mounted(outside + name)
+                break
+        return group
+
+    @contextmanager
+    def entered(self, number: int) -> Iterator[None]:
+        """
+        Be in the group of a process, so that what is started is born there.
+
+        If there can be none, nothing happens. The first move for a while takes
+        some 10 ms, as the kernel waits until each processor took note of it,
+        those soon after it 0.05 ms.
+
+        :param number: The number of the process in the plan
+        """
+        if not self._is_made or not self._enter(number):
+            yield
+            return
+        try:
+            yield
+        finally:
+            self._leave()
+
+    def kill(self, number: int) -> None:
+        """Kill all that is in the group of a process, in one step."""
+        if self._folder is not None:
+            self._kill(f'{self._folder}/{number}')
+
+    def remove(self) -> None:
+        """Kill all that is left, and remove the folders."""
+        if self._folder is not None:
+            deadline = time.monotonic() + _PATIENCE
+            while not _remove(self._folder) and time.monotonic() < deadline:
+                self._kill(self._folder)
+                time.sleep(_INTERVAL)
+        if self._lock != -1:
+            os.close(self._lock)
+            self._lock = -1
+
+    @cached_property
+    def _path(self) -> str | None:
+        return cgroup_of('self')
+
+    @cached_property
+    def _home(self) -> str | None:
+        """The folder of the group that we are in."""
+        folder = None if self._path is None else _mounted(self._path)
+        if folder is None or str(os.getpid()) not in _members(folder):
+            return None
+        return folder
+
+    @cached_property
+    def _folder(self) -> str | None:
+        return None if self._home is None else f'{self._home}/{self._name}'
+
+    @cached_property
+    def _is_made(self) -> bool:
+        """Whether there is a folder; it is made if need be."""
+        if not self._wanted or self._home is None or self._folder is None:
+            return False
+        controllers = _read(f'{self._home}/cgroup.subtree_control').split()
+        if not _HARMLESS.issuperset(controllers):
+            return False
+        _remove_stale(self._home)
+        try:
+            for _ in range(_TRIES):
+                with suppress(FileExistsError):
+                    os.mkdir(self._folder)
+                self._lock = _lock(self._folder)
+                if self._lock != -1:
+                    return True
+                time.sleep(_INTERVAL)
+        except OSError:
+            pass
+        return False
+
+    def _enter(self, number: int) -> bool:
+        # whoever moved the launcher elsewhere meant its processes, too
+        if cgroup_of('self') != self._path:
+            return False
+        folder = f'{self._folder}/{number}'
+        try:
+            with suppress(FileExistsError):
+                os.mkdir(folder)
+            _move_to(folder)
+        except OSError:
+            return False
+        return True
+
+    def _leave(self) -> None:
+        try:
+            _move_to(str(self._home))
+        except OSError:
+            # where nothing is killed but by ourselves
+            with suppress(OSError):
+                _move_to(str(self._folder))
+
+    def _kill(self, folder: str) -> None:
+        ours = cgroup_of('self') or ''
+        if self._name not in ours.split('/'):
+            # Linux before 5.14 cannot do it
+            with suppress(OSError):
+                _write(f'{folder}/cgroup.kill', b'1')
+
+
+def number_of(pid: int, identity: str) -> int | None:
+    """Return which process of a launch one is in the group of, if any."""
+    path = cgroup_of(pid) or ''
+    number = path.partition(f'/{_PREFIX}{identity}/')[2].partition('/')[0]
+    return int(number) if number.isdecimal() else None
+
+
+def process_folder(pid: int) -> str | None:
+    """Return the folder of the group that the process of a launch is in."""
+    found = _OF_PROCESS.match(cgroup_of(pid) or '')
+    return None if found is None else _mounted(found[0])
+
+
+def processor_time(folder: str) -> float | None:
+    """Return the seconds that processors have spent on a group."""
+    for line in _read(f'{folder}/cpu.stat').splitlines():
+        name, _, value = line.partition(' ')
+        if name == 'usage_usec':
+            return int(value) / 1e6
+    return None
+
+
+def memory(folder: str) -> int | None:
+    """
+    Return the bytes of memory of a group, if they are counted.
+
+    Copies of files that the kernel drops as soon as it needs the memory are
+    none of it.
+    """
+    total = _read(f'{folder}/memory.current').strip()
+    if not total:
+        return None
+    for line in _read(f'{folder}/memory.stat').splitlines():
+        name, _, value = line.partition(' ')
+        if name == 'inactive_file':
+            return max(0, int(total) - int(value))
+    return int(total)
+
+
+def members(folder: str) -> set[int]:
+    """Return the processes of a group, and of all groups in it."""
+    return {
+        int(pid) for inner, _, _ in os.walk(folder) for pid in _members(inner)
+    }
+
+
+def _members(folder: str) -> list[str]:
+    return _read(f'{folder}/cgroup.procs').split()
+
+
+def _mounted(path: str) -> str | None:
+    """Return the folder of a group, if it is to be seen here."""
+    for line in _read('/proc/self/mountinfo').splitlines():
+        mount, _, file_system = line.partition(' - ')
+        if not file_system.startswith('cgroup2 '):
+            continue
+        root, point = map(_unescaped, mount.split(' ')[3:5])
+        root = root.rstrip('/')
+        if path == root or path.startswith(f'{root}/'):
+            folder = (point + path.removeprefix(root)).rstrip('/')
+            if os.path.exists(f'{folder}/cgroup.procs'):
+                return folder
+    return None
+
+
+def _unescaped(text: str) -> str:
+    return re.sub(r'\\([0-7]{3})', lambda m: chr(int(m[1], 8)), text)
+
+
+def _lock(folder: str) -> int:
+    """
+    Mark a folder as one that is in use; return -1 if that is not possible.
+
+    The lock ends with the process.
+    """
+    try:
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError:
+        return -1
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        # whoever had the lock before may have removed it
+        if os.path.samestat(os.fstat(descriptor), os.stat(folder)):
+            return descriptor
+    except OSError:
+        pass
+    os.close(descriptor)
+    return -1
+
+
+def _remove_stale(home: str) -> None:
+    """Remove what launches left that were killed, with their guards."""
+    try:
+        names = os.listdir(home)
+    except OSError:
+        return
+    for name in names:
+        folder = f'{home}/{name}'
+        if not _NAME.fullmatch(name) or _is_populated(folder):
+            continue
+        with suppress(OSError):
+            if os.stat(folder).st_uid != os.geteuid():
+                continue
+            lock = _lock(folder)
+            if lock != -1:
+                _remove(folder)
+                os.close(lock)
+
+
+def _is_populated(folder: str) -> bool:
+    events = _read(f'{folder}/cgroup.events').splitlines()
+    return 'populated 0' not in events
+
+
+def _remove(folder: str) -> bool:
+    """Remove a group in which nothing runs, and return whether it is gone."""
+    for inner, _, _ in os.walk(folder, topdown=False):
+        with suppress(OSError):
+            os.rmdir(inner)
+    return not os.path.exists(folder)
+
+
+def _move_to(folder: str) -> None:
+    _write(f'{folder}/cgroup.procs', b'0')
+
+
+def _write(path: str, data: bytes) -> None:
+    descriptor = os.open(path, os.O_WRONLY | os.O_CLOEXEC)
+    try:
+        os.write(descriptor, data)
+    finally:
+        os.close(descriptor)
+
+
+def _read(path: str) -> str:
+    try:
+        with open(path, errors='surrogateescape') as file:
+            return file.read()
+    except OSError:
+        return ''
