@@ -37,6 +37,7 @@ from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.socket_folder import FolderError
 from colcon_yamllaunch.runtime.control.socket_folder import folders
 from colcon_yamllaunch.runtime.control.socket_folder import open_folder
+from colcon_yamllaunch.runtime.process.cgroup import LaunchCgroup
 from colcon_yamllaunch.runtime.process.own_files import Place
 from colcon_yamllaunch.runtime.process.own_files import remove_file
 from colcon_yamllaunch.runtime.process.own_files import remove_parameter_files
@@ -78,6 +79,8 @@ class OrphanedLaunch(Targets):
         self._chosen: set[int] = set()
         known = record.get('processes', ())
         found = self.search()
+        pids = (orphan.pid for orphan in found)
+        self._cgroup = LaunchCgroup.of_members(identity, pids)
         self._numbers: dict[str, int] = {}
         states = []
         for number in sorted({o.number for o in found}):
@@ -168,8 +171,13 @@ class OrphanedLaunch(Targets):
         # its groups are as good as gone: others may have their ids
         return find_orphans(self._identity, -1, {}, groups)
 
+    def kill(self, number: int) -> None:
+        """Kill all of a process of the plan; see `Targets`."""
+        self._cgroup.kill(number)
+
     def remove(self) -> None:
         """Remove what the launcher could not."""
+        self._cgroup.remove()
         if self._parameters is not None:
             remove_parameter_files(self._parameters)
         for place in self._remains:
@@ -205,6 +213,9 @@ class _OneProcess(Targets):
     def search(self, groups: Collection[int]) -> list[Orphan]:
         found = self._launch.search(groups)
         return [o for o in found if o.number == self._number]
+
+    def kill(self, number: int) -> None:
+        self._launch.kill(number)
 
 
 def orphaned_launches(environment: Mapping[str, str]) -> list[OrphanedLaunch]:

@@ -12,7 +12,9 @@ from colcon_yamllaunch.runtime.control.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.orphaned_launches import (
     orphaned_launches,
 )
+from colcon_yamllaunch.runtime.process.cgroup import process_folder
 import pytest
+from support.hostile import needs_control_group
 
 pytestmark = pytest.mark.hostile
 
@@ -110,6 +112,23 @@ def test_orphans_are_found_and_stopped_by_name_and_all_together(
     assert not path.parent.exists()
     assert list(o.folder.glob('*.json')) == []
     assert found(o.one) == []
+
+
+@needs_control_group
+def test_what_their_group_alone_tells_of_is_stopped_too(
+    orphaned, sh, is_running
+):
+    lost = 'sh -c "trap \'\' INT TERM; echo lost \\$\\$; while :; do :; done"'
+    o = orphaned(
+        'lost ', sh('a', f'(env -i setsid {lost} &) ; exit 0', **QUICK)
+    )
+    pid = int(o.one.screen.partition('lost ')[2].split()[0])
+    folder = Path(process_folder(pid)).parent
+    launch = o.found()
+    launch.request('shutdown')
+    launch.wait_for_end(0)
+    assert not is_running(pid)
+    assert not folder.exists()
 
 
 def test_the_mark_alone_is_enough(orphaned, sleep):
