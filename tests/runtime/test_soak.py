@@ -14,6 +14,7 @@ import re
 import signal
 import time
 
+from colcon_yamllaunch.runtime.process.cgroup import process_folder
 import pytest
 
 pytestmark = pytest.mark.full
@@ -89,6 +90,7 @@ def test_an_unruly_launch_stays_bounded_and_leaves_nothing(
     unruly, number, wait_until, is_running
 ):
     guard = wait_until(unruly.guards)[0]
+    groups = [process_folder(p) for p in wait_until(unruly.processes)]
     end = time.monotonic() + SECONDS
     while time.monotonic() < end:
         time.sleep(SAMPLE_INTERVAL)
@@ -113,6 +115,8 @@ def test_an_unruly_launch_stays_bounded_and_leaves_nothing(
     assert not any(map(is_running, bare))
     left = {path.name for path in unruly.folder.iterdir()}
     assert left == {'plan.json', 'screen', 'log'}
+    # there may be none
+    assert not any(Path(g).parent.exists() for g in groups if g is not None)
 
 
 def _check_logs(one):
