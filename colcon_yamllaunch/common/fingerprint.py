@@ -27,8 +27,11 @@ except ImportError:
 #: seconds.
 TICK = 20_000_000
 COARSE_TICK = 2_000_000_000
-#: Larger files are told apart by size and time only (bytes).
+#: Larger files are told apart by size and times only, unless their content is
+#: asked for (bytes).
 READ_SIZE = 8 * 1024 * 1024
+#: How much of one is read at once (bytes).
+_CHUNK = 1024 * 1024
 
 #: Bytes; so long that no two contents share a digest by accident.
 _DIGEST_SIZE = 16
@@ -110,7 +113,10 @@ def are_settled(found: Iterable[Fingerprint | None]) -> bool:
 
 
 def with_content(
-    path: Path, now: Fingerprint, before: Fingerprint | None
+    path: Path,
+    now: Fingerprint,
+    before: Fingerprint | None,
+    limit: int | None = None,
 ) -> Fingerprint:
     """
     Return a fingerprint with the digest of the content.
@@ -118,33 +124,41 @@ def with_content(
     :param now: Its fingerprint, which was taken a moment ago
     :param before: An earlier one, whose digest is used again if it was not
       written since
+    :param limit: As for :func:`content_digest`
     """
     is_settled = now.is_settled
-    if before is not None and _has_same_times(before, now):
+    if before is not None and has_same_times(before, now):
         content = before.digest
     else:
-        content = content_digest(path, now.size)
+        content = content_digest(path, now.size, limit)
     return now._replace(
         mtime=now.mtime if is_settled else 0, digest=content, inode=0
     )
 
 
 def has_same_content(
-    path: Path, before: Fingerprint, now: Fingerprint
+    path: Path,
+    before: Fingerprint,
+    now: Fingerprint,
+    limit: int | None = None,
 ) -> bool:
     """
     Tell whether a file has the content that it had.
 
+    One whose content is not known has another one as soon as any of its times
+    differs, also that which no program can set.
+
     :param before: As :func:`with_content` returned it
+    :param limit: As for :func:`content_digest`
     """
     if before.size != now.size:
         return False
-    if _has_same_times(before, now):
+    if has_same_times(before, now):
         return True
     if not before.digest:
-        return before.mtime == now.mtime
+        return False
     # a checkout there and back, or a copied workspace
-    return before.digest == content_digest(path, now.size)
+    return before.digest == content_digest(path, now.size, limit)
 
 
 def digest(content: bytes) -> str:
@@ -152,17 +166,26 @@ def digest(content: bytes) -> str:
     return blake2b(content, digest_size=_DIGEST_SIZE).hexdigest()
 
 
-def content_digest(path: Path, size: int) -> str:
-    """Return the digest of a file; empty for a large or unreadable one."""
-    if size > READ_SIZE or not path.is_file():
+def content_digest(path: Path, size: int, limit: int | None = None) -> str:
+    """
+    Return the digest of a file; empty for a large or unreadable one.
+
+    :param limit: How large it may be, by default :data:`READ_SIZE` (bytes)
+    """
+    if size > (READ_SIZE if limit is None else limit) or not path.is_file():
         return ''
+    found = blake2b(digest_size=_DIGEST_SIZE)
     try:
-        return digest(path.read_bytes())
+        with path.open('rb', buffering=0) as file:
+            while data := file.read(_CHUNK):
+                found.update(data)
     except OSError:
         return ''
+    return found.hexdigest()
 
 
-def _has_same_times(before: Fingerprint, now: Fingerprint) -> bool:
+def has_same_times(before: Fingerprint, now: Fingerprint) -> bool:
+    """Tell whether a file cannot have been written in between."""
     return (before.size, before.mtime, before.ctime) == (
         now.size,
         now.mtime,

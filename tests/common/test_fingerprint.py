@@ -111,13 +111,33 @@ def test_the_same_content_written_anew(file: Path) -> None:
     assert not has_same_content(file, before, taken(file))
 
 
-def test_a_large_file_is_told_by_its_time(
+def test_a_large_file_is_told_by_its_times(
     file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, 'READ_SIZE', 1)
     before = with_content(file, taken(file), None)
     assert not before.digest
-    write_at(file, 'other', before.mtime)
     assert has_same_content(file, before, taken(file))
-    write_at(file, 'other', before.mtime + 1)
+    write_at(file, 'first', before.mtime + 1)
     assert not has_same_content(file, before, taken(file))
+
+
+@pytest.mark.hostile
+def test_a_large_file_of_the_same_size_and_time_is_another_one(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, 'READ_SIZE', 1)
+    before = with_content(file, taken(file), None)
+    write_at(file, 'other', before.mtime)
+    assert not has_same_content(file, before, taken(file))
+
+
+def test_a_large_file_is_read_where_its_content_is_asked_for(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, 'READ_SIZE', 1)
+    monkeypatch.setattr(module, '_CHUNK', 2)
+    before = with_content(file, taken(file), None, limit=99)
+    assert before.digest == module.digest(b'first')
+    write_at(file, 'first', before.mtime + 1)
+    assert has_same_content(file, before, taken(file), limit=99)

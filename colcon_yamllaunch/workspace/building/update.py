@@ -174,6 +174,7 @@ class _Work:
         self._underlays = PackageLocator(
             (), colcon.install_base, colcon.merge_install, environment
         )
+        self._in_underlays: dict[str, str | None] = {}
 
     def remove_relocated(
         self, needed: Sequence[Package], announce: Callable[[str], None]
@@ -248,7 +249,11 @@ class _Work:
         for needed in sorted(own):
             dependencies[needed] = self._freshness.last_build(needed)
         for needed in sorted(others):
-            build = self._build_in_underlay(needed)
+            # as it was before this build, which may have seen either if that
+            # one was built meanwhile
+            if needed not in self._in_underlays:
+                self._in_underlays[needed] = self._build_in_underlay(needed)
+            build = self._in_underlays[needed]
             if build is not None:
                 dependencies[needed] = build
         return BuildContext(

@@ -24,12 +24,14 @@ from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 #: The name of a record, below `build/<package>/`.
 RECORD_NAME = 'colcon_launch.json'
 #: To be raised when what is in a record changes.
-RECORD_VERSION = 2
+RECORD_VERSION = 3
 
 #: How a file names what goes by another name here.
 _KEYS = {'mode': 'how', 'clean_id': 'origin', 'interface_id': 'shape'}
 #: The parts of the context, which a file has among the rest.
 _CONTEXT = ('settings', 'environment', 'dependencies')
+#: What a file has as lists.
+_SETS = ('live', 'written', 'generated')
 
 
 class DamagedRecordError(Exception):
@@ -43,6 +45,8 @@ class Record:
 
     :param files: The files of the source before the build; one that is read
       from elsewhere goes by its absolute path
+    :param written: Those that were written during the build
+    :param generated: Those that builds write by themselves
     :param mode: How it was built, as a number
     :param id: Another one for each build
     :param clean_id: The id of the last build from scratch
@@ -60,6 +64,8 @@ class Record:
 
     source: str
     files: dict[str, Fingerprint]
+    written: frozenset[str] = frozenset()
+    generated: frozenset[str] = frozenset()
     mode: int = BuildMode.COMPILE
     id: str = ''
     clean_id: str = ''
@@ -107,7 +113,7 @@ def _encode(record: Record) -> Mapping[str, Any]:
         name: found[:-1]
         for name, found in sorted(record.files.items())
     }
-    values['live'] = sorted(record.live)
+    values |= {name: sorted(values[name]) for name in _SETS}
     return {'version': RECORD_VERSION, **values}
 
 
@@ -118,7 +124,7 @@ def _decode(values: Any) -> Record | None:
     values['files'] = {
         name: Fingerprint(*found) for name, found in values['files'].items()
     }
-    values['live'] = frozenset(values['live'])
+    values |= {name: frozenset(values[name]) for name in _SETS}
     context = BuildContext(*[values.pop(name) for name in _CONTEXT])
     own = {name: values.pop(key) for name, key in _KEYS.items()}
     record = Record(**values, **own, context=context)

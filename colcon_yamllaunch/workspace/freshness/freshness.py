@@ -18,6 +18,7 @@ of its products (`build_products`).
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import field
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +26,7 @@ import time
 import uuid
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.common.fingerprint import TICK
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_context import build_of
@@ -45,11 +46,12 @@ from colcon_yamllaunch.workspace.freshness.build_record import read_record
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
+from colcon_yamllaunch.workspace.freshness.source_changes import built_from
+from colcon_yamllaunch.workspace.freshness.source_changes import BuiltFrom
 from colcon_yamllaunch.workspace.freshness.source_changes import Change
 from colcon_yamllaunch.workspace.freshness.source_changes import changes
 from colcon_yamllaunch.workspace.freshness.source_changes import Kind
 from colcon_yamllaunch.workspace.freshness.source_changes import snapshot
-from colcon_yamllaunch.workspace.freshness.source_changes import snapshot_of
 from colcon_yamllaunch.workspace.freshness.source_links import (
     INTERFACE_SUFFIXES,
 )
@@ -72,12 +74,15 @@ class Attempt:
     A build that has begun.
 
     :param record: The record so far
+    :param started: When it began, by the clock of the build folder
+      (nanoseconds)
     :param listed: What the last installation listed
     :param links: The links that were removed, with their targets
     """
 
     package: Package
     record: Record
+    started: int
     listed: frozenset[Path] = frozenset()
     links: Mapping[Path, Path] = field(default_factory=dict)
 
@@ -130,11 +135,10 @@ class Freshness:
         name = package.name
         before = self._known_record(name)
         known = before or Record(str(package.path), {})
-        files = snapshot(package.path, known.files)
         record = replace(
             known,
             source=str(package.path),
-            files=files | _files(known, outside=True),
+            files=snapshot(package.path, known.files),
             mode=mode,
             id=uuid.uuid4().hex,
             succeeded=False,
@@ -152,7 +156,7 @@ class Freshness:
         self._write(name, record)
         if package.type.endswith('python'):
             link_project(package.path, self._products.build(name))
-        return Attempt(package, record, listed, links)
+        return Attempt(package, record, self._now(name), listed, links)
 
     def finish(self, attempt: Attempt, context: BuildContext) -> None:
         """
@@ -168,20 +172,22 @@ class Freshness:
             products.prune(name, attempt.listed)
         build = products.build(name)
         inputs = BuildInputs(package.path, build)
-        own = (package.path, products.build_base, products.install_base)
-        started = self._started(name)
-        files = _files(record, outside=False)
+        self._refuse_removed(name)
+        sources = self._sources(attempt, inputs)
+        own = [file for file in record.files if not Path(file).is_absolute()]
         now = time.time_ns()
         installed = products.installed(name)
         self._write(
             name,
             replace(
                 record,
-                files=files | snapshot_of(inputs.outside(own), started),
+                files=sources.files,
+                written=sources.written,
+                generated=sources.generated,
                 succeeded=True,
                 finished=now,
                 built_at=now,
-                live=live_files(package.path, files, build, installed, inputs),
+                live=live_files(package.path, own, build, installed, inputs),
                 installed=products.states(name, record.installed),
                 traces=products.traces(name),
                 arguments=self._arguments(name),
@@ -189,22 +195,28 @@ class Freshness:
             ),
         )
 
-    def _started(self, name: str) -> int:
-        """Return when the build began, as the file system counts."""
-        try:
-            return self._path(name).stat().st_mtime_ns
-        except OSError as e:
-            # whoever removed it may have removed more
+    def _refuse_removed(self, name: str) -> None:
+        # whoever removed the record may have removed more
+        if not self._path(name).is_file():
             raise WorkspaceError(
                 f'{self._path(name)} was removed while {name} was built, so '
                 'what it was built from is not known: launch again'
-            ) from e
+            )
 
     def give_up(self, attempt: Attempt) -> None:
         """Write down that the build of a package ended without success."""
+        package = attempt.package
         self._products.put_back(attempt.links)
-        record = replace(attempt.record, finished=time.time_ns())
-        self._write(attempt.package.name, record)
+        build = self._products.build(package.name)
+        sources = self._sources(attempt, BuildInputs(package.path, build))
+        record = replace(
+            attempt.record,
+            files=sources.files,
+            written=sources.written,
+            generated=sources.generated,
+            finished=time.time_ns(),
+        )
+        self._write(package.name, record)
 
     def last_build(self, name: str) -> str | None:
         """Tell a package's last successful build; None if not known."""
@@ -212,6 +224,24 @@ class Freshness:
         if record is None or not record.succeeded:
             return None
         return build_of(record.clean_id, record.interface_id, record.id)
+
+    def _sources(self, attempt: Attempt, inputs: BuildInputs) -> BuiltFrom:
+        package, record = attempt.package, attempt.record
+        products = self._products
+        own = (package.path, products.build_base, products.install_base)
+        return built_from(
+            package.path,
+            BuiltFrom({}, record.written, record.generated),
+            record.files,
+            inputs.outside(own),
+            attempt.started,
+        )
+
+    def _now(self, name: str) -> int:
+        # of what has just been written
+        with suppress(OSError):
+            return self._path(name).stat().st_mtime_ns
+        return time.time_ns() - TICK
 
     def _path(self, name: str) -> Path:
         return self._products.build(name) / RECORD_NAME
@@ -373,11 +403,3 @@ def _of_others(record: Record, found: Iterable[Reason]) -> Iterator[Reason]:
             yield replace(reason, mode=BuildMode.CLEAN)
         else:
             yield reason
-
-
-def _files(record: Record, *, outside: bool) -> dict[str, Fingerprint]:
-    return {
-        name: state
-        for name, state in record.files.items()
-        if Path(name).is_absolute() is outside
-    }

@@ -9,6 +9,7 @@ from enum import IntEnum
 import os
 from pathlib import Path
 
+from colcon_yamllaunch.common.fingerprint import content_digest
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import fingerprint
 from colcon_yamllaunch.common.fingerprint import has_same_content
@@ -16,8 +17,10 @@ from colcon_yamllaunch.common.fingerprint import with_content
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.workspace.packages.source_files import source_files
 
-#: That of a file that was written while it was built from.
+#: That of a file that was written while it was built from: no file is so.
 _UNKNOWN = Fingerprint(-1, 0, False)
+#: That of one that was not there when the build began.
+_ABSENT = Fingerprint(-2, 0, False)
 
 
 class Kind(IntEnum):
@@ -54,39 +57,116 @@ class Change:
         return _TEXTS[self.kind].format(self.path)
 
 
+@dataclass(frozen=True, slots=True)
+class BuiltFrom:
+    """
+    What files were like that a build was made from.
+
+    :param files: By their paths, as :func:`changes` takes them
+    :param written: Those that were written during the build
+    :param generated: Those of them that the build writes by itself, and those
+      that earlier ones wrote
+    """
+
+    files: dict[str, Fingerprint]
+    written: frozenset[str] = frozenset()
+    generated: frozenset[str] = frozenset()
+
+
 def snapshot(
     folder: Path, known: Mapping[str, Fingerprint]
 ) -> dict[str, Fingerprint]:
     """
-    Return what all files of a package's source are like, with their content.
+    Return what the files are like that a build is to be made from.
+
+    They are those of the package's source, and what its last build read from
+    elsewhere, with their content.
 
     :param known: What they were like before, so that only those that were
       written since are read
     """
+    now = _fingerprints(folder, filter(os.path.isabs, known))
     return {
-        relative: with_content(
-            folder / relative, Fingerprint.of(status), known.get(relative)
-        )
-        for relative, status in source_files(folder)
+        name: with_content(folder / name, found, known.get(name))
+        for name, found in now.items()
     }
 
 
-def snapshot_of(paths: Iterable[Path], started: int) -> dict[str, Fingerprint]:
+def built_from(
+    folder: Path,
+    last: BuiltFrom,
+    before: Mapping[str, Fingerprint],
+    read: Iterable[Path],
+    started: int,
+) -> BuiltFrom:
     """
-    Return what files are like that turned out to matter after a build.
+    Return what the files were like that a build was made from.
 
-    :param started: When the build started (nanoseconds); what a file that was
-      written since was built like is not known
+    What was written during the build is not recorded: it may have been read
+    before or after that, even if it is by now as it was. But what has the same
+    content after two builds that both wrote it was written by these.
+
+    :param last: As it was returned for the build before
+    :param before: The :func:`snapshot` before the build
+    :param read: What was read from elsewhere, as it turned out
+    :param started: When the build started (nanoseconds)
     """
-    found = {}
-    for path in paths:
-        now = fingerprint(str(path))
+    outside = {str(path) for path in read}
+    now = _fingerprints(folder, outside)
+    files: dict[str, Fingerprint] = {}
+    written, generated = set(), set(last.generated)
+    for name in {*before, *now}:
+        path = folder / name
+        then, found = before.get(name), now.get(name)
+        if os.path.isabs(name) and found is None and os.path.lexists(name):
+            # it is not read any more
+            continue
+        if then is not None and found is not None:
+            if _is_untouched(path, then, found):
+                files[name] = then
+                continue
+            if name in last.written and has_same_content(path, then, found):
+                generated.add(name)
+        elif (
+            found is not None
+            and name in outside
+            and max(found.mtime, found.ctime) < started
+        ):
+            files[name] = with_content(path, found, None)
+            continue
+        written.add(name)
+        if found is not None and name in generated:
+            files[name] = with_content(path, found, then)
+        elif then is None and name not in outside:
+            files[name] = _ABSENT
+        else:
+            files[name] = _UNKNOWN
+    return BuiltFrom(
+        files, frozenset(written), frozenset(generated.intersection(files))
+    )
+
+
+def _fingerprints(
+    folder: Path, outside: Iterable[str]
+) -> dict[str, Fingerprint]:
+    found = {
+        relative: Fingerprint.of(status)
+        for relative, status in source_files(folder)
+    }
+    for path in outside:
+        now = fingerprint(path)
         if now is not None:
-            is_older = now.mtime < started
-            found[str(path)] = (
-                with_content(path, now, None) if is_older else _UNKNOWN
-            )
+            found[path] = now
     return found
+
+
+def _is_untouched(path: Path, then: Fingerprint, now: Fingerprint) -> bool:
+    if (then.size, then.ctime) != (now.size, now.ctime):
+        return False
+    if then.mtime:
+        return then.mtime == now.mtime
+    # it may have been written twice in one tick of the clock
+    return then.digest == content_digest(path, now.size)
 
 
 def changes(
@@ -122,6 +202,8 @@ def changes(
 def _change(
     folder: Path, relative: str, before: Fingerprint, now: Fingerprint
 ) -> list[Change]:
+    if before == _ABSENT:
+        return [Change(Kind.NEW, relative, now.mtime)]
     if not has_same_content(folder / relative, before, now):
         return [Change(Kind.CHANGED, relative, now.mtime)]
     if before.executable != now.executable:
