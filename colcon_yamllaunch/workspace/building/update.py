@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from colcon_yamllaunch.common.file_sync import sync_file_systems
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.workspace.building.build_lock import build_lock
 from colcon_yamllaunch.workspace.building.build_report import before_build
@@ -204,17 +205,16 @@ class _Work:
 
     def build(self, stale: Sequence[tuple[Package, BuildMode]]) -> BuildResult:
         """Build packages, and record how that went."""
-        freshness = self._freshness
+        freshness, colcon = self._freshness, self._colcon
         # before what was built is forgotten
-        self._colcon.mark()
+        colcon.mark()
         begun: dict[str, Attempt] = {}
         built: frozenset[str] = frozenset()
         try:
             for package, mode in stale:
                 begun[package.name] = freshness.prepare(package, mode)
-            result = self._colcon.build(
-                list(begun),
-                {**self._environment, **mark(self._colcon.build_base)},
+            result = colcon.build(
+                list(begun), {**self._environment, **mark(colcon.build_base)}
             )
             built = result.built
         finally:
@@ -223,6 +223,8 @@ class _Work:
                     freshness.finish(attempt, self._context(name))
                 else:
                     freshness.give_up(attempt)
+            # the records, and what they vouch for
+            sync_file_systems([colcon.build_base, colcon.install_base])
         return result
 
     def _decide(
@@ -240,7 +242,11 @@ class _Work:
         )
         if not force:
             return decision
-        asked = Reason('asked for', BuildMode.CONFIGURE)
+        is_damaged = any(reason.is_damage for reason in decision.reasons)
+        asked = Reason(
+            'asked for',
+            BuildMode.CLEAN if is_damaged else BuildMode.CONFIGURE,
+        )
         return replace(decision, reasons=(asked, *decision.reasons))
 
     def _context(self, name: str) -> BuildContext:

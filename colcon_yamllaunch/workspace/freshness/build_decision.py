@@ -35,10 +35,12 @@ class Reason:
 
     :param text: Such as `src/flow.cpp changed`
     :param mode: What it takes
+    :param is_damage: Whether what was built is not as it was built
     """
 
     text: str
     mode: BuildMode = BuildMode.BUILD
+    is_damage: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,7 @@ _PATH = re.compile(r'(?<![\w./$}-])/(?:[^\s:"\'\\;$()]|\\ )+')
 #: Commands of CMake that read files without writing it down (`file`), or run
 #: programs that may.
 _READING = re.compile(
-    r'\b(?:file|execute_process|configure_file|add_custom_\w+)\s*\(([^)]*)',
+    r'\b((?:file|execute_process|configure_file|add_custom_\w+)\s*\([^)]*)',
     re.IGNORECASE,
 )
 #: Tools and libraries of the machine: what is below comes from installers.
@@ -59,6 +59,11 @@ class BuildInputs:
         """Tell whether a source file is read by the build itself."""
         name = os.path.basename(relative)
         return f'/{relative}' in self._all or name in self._commands
+
+    @property
+    def has_commands(self) -> bool:
+        """Whether the build runs programs beside compilers."""
+        return 'add_custom_' in self._commands.lower()
 
     def compiles(self, relative: str) -> bool:
         """Tell whether the build tool looks after a file by itself."""

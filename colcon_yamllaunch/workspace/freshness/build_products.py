@@ -12,7 +12,9 @@ from pathlib import Path
 import shutil
 
 from colcon_yamllaunch.common.errors import WorkspaceError
-from colcon_yamllaunch.common.fingerprint import content_digest
+from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.workspace.freshness.product_states import built_files
+from colcon_yamllaunch.workspace.freshness.product_states import state
 from colcon_yamllaunch.workspace.freshness.source_links import tree
 from colcon_yamllaunch.workspace.packages.package import prefix_of
 
@@ -67,17 +69,42 @@ class Products:
         found.update(filter(os.path.lexists, earlier))
         return sorted(p for p in found if p.suffix != '.pyc')
 
-    def states(self, name: str, known: Iterable[str]) -> dict[str, str]:
+    def states(
+        self, name: str, known: Mapping[str, Fingerprint]
+    ) -> dict[str, Fingerprint]:
         """
         Tell what each installed file is like, by its relative path.
 
-        The parameters are those of :meth:`installed`.
+        :param known: What those were like that it is known to have installed
+          before
         """
-        return {
-            os.path.relpath(path, self.install_base): _state(path)
-            for path in self.installed(name, known)
-            if path.exists()
+        found = {}
+        for path in self.installed(name, known):
+            relative = os.path.relpath(path, self.install_base)
+            now = state(path, known.get(relative))
+            if now is not None and path.exists():
+                found[relative] = now
+        return found
+
+    def built(
+        self,
+        name: str,
+        installed: Mapping[str, Fingerprint],
+        known: Mapping[str, Fingerprint],
+    ) -> dict[str, Fingerprint]:
+        """
+        Tell what the products in a package's build folder are like.
+
+        :param installed: As :meth:`states` returns it
+        :param known: What they were like before
+        """
+        start = f'link to {self.build(name)}/'
+        targets = {
+            found.digest.removeprefix(start)
+            for found in installed.values()
+            if found.digest.startswith(start)
         }
+        return built_files(self.build(name), targets, known)
 
     def listed(self, name: str, *, python: bool = False) -> set[Path]:
         """
@@ -182,11 +209,3 @@ def remove_folder(path: Path, why: str = ' to build it from scratch') -> None:
             f'cannot remove {path}{why}: {e.strerror}. Remove it, then try '
             'again'
         ) from e
-
-
-def _state(path: Path) -> str:
-    if path.is_symlink():
-        return f'link to {path.readlink()}'
-    status = path.stat()
-    content = content_digest(path, status.st_size)
-    return content or f'{status.st_size} {status.st_mtime_ns}'

@@ -30,6 +30,8 @@ RECORD_VERSION = 3
 _KEYS = {'mode': 'how', 'clean_id': 'origin', 'interface_id': 'shape'}
 #: The parts of the context, which a file has among the rest.
 _CONTEXT = ('settings', 'environment', 'dependencies')
+#: What says what files are like, by their paths.
+_FINGERPRINTS = ('files', 'installed', 'products')
 #: What a file has as lists.
 _SETS = ('live', 'written', 'generated')
 
@@ -58,6 +60,7 @@ class Record:
     :param live: The files whose edits show without a build
     :param installed: What was installed, relative to the install space, and
       what it was like
+    :param products: What was built, relative to the build folder, likewise
     :param traces: When the files that colcon leaves were written
     :param arguments: Those that CMake was called with, as colcon keeps them
     """
@@ -74,7 +77,8 @@ class Record:
     finished: int = 0
     built_at: int = 0
     live: frozenset[str] = frozenset()
-    installed: dict[str, str] = field(default_factory=dict)
+    installed: dict[str, Fingerprint] = field(default_factory=dict)
+    products: dict[str, Fingerprint] = field(default_factory=dict)
     traces: dict[str, int] = field(default_factory=dict)
     arguments: str = ''
     context: BuildContext = BuildContext({}, {}, {})
@@ -108,11 +112,10 @@ def _encode(record: Record) -> Mapping[str, Any]:
         if name != 'context'
     }
     values |= {name: getattr(record.context, name) for name in _CONTEXT}
-    values['files'] = {
+    for name in _FINGERPRINTS:
         # which file it is does not matter
-        name: found[:-1]
-        for name, found in sorted(record.files.items())
-    }
+        found = sorted(values[name].items())
+        values[name] = {path: one[:-1] for path, one in found}
     values |= {name: sorted(values[name]) for name in _SETS}
     return {'version': RECORD_VERSION, **values}
 
@@ -121,9 +124,10 @@ def _decode(values: Any) -> Record | None:
     version = values.pop('version')
     if isinstance(version, int) and version != RECORD_VERSION:
         return None
-    values['files'] = {
-        name: Fingerprint(*found) for name, found in values['files'].items()
-    }
+    for name in _FINGERPRINTS:
+        values[name] = {
+            path: Fingerprint(*found) for path, found in values[name].items()
+        }
     values |= {name: frozenset(values[name]) for name in _SETS}
     context = BuildContext(*[values.pop(name) for name in _CONTEXT])
     own = {name: values.pop(key) for name, key in _KEYS.items()}

@@ -21,11 +21,13 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import field
 from dataclasses import replace
+import os
 from pathlib import Path
 import time
 import uuid
 
 from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import TICK
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import text_of
@@ -46,6 +48,11 @@ from colcon_yamllaunch.workspace.freshness.build_record import read_record
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
+from colcon_yamllaunch.workspace.freshness.product_states import compare
+from colcon_yamllaunch.workspace.freshness.product_states import Comparison
+from colcon_yamllaunch.workspace.freshness.product_states import CONFIGURED
+from colcon_yamllaunch.workspace.freshness.product_states import is_compiled
+from colcon_yamllaunch.workspace.freshness.product_states import is_same
 from colcon_yamllaunch.workspace.freshness.source_changes import built_from
 from colcon_yamllaunch.workspace.freshness.source_changes import BuiltFrom
 from colcon_yamllaunch.workspace.freshness.source_changes import Change
@@ -63,6 +70,8 @@ from colcon_yamllaunch.workspace.packages.package import Package
 
 #: What colcon writes for all packages together (colcon-core).
 _PREFIX_SCRIPTS = ('setup.sh', 'local_setup.sh', '_local_setup_util_sh.py')
+#: How many products are named that are not as they were.
+_TOLD = 8
 _UNKNOWN = 'there is no record of a successful build of it'
 _FAILED = 'no successful build: the last one failed or was interrupted'
 _CUT_OFF = 'no successful build: the last one was cut off'
@@ -176,7 +185,8 @@ class Freshness:
         sources = self._sources(attempt, inputs)
         own = [file for file in record.files if not Path(file).is_absolute()]
         now = time.time_ns()
-        installed = products.installed(name)
+        listed = products.installed(name)
+        installed = products.states(name, record.installed)
         self._write(
             name,
             replace(
@@ -187,8 +197,9 @@ class Freshness:
                 succeeded=True,
                 finished=now,
                 built_at=now,
-                live=live_files(package.path, own, build, installed, inputs),
-                installed=products.states(name, record.installed),
+                live=live_files(package.path, own, build, listed, inputs),
+                installed=installed,
+                products=products.built(name, installed, record.products),
                 traces=products.traces(name),
                 arguments=self._arguments(name),
                 context=context,
@@ -276,7 +287,7 @@ class Freshness:
         edits = changes(package.path, record.files, record.live)
         yield from self._changed_source(package, record, edits)
         if record.succeeded:
-            yield from self._changed_install(package.name, record, edits)
+            yield from self._changed_products(package, record, edits)
 
     def _unsuccessful(self, name: str, record: Record) -> Reason:
         if not record.finished:
@@ -305,22 +316,77 @@ class Freshness:
                 mode = BuildMode.CLEAN
             yield Reason(str(change), mode)
 
-    def _changed_install(
-        self, name: str, record: Record, found: tuple[Change, ...]
+    def _changed_products(
+        self, package: Package, record: Record, found: tuple[Change, ...]
     ) -> Iterator[Reason]:
+        name = package.name
+        built = compare(self._products.build(name), record.products)
+        installed = compare(self._products.install_base, record.installed)
         if record.traces != self._products.traces(name):
             mode = self._built_by_others(name, record, bool(found))
             if mode is not None:
                 yield Reason('something else built it since', mode)
-                return
-        if found:
-            # a link in the install space may be gone because its target is
             return
+        if built.differing:
+            mode = self._mode_for_damage(package, record, built.differing)
+            for product in built.differing[:_TOLD]:
+                is_missing = product in built.missing
+                what = 'is missing' if is_missing else 'is not as it was built'
+                text = f'{product} {what} in {self._products.build(name)}'
+                yield Reason(text, mode, is_damage=True)
+        yield from self._changed_install(installed, record, bool(found))
+        if (built.now or installed.now) and not (
+            built.differing or installed.differing
+        ):
+            # so that they need not be read again
+            now = replace(
+                record,
+                products=built.now or record.products,
+                installed=installed.now or record.installed,
+            )
+            self._write(name, now)
+
+    def _changed_install(
+        self, installed: Comparison, record: Record, is_edited: bool
+    ) -> Iterator[Reason]:
         base = self._products.install_base
-        for relative in (*_PREFIX_SCRIPTS, *record.installed):
-            if not (base / relative).exists():
-                yield Reason(f'{relative} is missing in {base}')
-                return
+        missing = [p for p in _PREFIX_SCRIPTS if not (base / p).exists()]
+        if not is_edited:
+            # else a link may be gone because its target is
+            missing += installed.missing
+            missing += [
+                relative
+                for relative, found in record.installed.items()
+                if found.digest.startswith('link')
+                and relative not in installed.missing
+                and not os.path.exists(f'{base}/{relative}')
+            ]
+        for relative in missing[:1]:
+            yield Reason(f'{relative} is missing in {base}')
+        for relative in installed.changed[:_TOLD]:
+            text = f'{relative} is not as it was installed in {base}'
+            yield Reason(text, is_damage=True)
+
+    def _mode_for_damage(
+        self, package: Package, record: Record, differing: Iterable[str]
+    ) -> BuildMode:
+        kinds = {
+            BuildMode.CONFIGURE
+            if Path(product).name in CONFIGURED
+            else BuildMode.BUILD
+            if is_compiled(product, record.products[product])
+            else BuildMode.CLEAN
+            for product in differing
+        }
+        build = self._products.build(package.name)
+        if (
+            not package.type.endswith('cmake')
+            or _generates(record)
+            or BuildInputs(package.path, build).has_commands
+        ):
+            # what these make of one another is not known
+            return BuildMode.CLEAN
+        return max(kinds)
 
     def _built_by_others(
         self, name: str, record: Record, is_changed: bool
@@ -328,12 +394,23 @@ class Freshness:
         """Tell how to build what others built; None if it is the same."""
         if self._arguments(name) != record.arguments:
             return BuildMode.REINSTALL
-        if self._products.states(name, record.installed) != record.installed:
+        products = self._products
+        installed = products.states(name, record.installed)
+        built = products.built(name, installed, record.products)
+        if not (
+            _are_same(record.installed, installed)
+            and _are_same(record.products, built)
+        ):
             # unless the source explains it, they had another source
             return BuildMode.BUILD if is_changed else BuildMode.CLEAN
         if is_changed:
             return BuildMode.BUILD
-        same = replace(record, traces=self._products.traces(name))
+        same = replace(
+            record,
+            traces=products.traces(name),
+            installed=installed,
+            products=built,
+        )
         self._write(name, same)
         return None
 
@@ -347,6 +424,14 @@ class Freshness:
         name = package.name
         for folder in (*products.folders(name), products.build(name)):
             remove_dangling(folder, package.path)
+        if known.traces == products.traces(name):
+            # what others made of it meanwhile; build tools compare times only
+            for base, states in (
+                (products.build(name), known.products),
+                (products.install_base, known.installed),
+            ):
+                changed = compare(base, states).changed
+                products.remove_files(base / path for path in changed)
         if mode >= BuildMode.REINSTALL:
             products.remove_installed(name, known.installed)
         if mode >= BuildMode.CLEAN:
@@ -387,6 +472,14 @@ def _mode_for_python(change: Change, record: Record) -> BuildMode:
     is_code = change.path not in ('setup.py', 'setup.cfg', 'pyproject.toml')
     # setuptools keeps deleted modules, and compares times
     return BuildMode.BUILD if is_newer and is_code else BuildMode.CLEAN
+
+
+def _are_same(
+    before: Mapping[str, Fingerprint], now: Mapping[str, Fingerprint]
+) -> bool:
+    return before.keys() == now.keys() and all(
+        is_same(before[name], now[name]) for name in before
+    )
 
 
 def _generates(record: Record) -> bool:

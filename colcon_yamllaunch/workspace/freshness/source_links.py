@@ -15,7 +15,7 @@ from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
 
 #: What is compiled, configured or generated from, wherever it is linked to.
-_HEADERS = ('.h', '.hh', '.hpp', '.hxx', '.inl', '.ipp', '.tpp', '.cuh')
+HEADER_SUFFIXES = ('.h', '.hh', '.hpp', '.hxx', '.inl', '.ipp', '.tpp', '.cuh')
 #: What only compilers read.
 SOURCE_SUFFIXES = frozenset(
     ('.c', '.cc', '.cpp', '.cxx', '.cu', '.s', '.f', '.f90', '.rs')
@@ -27,7 +27,7 @@ INTERFACE_SUFFIXES = ('.msg', '.srv', '.action', '.idl')
 #: launch imports this module and few builds need it.
 _PROJECT_TABLE = r'(?m)^\s*\[\s*project\s*\]'
 _COMPILED_SUFFIXES = frozenset(
-    (*_HEADERS, *SOURCE_SUFFIXES, *_TEMPLATES, *INTERFACE_SUFFIXES)
+    (*HEADER_SUFFIXES, *SOURCE_SUFFIXES, *_TEMPLATES, *INTERFACE_SUFFIXES)
 )
 _COMPILED_NAMES = (
     *('CMakeLists.txt', 'CMakePresets.json', 'Makefile', 'package.xml'),
