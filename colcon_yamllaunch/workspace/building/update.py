@@ -263,7 +263,10 @@ class _Work:
             if build is not None:
                 dependencies[needed] = build
         return BuildContext(
-            self._colcon.settings(name), self._relevant, dependencies
+            self._colcon.settings(name),
+            self._relevant,
+            dependencies,
+            self._environment,
         )
 
     def _build_in_underlay(self, name: str) -> str | None:

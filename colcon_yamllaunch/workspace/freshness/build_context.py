@@ -3,8 +3,10 @@
 
 """What the outcome of a build depends on beside the package's own source."""
 
+from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
+from dataclasses import field
 import os
 from pathlib import Path
 import platform
@@ -18,9 +20,16 @@ from colcon_yamllaunch.workspace.freshness.build_decision import Reason
 
 #: What a build may read, beside all that begins with CMAKE_.
 _VARIABLES = (
-    *('CC', 'CXX', 'FC', 'CUDACXX', 'CUDAHOSTCXX', 'CPATH', 'LIBRARY_PATH'),
-    *('CFLAGS', 'CXXFLAGS', 'CPPFLAGS', 'FFLAGS', 'LDFLAGS'),
-    *('PKG_CONFIG_PATH', 'COLCON_PREFIX_PATH', 'AMENT_PREFIX_PATH'),
+    *('CC', 'CXX', 'FC', 'CUDACXX', 'CUDAHOSTCXX', 'HIPCXX', 'HIPHOSTCXX'),
+    *('OBJC', 'OBJCXX', 'ISPC', 'ASM', 'RC', 'SWIFTC'),
+    *('CFLAGS', 'CXXFLAGS', 'CPPFLAGS', 'FFLAGS', 'LDFLAGS', 'ASMFLAGS'),
+    *('CUDAFLAGS', 'CUDAARCHS', 'HIPFLAGS', 'OBJCFLAGS', 'OBJCXXFLAGS'),
+    # of GCC and Clang
+    *('CPATH', 'C_INCLUDE_PATH', 'CPLUS_INCLUDE_PATH', 'OBJC_INCLUDE_PATH'),
+    *('OBJCPLUS_INCLUDE_PATH', 'LIBRARY_PATH', 'COMPILER_PATH'),
+    *('GCC_EXEC_PREFIX', 'LD_RUN_PATH', 'SOURCE_DATE_EPOCH'),
+    *('DESTDIR', 'PKG_CONFIG', 'PKG_CONFIG_PATH', 'PKG_CONFIG_LIBDIR'),
+    *('PKG_CONFIG_SYSROOT_DIR', 'COLCON_PREFIX_PATH', 'AMENT_PREFIX_PATH'),
     'CMAKE_PREFIX_PATH',
 )
 #: What builds call, with the variable that may name another one.
@@ -37,11 +46,13 @@ class BuildContext:
       that it calls
     :param dependencies: The last build of each needed package, as
       :func:`build_of` tells it, or None where that is not known
+    :param variables: All variables, as some packages look for more of them
     """
 
     settings: Mapping[str, str]
     environment: Mapping[str, str]
     dependencies: Mapping[str, str | None]
+    variables: Mapping[str, str] = field(default_factory=dict)
 
 
 def build_of(clean_id: str, interface_id: str, build: str) -> str:
@@ -110,6 +121,38 @@ def relevant_environment(
     for program, variable in _PROGRAMS:
         relevant[program] = _program(program, variable, environment)
     return {name: value for name, value in relevant.items() if value}
+
+
+def own_variables(
+    names: Iterable[str], environment: Mapping[str, str], install_base: Path
+) -> dict[str, str]:
+    """
+    Return variables that a package looks for by itself.
+
+    Those that any build reads are left out; one that is not set is empty.
+    """
+    return {
+        name: _without_own(environment.get(name, ''), install_base)
+        for name in sorted(names)
+        if name not in _VARIABLES and not name.startswith('CMAKE_')
+    }
+
+
+def changed_variables(
+    before: Mapping[str, str],
+    environment: Mapping[str, str],
+    install_base: Path,
+) -> Iterator[Reason]:
+    """
+    Iterate over what became different of variables.
+
+    :param before: As :func:`own_variables` returned them
+    """
+    for name, value in before.items():
+        now = environment.get(name, '')
+        if now != value and _without_own(now, install_base) != value:
+            text = f'{name} changed in the environment'
+            yield Reason(text, BuildMode.CLEAN)
 
 
 def _without_own(value: str, install_base: Path) -> str:

@@ -3,6 +3,7 @@
 
 """What a build reads, as CMake's generators wrote it down."""
 
+from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
 import os
@@ -14,25 +15,39 @@ import sys
 from colcon_yamllaunch.common.text_files import content_of
 
 #: What the compilers read; CMake's own inputs are in the other ones.
-_COMPILED = frozenset(
-    ('build.make', 'depend.make', 'compiler_depend.make', 'build.ninja')
-)
+_COMPILED = frozenset(('build.make', 'build.ninja'))
 _CONFIGURED = frozenset(('Makefile', 'Makefile.cmake'))
+#: Rules for make and nothing else; so are the files that compilers write.
+_RULES = frozenset(('depend.make', 'compiler_depend.make'))
+_RULES_SUFFIX = '.d'
 _NINJA_DEPENDENCIES = '.ninja_deps'
 #: Bytes; what a build of many thousand files writes down is far below.
 _LARGEST = 1 << 30
-_WRITTEN = {*_COMPILED, *_CONFIGURED, _NINJA_DEPENDENCIES}
+_WRITTEN = {*_COMPILED, *_CONFIGURED, *_RULES, _NINJA_DEPENDENCIES}
 #: Ninja's file begins with a line and a version, then has records with their
 #: sizes; the highest bit tells those that are no paths (ninja, deps_log.h).
 _NINJA_HEADER = 16
 _NINJA_NO_PATH = 0x80000000
-_PATH = re.compile(r'(?<![\w./$}-])/(?:[^\s:"\'\\;$()]|\\ )+')
+#: Patterns are not compiled here, as each launch imports this module and few
+#: need them. A path in a command, as far as it has nothing unusual in it.
+_PATH = r'(?<![\w./$}-])/[^\s:"\'\\;$()]+'
+#: The same in a list of CMake.
+_QUOTED = r'"(/[^"\n]+)"'
+#: A word of a rule, for make and for Ninja; they escape what separates words.
+_MAKE_WORD = r'(?:[^\s\\]|\\.)+'
+_NINJA_WORD = r'(?:[^\s$|:]|\$.)+'
 #: Commands of CMake that read files without writing it down (`file`), or run
 #: programs that may.
-_READING = re.compile(
-    r'\b((?:file|execute_process|configure_file|add_custom_\w+)\s*\([^)]*)',
-    re.IGNORECASE,
+_READING = (
+    r'(?i)\b((?:file|execute_process|configure_file|add_custom_\w+)\s*\([^)]*)'
 )
+#: Packages that CMake looks for, and variables of the environment that it
+#: reads.
+_FINDING = r'(?i)\bfind_(?:package|dependency)\s*\(\s*"?([\w.+-]+)'
+_FOUND = r'(?m)^([\w.+-]+)_DIR:PATH='
+_VARIABLE = r'\bENV(?:\{|\s+"?)(\w+)'
+#: What a shell keeps for itself.
+_OF_SHELLS = frozenset(('PWD', 'OLDPWD', 'SHLVL', '_'))
 #: Tools and libraries of the machine: what is below comes from installers.
 _SYSTEM = ('/usr', '/lib', '/bin', '/opt', '/etc', '/nix', '/snap')
 
@@ -45,13 +60,19 @@ class BuildInputs:
     """
 
     def __init__(self, source: Path, build: Path) -> None:
-        self._commands = _reading_commands(source)
-        compiled, configured = [], []
+        self._source, self._build = source, build
+        self._commands = '\n'.join(
+            command
+            for path in _own_cmake_files(source)
+            for command in re.findall(_READING, _text(path))
+        )
+        compiled: list[str] = []
+        configured: list[str] = []
+        self._paths: set[str] = set()
         for path in _written_down(build):
-            if path.name in _CONFIGURED:
-                configured.append(_text(path))
-            else:
-                compiled.append(_text(path))
+            text, paths = _read(path)
+            self._paths.update(paths)
+            (configured if path.name in _CONFIGURED else compiled).append(text)
         self._compiled = '\n'.join(compiled)
         self._all = '\n'.join([self._compiled, *configured])
 
@@ -69,50 +90,125 @@ class BuildInputs:
         """Tell whether the build tool looks after a file by itself."""
         return relative in self._compiled
 
+    def has_header(self, name: str) -> bool:
+        """Tell whether a file of this name is read from whatever folder."""
+        return f'/{name}\n' in self._compiled
+
     def outside(self, own: Iterable[Path]) -> list[Path]:
         """
         Return the files that are read from elsewhere.
 
         :param own: Folders whose files are looked after in another way
         """
-        known = {*_SYSTEM, sys.prefix, sys.base_prefix, *map(str, own)}
-        known |= {os.path.realpath(path) for path in known}
-        prefixes = tuple(f'{path}{os.sep}' for path in known)
-        found = {os.path.normpath(p) for p in _PATH.findall(self._all)}
+        is_own = _below((*_system(), *map(str, own)))
+        found = {*re.findall(_PATH, self._all), *self._paths}
         return [
             Path(path)
-            for path in sorted(found)
-            if not path.startswith(prefixes) and os.path.isfile(path)
+            for path in sorted(set(map(os.path.normpath, found)))
+            if not is_own(path) and os.path.isfile(path)
         ]
 
+    def variables(self) -> set[str]:
+        """
+        Return the variables of the environment that CMake looks for.
 
-def _reading_commands(source: Path) -> str:
-    commands = []
+        They are those that CMake files name, but for those of the machine, and
+        those that say where a package is.
+        """
+        is_foreign = _below((*_system(), str(self._build)))
+        files = {
+            path
+            for path in self._paths
+            if path.endswith('.cmake') and not is_foreign(path)
+        }
+        texts = [_text(Path(path)) for path in sorted(files)]
+        texts += map(_text, _own_cmake_files(self._source))
+        found = set(re.findall(_FOUND, _text(self._build / 'CMakeCache.txt')))
+        variables = set()
+        for text in texts:
+            found.update(re.findall(_FINDING, text))
+            variables.update(re.findall(_VARIABLE, text))
+        for name in found:
+            # see find_package() of CMake, and its policies 74 and 144
+            variables |= {f'{name}_DIR', f'{name}_ROOT'}
+            variables.add(f'{name.upper()}_ROOT')
+        return variables - _OF_SHELLS
+
+
+def _system() -> tuple[str, ...]:
+    return (*_SYSTEM, sys.prefix, sys.base_prefix)
+
+
+def _below(folders: Iterable[str]) -> Callable[[str], bool]:
+    known = set(folders)
+    known |= {os.path.realpath(path) for path in known}
+    prefixes = tuple(f'{path}{os.sep}' for path in known)
+    return lambda path: path.startswith(prefixes)
+
+
+def _own_cmake_files(source: Path) -> Iterator[Path]:
     for folder, _, files in os.walk(source):
         for name in files:
             if name == 'CMakeLists.txt' or name.endswith('.cmake'):
-                commands += _READING.findall(_text(Path(folder, name)))
-    return '\n'.join(commands)
+                yield Path(folder, name)
 
 
 def _written_down(build: Path) -> Iterator[Path]:
     for folder, _, files in os.walk(build):
         for name in files:
             # make collects what compilers write only when it runs again
-            if name in _WRITTEN or name.endswith('.d'):
+            if name in _WRITTEN or name.endswith(_RULES_SUFFIX):
                 yield Path(folder, name)
 
 
-def _text(path: Path) -> str:
-    try:
-        data = content_of(path, _LARGEST)
-    except OSError:
-        return ''
+def _read(path: Path) -> tuple[str, list[str]]:
+    """Return the text of a file, and the absolute paths that stand out."""
     if path.name == _NINJA_DEPENDENCIES:
-        data = b'\n'.join(_ninja_paths(data))
-    text = data.decode('utf-8', errors='replace')
-    # make and Ninja escape blanks in paths
-    return text.replace('\\ ', ' ').replace('$ ', ' ')
+        words = [
+            word.decode('utf-8', errors='replace')
+            for word in _ninja_paths(_data(path))
+        ]
+        text = '\n'.join([*words, ''])
+    elif path.name in _RULES or path.name.endswith(_RULES_SUFFIX):
+        words = _make_words(_text(path))
+        text = '\n'.join([*words, ''])
+    else:
+        raw = _text(path)
+        if path.name == 'build.ninja':
+            lines = [w for w in raw.splitlines() if w.startswith('build ')]
+            found = re.findall(_NINJA_WORD, '\n'.join(lines))
+            words = [re.sub(r'\$(.)', r'\1', word) for word in found]
+        else:
+            # commands begin with a tab
+            rules = re.sub(r'(?m)^\t.*$', '', raw)
+            words = [*_make_words(rules), *re.findall(_QUOTED, raw)]
+        text = raw.replace('\\ ', ' ').replace('\\#', '#')
+        text = text.replace('$ ', ' ').replace('$$', '$')
+    return text, [word for word in words if word.startswith('/')]
+
+
+def _make_words(text: str) -> list[str]:
+    text = text.replace('\\\n', ' ')
+    if '\\' not in text and '$' not in text:
+        # most files, and by far the fastest way
+        return [word.removesuffix(':') for word in text.split()]
+    return [
+        re.sub(r'\\([\s#:\\])', r'\1', word)
+        .replace('$$', '$')
+        .removesuffix(':')
+        for word in re.findall(_MAKE_WORD, text)
+    ]
+
+
+def _data(path: Path) -> bytes:
+    try:
+        return content_of(path, _LARGEST)
+    except OSError:
+        return b''
+
+
+def _text(path: Path) -> str:
+    return _data(path).decode('utf-8', errors='replace')
 
 
 def _ninja_paths(data: bytes) -> Iterator[bytes]:

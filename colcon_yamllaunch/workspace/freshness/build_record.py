@@ -63,6 +63,7 @@ class Record:
     :param products: What was built, relative to the build folder, likewise
     :param traces: When the files that colcon leaves were written
     :param arguments: Those that CMake was called with, as colcon keeps them
+    :param variables: Variables that the package looked for by itself
     """
 
     source: str
@@ -81,6 +82,7 @@ class Record:
     products: dict[str, Fingerprint] = field(default_factory=dict)
     traces: dict[str, int] = field(default_factory=dict)
     arguments: str = ''
+    variables: dict[str, str] = field(default_factory=dict)
     context: BuildContext = BuildContext({}, {}, {})
 
 

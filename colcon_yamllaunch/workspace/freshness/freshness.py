@@ -33,7 +33,11 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.freshness.build_context import build_of
 from colcon_yamllaunch.workspace.freshness.build_context import BuildContext
+from colcon_yamllaunch.workspace.freshness.build_context import (
+    changed_variables,
+)
 from colcon_yamllaunch.workspace.freshness.build_context import context_changes
+from colcon_yamllaunch.workspace.freshness.build_context import own_variables
 from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_decision import Decision
 from colcon_yamllaunch.workspace.freshness.build_decision import Reason
@@ -202,6 +206,11 @@ class Freshness:
                 products=products.built(name, installed, record.products),
                 traces=products.traces(name),
                 arguments=self._arguments(name),
+                variables=own_variables(
+                    inputs.variables(),
+                    context.variables,
+                    products.install_base,
+                ),
                 context=context,
             ),
         )
@@ -284,6 +293,11 @@ class Freshness:
         if record.built_at:
             found = context_changes(record.context, context)
             yield from _of_others(record, found)
+            yield from changed_variables(
+                record.variables,
+                context.variables,
+                self._products.install_base,
+            )
         edits = changes(package.path, record.files, record.live)
         yield from self._changed_source(package, record, edits)
         if record.succeeded:
@@ -452,18 +466,21 @@ def _mode_for(
     if change.kind is Kind.DELETED and reads:
         # what was made from it is still there
         return BuildMode.CLEAN
+    name = Path(change.path).name
+    is_code = Path(name).suffix.lower() in SOURCE_SUFFIXES
+    if change.kind is Kind.NEW and not is_code and inputs.has_header(name):
+        # it may come first on the include path
+        return BuildMode.CLEAN
     if change.kind is not Kind.CHANGED:
         return BuildMode.CONFIGURE
     if change.mtime <= record.finished:
         # build tools take it for older than what they made of it
         return BuildMode.CLEAN
-    name = Path(change.path).name
     if name == 'CMakeLists.txt' or name.endswith('.cmake'):
         # the cache keeps the defaults of options
         return BuildMode.CONFIGURE
     if not inputs.compiles(change.path):
         return BuildMode.CONFIGURE
-    is_code = Path(name).suffix.lower() in SOURCE_SUFFIXES
     return BuildMode.COMPILE if is_code else BuildMode.BUILD
 
 

@@ -1,0 +1,210 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What a build reads, be its path as odd as can be."""
+
+from dataclasses import replace
+import struct
+import subprocess
+
+from colcon_yamllaunch.workspace.freshness.build_context import (
+    relevant_environment,
+)
+from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
+from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
+import pytest
+from support.package_builds import PackageBuilds
+
+pytestmark = pytest.mark.hostile
+
+NAMES = ('a b', 'a(b)', "a'b", 'a#b', 'a$b', 'a%b', 'a&b', 'a;b', 'a:b')
+
+
+def for_make(path: str) -> str:
+    """Escape a path as GCC and CMake do."""
+    path = path.replace('$', '$$')
+    return path.replace(' ', '\\ ').replace('#', '\\#')
+
+
+def for_ninja(path: str) -> str:
+    for special in '$ :':
+        path = path.replace(special, f'${special}')
+    return path
+
+
+def ninja_rule(path: str) -> str:
+    return f'build x: CC main.c | {for_ninja(path)}\n'
+
+
+def rule(path: str) -> str:
+    return (
+        f'x.o: {for_make("/usr/x.h")} \\\n  {for_make(path)} \\\n /usr/y.h\n'
+    )
+
+
+def ninja_log(path: str) -> bytes:
+    data = path.encode() + b'\0' * (-len(path.encode()) % 4)
+    record = struct.pack('<I', len(data) + 4) + data + b'\xff\xff\xff\xff'
+    return b'# ninjadeps\n\x04\0\0\0' + record
+
+
+@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize(
+    ('file', 'written'),
+    [
+        ('x.dir/main.c.o.d', rule),
+        ('x.dir/compiler_depend.make', rule),
+        ('x.dir/depend.make', rule),
+        ('x.dir/build.make', lambda path: f'x: {for_make(path)}\n\tcc $@\n'),
+        (
+            'build.ninja',
+            lambda path: f'build x: CC main.c | {for_ninja(path)}',
+        ),
+        ('.ninja_deps', ninja_log),
+        ('CMakeFiles/Makefile.cmake', lambda path: f'set(x\n  "{path}"\n)\n'),
+    ],
+)
+def test_a_header_of_another_package(tmp_path, name, file, written):
+    header = tmp_path / 'src' / name / 'include/x.h'
+    header.parent.mkdir(parents=True)
+    header.touch()
+    text = written(str(header))
+    path = tmp_path / 'build/flow' / file
+    path.parent.mkdir(parents=True)
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    source = tmp_path / 'src/flow'
+    inputs = BuildInputs(source, tmp_path / 'build/flow')
+    assert inputs.outside([source, tmp_path / 'build']) == [header]
+
+
+def test_a_file_that_a_command_reads(tmp_path):
+    path = tmp_path / 'tool.py'
+    path.touch()
+    build = tmp_path / 'build'
+    build.mkdir()
+    (build / 'build.make').write_text(f'x:\n\tcd / && python {path} >x\n')
+    assert BuildInputs(tmp_path / 'src', build).outside([build]) == [path]
+
+
+@pytest.fixture
+def builds(tmp_path):
+    return PackageBuilds(tmp_path)
+
+
+def why(builds: PackageBuilds, **variables: str) -> str:
+    builds.context = replace(builds.context, variables=variables)
+    return builds.why
+
+
+@pytest.mark.parametrize(
+    ('code', 'name'),
+    [
+        ('set(x $ENV{LEVEL})', 'LEVEL'),
+        ('if(DEFINED ENV{LEVEL})', 'LEVEL'),
+        ('find_path(x y.h HINTS ENV LEVEL)', 'LEVEL'),
+        ('find_package(Odd+1 REQUIRED)', 'Odd+1_DIR'),
+        ('find_package( Odd )', 'Odd_ROOT'),
+        ('find_package(Odd)', 'ODD_ROOT'),
+        ('find_dependency(Odd)', 'Odd_DIR'),
+    ],
+)
+def test_a_variable_that_cmake_files_look_for(builds, code, name):
+    builds.write('src/flow/cmake/x.cmake', code)
+    builds.build()
+    assert why(builds) == ''
+    assert why(builds, OTHER='1') == ''
+    assert why(builds, **{name: '1'}) == f'{name} changed in the environment'
+    assert builds.decide().mode is BuildMode.CLEAN
+    builds.build()
+    assert builds.why == ''
+    assert why(builds, **{name: '2'}) == f'{name} changed in the environment'
+    assert why(builds) == f'{name} changed in the environment'
+
+
+def test_a_variable_of_what_the_package_finds(builds):
+    config = builds.write('elsewhere/oddConfig.cmake', 'set(x $ENV{LEVEL})')
+
+    def configure():
+        builds.write('build/flow/Makefile.cmake', f'"{config}"')
+        builds.write('build/flow/CMakeCache.txt', 'Deep_DIR:PATH=/x\n')
+
+    builds.build(configure)
+    for name in ('LEVEL', 'Deep_DIR', 'Deep_ROOT'):
+        changed = f'{name} changed in the environment'
+        assert why(builds, **{name: '1'}) == changed
+
+
+def test_the_own_install_space_in_a_variable_does_not_matter(builds):
+    builds.write('src/flow/x.cmake', 'set(x $ENV{LEVEL} $ENV{PWD})')
+    builds.build()
+    assert why(builds, LEVEL=str(builds.products.install_base / 'flow')) == ''
+    assert why(builds, PWD='/x') == ''
+
+
+@pytest.mark.parametrize(
+    'name',
+    ['CPLUS_INCLUDE_PATH', 'C_INCLUDE_PATH', 'CPATH', 'LIBRARY_PATH', 'FC'],
+)
+def test_variables_of_compilers(tmp_path, name):
+    before = relevant_environment({}, tmp_path)
+    assert relevant_environment({name: '/x'}, tmp_path) != before
+
+
+def test_a_new_header_that_may_come_first(builds):
+    used = builds.root / 'src/flow/second/x.h'
+
+    def compiler():
+        builds.write('build/flow/x.d', f'x.o: {used}\n')
+
+    builds.write('src/flow/second/x.h')
+    builds.build(compiler)
+    assert builds.why == ''
+    builds.write('src/flow/first/y.h')
+    assert builds.decide().mode is BuildMode.CONFIGURE
+    builds.write('src/flow/first/x.h')
+    assert builds.decide().mode is BuildMode.CLEAN
+
+
+ODD = """\
+cmake_minimum_required(VERSION 3.16)
+project(odd C)
+add_executable(odd main.c)
+target_include_directories(odd PRIVATE first)
+target_compile_definitions(odd PRIVATE LEVEL=$ENV{ODD_LEVEL}+0)
+install(TARGETS odd DESTINATION lib/odd)
+"""
+FOLDER = "It's (my) #1 $ folder"
+
+
+def test_a_program_of_all_of_these(workspace, update):
+    workspace.write('src/odd/CMakeLists.txt', ODD)
+    workspace.write(f'src/{FOLDER}/x.h', '#define X 1\n')
+    workspace.write('src/odd/second/y.h', '#define Y 1\n')
+    (workspace.root / 'src/odd/first').mkdir()
+    workspace.write(
+        'src/odd/main.c',
+        f'#include <stdio.h>\n#include "../{FOLDER}/x.h"\n'
+        '#if __has_include("y.h")\n#include "y.h"\n'
+        '#else\n#include "second/y.h"\n#endif\n'
+        'int main(void) { return printf("%d %d %d", X, Y, LEVEL) < 0; }\n',
+    )
+
+    def run(**variables):
+        (returncode, _, _), output = update('odd', **variables)
+        assert returncode == 0, output
+        program = workspace.root / 'install/odd/lib/odd/odd'
+        done = subprocess.run([program], capture_output=True, text=True)
+        return done.stdout
+
+    assert run() == '1 1 0'
+    workspace.write(f'src/{FOLDER}/x.h', '#define X 2\n')
+    assert run() == '2 1 0'
+    workspace.write('src/odd/first/y.h', '#define Y 2\n')
+    assert run() == '2 2 0'
+    assert run(ODD_LEVEL='3') == '2 2 3'
+    first = workspace.root / 'first'
+    first.mkdir()
+    (first / 'stdio.h').write_text(
+        '#include_next <stdio.h>\n#undef LEVEL\n#define LEVEL 4\n'
+    )
+    assert run(ODD_LEVEL='3', C_INCLUDE_PATH=str(first)) == '2 2 4'
