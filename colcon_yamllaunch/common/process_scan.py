@@ -82,6 +82,12 @@ def is_alive(pid: int, birth: int) -> bool:
     return process is not None and process.birth == birth
 
 
+def is_suspended(pid: int) -> bool:
+    """Tell whether a process was stopped, as Ctrl-Z does it."""
+    _, _, fields = _read(f'/proc/{pid}/stat', 1024).rpartition(b') ')
+    return fields[:1] in (b'T', b't')
+
+
 def variable_of(pid: int, name: str) -> str | None:
     """Return a variable that a process was started with, or None."""
     start = f'\0{name}='.encode()

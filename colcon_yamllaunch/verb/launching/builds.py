@@ -72,6 +72,7 @@ class Builds:
                 environment,
                 session.announce,
                 self._explainer(wanted, launch) if self._why else None,
+                session.lock,
             )
         if interrupted.returncode is not None:
             update = replace(update, returncode=interrupted.returncode)

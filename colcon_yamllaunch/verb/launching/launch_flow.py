@@ -85,6 +85,7 @@ class LaunchFlow:
             options.build_args,
             environment,
             (lambda _: None) if self._options.quiet else say_line,
+            ' '.join(['colcon launch', *options.positionals]),
             runs=options.runs,
         )
         self._packages = LaunchPackages(self._workspace.locator, built=False)
@@ -97,7 +98,7 @@ class LaunchFlow:
 
     def run(self, plan_run: PlanRun) -> int:
         """Do it, and return the exit code."""
-        with locked(self._log_folder):
+        with locked(self._log_folder), self._workspace.lock:
             try:
                 plan, environment = self._prepare()
             except _GiveUpError as e:
@@ -146,6 +147,7 @@ class LaunchFlow:
             self._about(),
             label,
             lambda module, user: self.locator.undeclared_owner(module, user),
+            self._workspace.lock.release,
         )
 
     def _about(self) -> About:

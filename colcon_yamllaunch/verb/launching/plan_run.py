@@ -3,6 +3,7 @@
 
 """Running a plan as the options say, and reporting what came of it."""
 
+from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
@@ -18,6 +19,8 @@ from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Listener
+from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.core.events import Verbosity
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.record.failure_advice import OwnerOf
@@ -50,6 +53,8 @@ class PlanRun:
         positionals = options.positionals or (str(options.from_plan),)
         self._title = ' '.join(positionals)
         self._ended: Ended | None = None
+        self._when_started: Callable[[], object] = bool
+        self._to_start = 0
         self._started = time.monotonic()
         if self._options.junit is not None:
             from colcon_yamllaunch.runtime.record.junit import JUnitReport
@@ -70,6 +75,7 @@ class PlanRun:
         about: About,
         attach: str | None,
         owner_of: OwnerOf,
+        when_started: Callable[[], None],
     ) -> int:
         """
         Run a plan, and return the exit code.
@@ -81,7 +87,13 @@ class PlanRun:
         :param about: What other terminals know the launch by
         :param attach: The label of the process that has the keyboard, if any
         :param owner_of: Tells which package has a missing Python module
+        :param when_started: Is called when all processes were started that
+          wait for nothing
         """
+        self._when_started = when_started
+        self._to_start = sum(isinstance(e, Process) for e in plan.entries)
+        if not self._to_start:
+            when_started()
         observers: list[Listener] = [self._handle]
         if self._report is not None:
             self._report.expect(plan.processes())
@@ -136,6 +148,10 @@ class PlanRun:
     def _handle(self, event: Event) -> None:
         if isinstance(event, Ended):
             self._ended = event
+        elif isinstance(event, Started | StartFailed):
+            self._to_start -= 1
+            if not self._to_start:
+                self._when_started()
 
     def _write_report(self, data: bytes) -> None:
         assert self._options.junit is not None

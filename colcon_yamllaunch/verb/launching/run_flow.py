@@ -95,19 +95,22 @@ def _run(known: Any, environment: Mapping[str, str]) -> int:
     if known.version:
         return show_versions()
     options = parse_run_options(known)
+    package, executable = options.package, options.executable
     with _standard_streams_aside():
         workspace = WorkspaceSession(
             workspace_root(options.workspace, []),
             options.build_args,
             environment,
             say_line,
+            ' '.join(filter(None, ['colcon run', package, executable])),
         )
         returncode = _prepare(workspace, options)
     if returncode:
         return returncode
     locator = workspace.locator
-    program = find_program(locator, options.package, options.executable)
+    program = find_program(locator, package, executable)
     argv = [*options.prefix, program, *options.arguments]
+    workspace.lock.hand_over()
     try:
         exec_program(argv, workspace.environment)
     except StartError as e:

@@ -11,6 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.workspace.building.build_lock import build_lock
+from colcon_yamllaunch.workspace.building.build_lock import is_taken
+from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 from colcon_yamllaunch.workspace.environment.environment_cache import (
     cached_environment,
@@ -37,6 +40,7 @@ class WorkspaceSession:
     :param root: The root of the workspace, or None
     :param build_arguments: Further arguments for `colcon build`
     :param announce: Is called with a line that the user should see at once
+    :param title: The command, for other launches that wait for this one
     :param runs: Whether what is in the workspace may be run; who only looks
       reads what there is to read, also of the setup scripts
     :raises UntrustedError: when the workspace belongs to somebody else
@@ -48,11 +52,14 @@ class WorkspaceSession:
         build_arguments: Sequence[str],
         environment: Mapping[str, str],
         announce: Callable[[str], None],
+        title: str = '',
         *,
         runs: bool = True,
     ) -> None:
         self.root = root
         self._runs = runs
+        #: What keeps others from building in the workspace meanwhile.
+        self.lock = WorkspaceLock(title)
         self.announce = announce
         self._user_environment = environment
         self._sourced = Environment(environment)
@@ -68,7 +75,7 @@ class WorkspaceSession:
             )
             self._find_packages()
             if self._setup.is_file():
-                self._source()
+                self._source_what_is_there()
         self._make_locator()
 
     @property
@@ -190,6 +197,18 @@ class WorkspaceSession:
 
     def _find_packages(self) -> None:
         self._packages = {p.name: p for p in self.colcon.packages()}
+
+    def _source_what_is_there(self) -> None:
+        base = self.colcon.build_base
+        self.lock.look(base)
+        try:
+            self._source()
+        except WorkspaceError:
+            if not is_taken(base):
+                raise
+            # it is being built; when that is done, it is sourced again
+            with build_lock(base, self.announce):
+                self._source()
 
     def _source(self) -> None:
         find = cached_environment if self._runs else known_environment

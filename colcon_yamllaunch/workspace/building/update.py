@@ -14,6 +14,7 @@ from pathlib import Path
 from colcon_yamllaunch.common.file_sync import sync_file_systems
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.workspace.building.build_lock import build_lock
+from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 from colcon_yamllaunch.workspace.building.build_report import before_build
 from colcon_yamllaunch.workspace.building.build_report import setup_missing
 from colcon_yamllaunch.workspace.building.orphan_builds import mark
@@ -94,6 +95,7 @@ def bring_up_to_date(
     environment: Environment,
     announce: Callable[[str], None],
     explain: Callable[[Sequence[Decision]], None] | None = None,
+    lock: WorkspaceLock | None = None,
 ) -> Update:
     """
     Build what is not up to date.
@@ -102,31 +104,36 @@ def bring_up_to_date(
 
     :param announce: Is called with a line that the user should see at once
     :param explain: Is called with what was decided
+    :param lock: Is taken, and held on return; without it one ends here
     :raises WorkspaceError: when the build cannot start
     """
     needed = _needed(colcon, request)
     if not needed:
         return Update(0)
-    with build_lock(colcon.build_base, announce) as lock:
-        work = _Work(colcon, environment.variables)
-        work.remove_relocated(needed, announce)
-        decisions = work.decide(needed, request)
-        if explain is not None:
-            explain(decisions)
-        stale = [d for d in decisions if d.is_stale]
-        if not stale:
-            return Update(0, decisions, waited=lock.waited)
-        fresh = len(decisions) - len(stale)
-        lock.tell(f'builds {", ".join(d.name for d in stale)}')
-        for line in (*environment.notes, before_build(stale, fresh)):
-            announce(line)
-        by_name = {package.name: package for package in needed}
-        result = work.build([(by_name[d.name], d.mode) for d in stale])
-        for line in setup_missing(by_name[name] for name in result.failed):
-            announce(line)
-        return Update(
-            result.returncode, decisions, result.built, result.failed
-        )
+    if lock is None:
+        with WorkspaceLock() as lock:
+            return bring_up_to_date(
+                colcon, request, environment, announce, explain, lock
+            )
+    waited = lock.take(colcon.build_base, announce)
+    work = _Work(colcon, environment.variables)
+    work.remove_relocated(needed, announce)
+    decisions = work.decide(needed, request)
+    if explain is not None:
+        explain(decisions)
+    stale = [d for d in decisions if d.is_stale]
+    if not stale:
+        return Update(0, decisions, waited=waited)
+    fresh = len(decisions) - len(stale)
+    lock.tell_of_build(d.name for d in stale)
+    for line in (*environment.notes, before_build(stale, fresh)):
+        announce(line)
+    by_name = {package.name: package for package in needed}
+    result = work.build([(by_name[d.name], d.mode) for d in stale])
+    lock.tell_of_start()
+    for line in setup_missing(by_name[name] for name in result.failed):
+        announce(line)
+    return Update(result.returncode, decisions, result.built, result.failed)
 
 
 def decide(

@@ -137,7 +137,7 @@ def test_a_launch_that_waits_for_a_build(
     first = _start(builder, 'launch')
     pid = _pid(builder, first)
     second = builder.start('colcon', 'launch', 'other', 'other')
-    second.wait_for('waiting for another build')
+    second.wait_for("waiting for 'colcon launch ")
     second.process.send_signal(signal.Signals[name])
     assert second.end() == code, second.output
     assert 'Traceback' not in second.output

@@ -158,8 +158,8 @@ def test_two_launches_at_once_build_once(user: User, tmp_path: Path) -> None:
     first.wait_for('Starting >>> one')
     second = user.start('colcon', 'launch', 'one', 'one')
     second.wait_for(
-        'waiting for another build in this workspace: '
-        rf'process {first.process.pid} builds one…'
+        "waiting for 'colcon launch one one' "
+        rf'\(process {first.process.pid}\), which builds one…'
     )
     go_on.touch()
     assert first.end() == 0, first.output

@@ -8,18 +8,23 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.common.process_scan import is_suspended
 from colcon_yamllaunch.workspace.building.build_lock import build_lock
-from colcon_yamllaunch.workspace.building.build_lock import WAITING
+from colcon_yamllaunch.workspace.building.build_lock import is_taken
+from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME
+from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
 import pytest
+from support.file_clock import let_files_settle
 
 HOLDER = """\
 import sys
 from pathlib import Path
 from colcon_yamllaunch.workspace.building.build_lock import build_lock
-with build_lock(Path(sys.argv[1]), print) as lock:
-    lock.tell('builds flow, my_pkg')
+with build_lock(Path(sys.argv[1]), print, 'colcon launch x') as lock:
+    lock.tell_of_build(['flow', 'my_pkg'])
     print('held', flush=True)
     sys.stdin.read()
 """
@@ -56,8 +61,8 @@ def test_waits_for_another_process(tmp_path, holder):
         holder.stdin.close()
 
     with build_lock(tmp_path / 'build', announce):
-        what = f'process {holder.pid} builds flow, my_pkg'
-        assert said == [f'{WAITING}: {what}…']
+        what = f"'colcon launch x' (process {holder.pid})"
+        assert said == [f'waiting for {what}, which builds flow, my_pkg…']
 
 
 def test_lock_ends_with_its_process(tmp_path, holder):
@@ -90,3 +95,102 @@ def test_build_folder_that_is_a_file(tmp_path):
     lock = build_lock(tmp_path / 'build', print)
     with pytest.raises(WorkspaceError, match='--no-build'), lock:
         pass
+
+
+CHILD = """\
+import sys
+from pathlib import Path
+from colcon_yamllaunch.common.errors import WorkspaceError
+from colcon_yamllaunch.workspace.building.build_lock import build_lock
+try:
+    with build_lock(Path(sys.argv[1]), print):
+        print('taken')
+except WorkspaceError as e:
+    print(e)
+"""
+
+
+@pytest.mark.hostile
+def test_what_the_holder_calls_does_not_wait(tmp_path, workspace):
+    build = tmp_path / 'build'
+
+    def call():
+        words = ['sh', '-c', '"$@"; true', 'sh', sys.executable, '-c', CHILD]
+        done = subprocess.run(
+            [*words, build],
+            env=workspace.environment(),
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        return done.stdout
+
+    with build_lock(build, print, 'colcon launch x') as lock:
+        assert call() == 'taken\n'
+        lock.tell_of_build(['flow'])
+        said = call()
+        assert said.startswith(f"'colcon launch x' (process {os.getpid()})")
+        assert 'builds flow in this workspace' in said
+        assert '--no-build' in said
+    assert call() == 'taken\n'
+
+
+@pytest.mark.hostile
+def test_a_suspended_holder_is_told(tmp_path, holder):
+    said = []
+
+    def announce(text):
+        said.append(text)
+        os.kill(holder.pid, signal.SIGKILL)
+
+    os.kill(holder.pid, signal.SIGSTOP)
+    while not is_suspended(holder.pid):
+        time.sleep(0.01)
+    with build_lock(tmp_path / 'build', announce):
+        pass
+    assert f"is suspended: 'kill -CONT {holder.pid}' goes on" in said[0]
+
+
+@pytest.mark.hostile
+def test_nothing_that_another_one_wrote_acts_on_the_terminal(tmp_path):
+    build = tmp_path / 'build'
+    with build_lock(build, print, 'colcon launch \x1b[31m\n') as lock:
+        lock.tell_of_build(['\x1b]0;x\a', 'a\tb'])
+        text = (build / LOCK_NAME).read_text()
+    assert text.replace('\t', '').isprintable()
+    assert text.count('\t') == 2
+
+
+@pytest.mark.hostile
+def test_a_launch_keeps_the_lock_until_it_lets_it_go(tmp_path):
+    build = tmp_path / 'build'
+    with WorkspaceLock('colcon launch x') as lock:
+        lock.look(build)
+        assert not lock.take(build, print)
+        assert not lock.take(build, print)
+        assert is_taken(build)
+        lock.release()
+        assert not is_taken(build)
+        assert (build / LOCK_NAME).read_text() == ''
+
+
+@pytest.mark.hostile
+def test_who_has_read_before_another_one_built_reads_again(tmp_path):
+    build = tmp_path / 'build'
+    with WorkspaceLock() as first, WorkspaceLock() as second:
+        first.look(build)
+        second.take(build, print)
+        let_files_settle(tmp_path)
+        second.release()
+        assert first.take(build, print)
+
+
+@pytest.mark.hostile
+def test_a_program_does_not_inherit_the_lock(tmp_path):
+    build = tmp_path / 'build'
+    with WorkspaceLock() as lock:
+        lock.take(build, print)
+        with subprocess.Popen(['sleep', '600']) as process:
+            lock.release()
+            assert not is_taken(build)
+            process.kill()
