@@ -11,7 +11,6 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from colcon_yamllaunch.common.file_sync import sync_file_systems
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.workspace.building.build_lock import build_lock
 from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
@@ -230,6 +229,9 @@ class _Work:
                     freshness.finish(attempt, self._context(name))
                 else:
                     freshness.give_up(attempt)
+            # most launches build nothing
+            from colcon_yamllaunch.common.file_sync import sync_file_systems
+
             # the records, and what they vouch for
             sync_file_systems([colcon.build_base, colcon.install_base])
         return result

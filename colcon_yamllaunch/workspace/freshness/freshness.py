@@ -24,6 +24,7 @@ from dataclasses import replace
 import os
 from pathlib import Path
 import time
+from typing import TYPE_CHECKING
 import uuid
 
 from colcon_yamllaunch.common.errors import WorkspaceError
@@ -41,7 +42,6 @@ from colcon_yamllaunch.workspace.freshness.build_context import own_variables
 from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_decision import Decision
 from colcon_yamllaunch.workspace.freshness.build_decision import Reason
-from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
 from colcon_yamllaunch.workspace.freshness.build_products import ARGUMENTS
 from colcon_yamllaunch.workspace.freshness.build_products import Products
 from colcon_yamllaunch.workspace.freshness.build_products import remove_folder
@@ -71,6 +71,9 @@ from colcon_yamllaunch.workspace.freshness.source_links import live_files
 from colcon_yamllaunch.workspace.freshness.source_links import remove_dangling
 from colcon_yamllaunch.workspace.freshness.source_links import SOURCE_SUFFIXES
 from colcon_yamllaunch.workspace.packages.package import Package
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
 
 #: What colcon writes for all packages together (colcon-core).
 _PREFIX_SCRIPTS = ('setup.sh', 'local_setup.sh', '_local_setup_util_sh.py')
@@ -184,8 +187,8 @@ class Freshness:
         if record.mode >= BuildMode.CONFIGURE:
             products.prune(name, attempt.listed)
         build = products.build(name)
-        inputs = BuildInputs(package.path, build)
         self._refuse_removed(name)
+        inputs = self._inputs(package)
         sources = self._sources(attempt, inputs)
         own = [file for file in record.files if not Path(file).is_absolute()]
         now = time.time_ns()
@@ -227,8 +230,7 @@ class Freshness:
         """Write down that the build of a package ended without success."""
         package = attempt.package
         self._products.put_back(attempt.links)
-        build = self._products.build(package.name)
-        sources = self._sources(attempt, BuildInputs(package.path, build))
+        sources = self._sources(attempt, self._inputs(package))
         record = replace(
             attempt.record,
             files=sources.files,
@@ -245,7 +247,7 @@ class Freshness:
             return None
         return build_of(record.clean_id, record.interface_id, record.id)
 
-    def _sources(self, attempt: Attempt, inputs: BuildInputs) -> BuiltFrom:
+    def _sources(self, attempt: Attempt, inputs: 'BuildInputs') -> BuiltFrom:
         package, record = attempt.package, attempt.record
         products = self._products
         own = (package.path, products.build_base, products.install_base)
@@ -256,6 +258,14 @@ class Freshness:
             inputs.outside(own),
             attempt.started,
         )
+
+    def _inputs(self, package: Package) -> 'BuildInputs':
+        # most launches need not know what builds read
+        from colcon_yamllaunch.workspace.freshness.build_inputs import (
+            BuildInputs,
+        )
+
+        return BuildInputs(package.path, self._products.build(package.name))
 
     def _now(self, name: str) -> int:
         # of what has just been written
@@ -321,8 +331,7 @@ class Freshness:
     ) -> Iterator[Reason]:
         if not found:
             return
-        build = self._products.build(package.name)
-        inputs = BuildInputs(package.path, build)
+        inputs = self._inputs(package)
         generates = _generates(record)
         for change in found:
             mode = _mode_for(change, package, record, inputs)
@@ -392,11 +401,10 @@ class Freshness:
             else BuildMode.CLEAN
             for product in differing
         }
-        build = self._products.build(package.name)
         if (
             not package.type.endswith('cmake')
             or _generates(record)
-            or BuildInputs(package.path, build).has_commands
+            or self._inputs(package).has_commands
         ):
             # what these make of one another is not known
             return BuildMode.CLEAN
@@ -458,7 +466,7 @@ class Freshness:
 
 
 def _mode_for(
-    change: Change, package: Package, record: Record, inputs: BuildInputs
+    change: Change, package: Package, record: Record, inputs: 'BuildInputs'
 ) -> BuildMode:
     if package.type.endswith('python'):
         return _mode_for_python(change, record)

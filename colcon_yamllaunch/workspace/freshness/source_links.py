@@ -10,9 +10,12 @@ from contextlib import suppress
 import os
 from pathlib import Path
 import re
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.text_files import text_of
-from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
 
 #: What is compiled, configured or generated from, wherever it is linked to.
 HEADER_SUFFIXES = ('.h', '.hh', '.hpp', '.hxx', '.inl', '.ipp', '.tpp', '.cuh')
@@ -40,7 +43,7 @@ def live_files(
     files: Iterable[str],
     build: Path,
     installed: Collection[Path],
-    inputs: BuildInputs,
+    inputs: 'BuildInputs',
 ) -> frozenset[str]:
     """
     Return the source files whose edits show at once, without another build.
