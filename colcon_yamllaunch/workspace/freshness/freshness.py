@@ -11,8 +11,8 @@ the last build is kept. In doubt a package is built.
 What makes a package stale: a file of its source, headers among them
 (`source_changes`); a file elsewhere that its build read, such as a header of
 the system (`build_inputs`); a package that it needs (`building.update`); the
-environment and arguments of the build (`build_context`); and what is missing
-of its products (`build_products`).
+environment and arguments of the build (`build_context`); and products that
+are gone or not as they were built (`build_products`, `product_states`).
 """
 
 from collections.abc import Iterable
