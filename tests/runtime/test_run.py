@@ -6,6 +6,7 @@
 import io
 import os
 from pathlib import Path
+import re
 import resource
 import signal
 import stat
@@ -73,6 +74,22 @@ def test_a_crash_of_the_launcher_stops_what_it_started(
     assert os.waitpid(started[0], 0)[1] == signal.SIGINT
     # the guard, too, ends with its work
     os.wait()
+
+
+def test_each_process_has_a_group_of_its_own_in_the_order_of_the_plan(
+    launch, sh, wait_until
+):
+    script = 'echo "group $(ps -o pgid= -p $$) of $$"; exec sleep 999'
+    one = launch(*(sh(name, script) for name in 'abc'))
+    wait_until(lambda: one.screen.count('group ') == 3)
+    started = re.findall(r'(\w): started, pid (\d+)', one.screen)
+    assert [label for label, _ in started] == list('abc')
+    for label, pid in started:
+        assert re.search(rf'\[{label}\] +group +{pid} of {pid}\n', one.screen)
+    # and one thread waits for them all
+    assert len(list(Path(f'/proc/{one.popen.pid}/task').iterdir())) == 1
+    one.sends(signal.SIGINT)
+    assert one.ends() == 0
 
 
 def test_entries_run_in_order(launch, sh):

@@ -107,7 +107,7 @@ def test_a_stray_is_stopped_with_its_process_and_no_other(
     found = re.findall(r'\[(.)\] +stray (\d+)', one.screen)
     strays = {label: int(pid) for label, pid in found}
     place = {'TMPDIR': str(one.folder)}
-    (client,) = wait_until(lambda: running_launches(place))
+    (client,) = wait_until(lambda: running_launches(place, pytest.fail))
     client.request('stop', process='a')
     wait_until(lambda: not is_running(strays['a']))
     assert is_running(strays['b'])

@@ -90,12 +90,12 @@ def attach(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
     chosen.launch.request('attach', process=process.label)
     # one without a launcher refuses
     assert isinstance(chosen.launch, RunningLaunch)
-    say(
+    greeting = (
         f'attached to {process.label} of {chosen.state.title}: {ESCAPE_NAME} '
         'detaches, and so does Ctrl-C; Ctrl-Z suspends this terminal only'
     )
     try:
-        reason = _Conversation(chosen.launch, keyboard).run()
+        reason = _Conversation(chosen.launch, keyboard).run(greeting)
     finally:
         keyboard.release()
         show('')
@@ -112,11 +112,16 @@ class _Conversation:
         self._poll = select.poll()
         self._poll.register(launch.connection, select.POLLIN)
 
-    def run(self) -> str:
-        """Go on until there is a reason to end, and return it."""
+    def run(self, greeting: str) -> str:
+        """
+        Go on until there is a reason to end, and return it.
+
+        :param greeting: What to say once keys and signals are taken
+        """
         with caught() as signals:
             self._poll.register(signals, select.POLLIN)
             self._listen()
+            say(greeting)
             while True:
                 ready = dict(self._poll.poll())
                 if signals in ready and self._is_over(received(signals)):
