@@ -66,7 +66,7 @@ def test_path_of_a_launch_file(user: User) -> None:
 def test_path_that_does_not_exist(user: User) -> None:
     user.package('one', ECHO)
     output = user.launch('src/one/launch/on.yaml', code=1)
-    assert "did you mean 'one.yaml'?" in output
+    assert "did you mean 'src/one/launch/one.yaml'?" in output
 
 
 def test_below_the_root_nothing_is_littered(user: User) -> None:

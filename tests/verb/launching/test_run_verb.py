@@ -283,7 +283,7 @@ def test_package_of_an_underlay_needs_no_workspace(
     elsewhere = tmp_path / 'elsewhere'
     elsewhere.mkdir()
     install = str(tools.root / 'install')
-    assert 'give it by --workspace' in error(
+    assert 'name that folder: --workspace' in error(
         tools, 'tools', 'show.py', cwd=elsewhere
     )
     tools.environment['COLCON_PREFIX_PATH'] = install
