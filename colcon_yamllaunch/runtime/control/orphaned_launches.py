@@ -42,6 +42,7 @@ from colcon_yamllaunch.runtime.process.own_files import Place
 from colcon_yamllaunch.runtime.process.own_files import remove_file
 from colcon_yamllaunch.runtime.process.own_files import remove_parameter_files
 from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
+from colcon_yamllaunch.runtime.stopping.launch_scan import Known
 from colcon_yamllaunch.runtime.stopping.launch_scan import launcher_of
 from colcon_yamllaunch.runtime.stopping.launch_scan import mark_of
 
@@ -77,6 +78,8 @@ class OrphanedLaunch(Targets):
         }
         self._stops: dict[int, Escalation] = {}
         self._chosen: set[int] = set()
+        # what loses its parent by a signal may have nothing else that tells
+        self._seen: Known = {}
         known = record.get('processes', ())
         found = self.search()
         pids = (orphan.pid for orphan in found)
@@ -169,7 +172,7 @@ class OrphanedLaunch(Targets):
     def search(self, groups: Collection[int] = ()) -> list[Orphan]:
         """Find all of its processes; see `Targets`."""
         # its groups are as good as gone: others may have their ids
-        return find_orphans(self._identity, -1, {}, groups)
+        return find_orphans(self._identity, -1, {}, groups, known=self._seen)
 
     def kill(self, number: int) -> None:
         """Kill all of a process of the plan; see `Targets`."""

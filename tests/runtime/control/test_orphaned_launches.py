@@ -114,6 +114,25 @@ def test_orphans_are_found_and_stopped_by_name_and_all_together(
     assert found(o.one) == []
 
 
+def test_what_loses_its_parent_by_the_stop_is_stopped_too(
+    launch, sh, wait_until, is_running
+):
+    # as a job in the background, it ignores SIGINT
+    lost = "env -i setsid sh -c 'echo lost $$; exec sleep 99' & wait"
+    one = launch(
+        sh('a', lost, **QUICK),
+        about=ABOUT,
+        environment={'COLCON_LAUNCH_CGROUP': '0'},
+    ).shows('lost ')
+    pid = int(one.screen.partition('lost ')[2].split()[0])
+    o = Orphaned(one, wait_until)
+    assert is_running(pid)
+    orphan = o.found()
+    orphan.request('shutdown')
+    orphan.wait_for_end(0)
+    assert not is_running(pid)
+
+
 @needs_control_group
 def test_what_their_group_alone_tells_of_is_stopped_too(
     orphaned, sh, is_running
