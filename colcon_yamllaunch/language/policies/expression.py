@@ -18,6 +18,8 @@ MAXIMUM_DEPTH = 100
 _FUNCTIONS: Mapping[str, object] = {
     name: getattr(math, name) for name in dir(math) if name[0] != '_'
 } | {f.__name__: f for f in (abs, bool, float, int, len, max, min, round, str)}
+#: How many digits a number is rounded to at most before a launch.
+MAXIMUM_DIGITS = 10_000
 #: What computes and does nothing else.
 _COMPUTING = frozenset(
     (
@@ -93,7 +95,10 @@ def compute(expression: str) -> str | None:
         raise ExpressionError(f'{type(e).__name__}: {reason}') from e
     except (MemoryError, RecursionError):
         return None
-    if _is_too_deep(tree) or not _is_harmless(tree):
+    if _is_too_deep(tree):
+        return None
+    _refuse_endless(tree)
+    if not _is_harmless(tree):
         return None
     try:
         code = compile(tree, '<launch file>', 'eval')
@@ -136,6 +141,23 @@ def is_costly(expression: str) -> bool:
     return only_computes and not _is_harmless(tree)
 
 
+def _refuse_endless(tree: ast.Expression) -> None:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and _is_round(node) and node.args[1:]:
+            try:
+                digits = ast.literal_eval(node.args[1])
+            except ValueError:
+                continue
+            if isinstance(digits, int) and abs(digits) > MAXIMUM_DIGITS:
+                raise ExpressionError(
+                    f'to round to {digits} digits would take for ever'
+                )
+
+
+def _is_round(node: ast.Call) -> bool:
+    return isinstance(node.func, ast.Name) and node.func.id == 'round'
+
+
 def _is_too_deep(tree: ast.Expression) -> bool:
     level: list[ast.AST] = [tree]
     for _ in range(MAXIMUM_DEPTH):
@@ -168,7 +190,7 @@ def _is_known(node: ast.AST) -> bool:
 
 
 def _is_bounded_call(node: ast.Call) -> bool:
-    if isinstance(node.func, ast.Name) and node.func.id == 'round':
+    if _is_round(node):
         # with -N, it computes 10 to the N
         return not node.keywords and all(
             isinstance(digits, ast.Constant) for digits in node.args[1:]

@@ -85,6 +85,17 @@ def test_an_expression(launcher, expression, monkeypatch):
     assert 'fails: ' in error.message
 
 
+@pytest.mark.parametrize('digits', ['-999999999', '999999999'])
+def test_rounding_for_ever_is_an_error_of_a_check(launcher, digits):
+    request = launcher.request(message(f"$(eval 'round(1, {digits})')"))
+    (error,) = check(request, portable=False).errors
+    assert f'to round to {digits} digits would take for ever' in error.message
+    result = check(
+        launcher.request(message("$(eval 'round(12.34, -1)')")), portable=False
+    )
+    assert not result.diagnostics
+
+
 @pytest.mark.parametrize(
     ('expression', 'expected'),
     [
