@@ -207,3 +207,18 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
             f'{get_log_path() or "the log folder"}'
         )
         return 1
+    finally:
+        _settle(sys.stdout)
+        _settle(sys.stderr)
+
+
+def _settle(stream: TextIO) -> None:
+    """Leave nothing that Python would try in vain to write at its end."""
+    try:
+        stream.flush()
+    except OSError:
+        # the exit code would be 120 then
+        _drop(stream)
+    except ValueError:
+        # somebody has closed it
+        return

@@ -5,6 +5,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+import shlex
 import subprocess
 
 import pytest
@@ -83,3 +84,18 @@ def test_messages_that_cannot_be_shown_change_nothing(runs: Runs) -> None:
     line = 'colcon launch --quiet demo.yaml >/dev/null 2>/dev/full'
     assert runs(line) == (0, '')
     assert runs('colcon launch lost.yaml 2>/dev/full') == (1, '')
+
+
+def test_an_error_keeps_its_exit_code(runs: Runs) -> None:
+    # Python would write what is left at its end, and make the code 120
+    script = (
+        'import sys\n'
+        'from colcon_yamllaunch.common.errors import UserError\n'
+        'from colcon_yamllaunch.verb.cli.messages import report_errors\n'
+        'def fail():\n'
+        '    print("something")\n'
+        '    raise UserError("no")\n'
+        'sys.exit(report_errors("launch", fail))\n'
+    )
+    line = f'python -c {shlex.quote(script)} >/dev/full'
+    assert runs(line) == (1, 'colcon launch: error: no\n')
