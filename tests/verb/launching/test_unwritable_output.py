@@ -28,6 +28,8 @@ Runs = Callable[[str], tuple[int, str]]
 def runs(user: User) -> Runs:
     """Run a line of a shell; return the exit code and standard error."""
     user.write('demo.yaml', FILE)
+    # what is left at the end is in the buffer
+    user.environment.pop('PYTHONUNBUFFERED', None)
 
     def run(line: str) -> tuple[int, str]:
         done = subprocess.run(
