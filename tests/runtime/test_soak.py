@@ -70,7 +70,8 @@ def unruly(launch, sh):
             'endless',
             "head -c 3000000 /dev/zero | tr '\\0' x",
             output='own_log',
-            **AGAIN | {'respawn_delay': 0.3},
+            # more would reach the limit of the logs within minutes
+            **AGAIN | {'respawn_delay': 3.0},
         ),
         {
             'label': 'parameters',
