@@ -25,14 +25,11 @@ from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.values import expression_error
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import EndlessError
-from colcon_yamllaunch.language.evaluation.walk import Handler
-from colcon_yamllaunch.language.evaluation.walk import Maker
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import too_deep
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.policies.shell_variables import shell_variables
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
@@ -62,15 +59,14 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
     :param runs: Whether `$(command …)` is run, and what `$(eval …)` says
       whatever it is; else the plan has what is written instead
     """
-    walk = _Launch(request, HANDLERS, MAKERS)
+    walk = _Launch(request)
     walk.runs = runs
     walk.launch(request.name, request.path)
     if request.arguments and not walk.has_python:
         # what a launch file in Python declares is not known
         walk.warn_of_unknown_arguments(request.arguments)
         walk.warn_of_overwritten_arguments()
-    for problem in shell_variables(walk.files.values()):
-        walk.report(problem)
+    walk.warn_of_shell_variables()
     return Evaluation(
         tuple(walk.diagnostics),
         tuple(f.source for f in walk.files.values() if f is not None),
@@ -86,13 +82,8 @@ class _Launch(Walk):
     is_launch = True
     has_python = False
 
-    def __init__(
-        self,
-        request: Request,
-        handlers: Mapping[str, Handler],
-        makers: Mapping[str, Maker],
-    ) -> None:
-        super().__init__(request, handlers, makers)
+    def __init__(self, request: Request) -> None:
+        super().__init__(request, HANDLERS, MAKERS)
         self._overwritten: dict[str, LaunchError] = {}
         self._computed: dict[str, str] = {}
 
@@ -215,19 +206,24 @@ class _Launch(Walk):
             self._computed[expression] = result
         return result
 
+    def warn_of_shell_variables(self) -> None:
+        """Warn of launch arguments that are written as in a shell."""
+        if any('${' in source.text for source in self.sources):
+            # most launch files have none
+            from colcon_yamllaunch.language.policies import shell_variables
+
+            found = shell_variables.shell_variables(self.files.values())
+            for problem in found:
+                self.report(problem)
+
     def warn_of_unknown_arguments(self, given: Mapping[str, str]) -> None:
         """Warn of arguments that no launch file declares or reads."""
         # most launches are given none
         from colcon_yamllaunch.language.policies import launch_arguments
 
         known = {*self.read, *launch_arguments.PROCESS_ARGUMENTS}
-        declared = {
-            entity.item.texts['name'].plain
-            for file in self.files.values()
-            if file is not None
-            for entity in file.walk()
-            if entity.action.name in launch_arguments.ARGUMENT_ACTIONS
-        }
+        files = [file for file in self.files.values() if file is not None]
+        declared = launch_arguments.declared_arguments(files)
         for name in given:
             if name not in declared | known:
                 hint = launch_arguments.undeclared_hint(name, declared)

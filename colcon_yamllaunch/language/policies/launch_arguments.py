@@ -4,10 +4,12 @@
 """What declares a launch argument, and what is said where nothing does."""
 
 from collections.abc import Collection
+from collections.abc import Iterable
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 
 #: The actions that declare one.
 ARGUMENT_ACTIONS = ('arg', 'bool_arg')
@@ -19,6 +21,16 @@ PROCESS_ARGUMENTS = (
     'sigterm_timeout',
     'sigkill_timeout',
 )
+
+
+def declared_arguments(files: Iterable[LaunchFile]) -> set[str]:
+    """Return the launch arguments that some launch files declare."""
+    return {
+        entity.item.texts['name'].plain
+        for file in files
+        for entity in file.walk()
+        if entity.action.name in ARGUMENT_ACTIONS
+    }
 
 
 def undeclared_argument(name: str, hint: str) -> LaunchError:

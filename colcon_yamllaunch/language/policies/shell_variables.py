@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import re
 
 from colcon_yamllaunch.language.policies.launch_arguments import (
-    ARGUMENT_ACTIONS,
+    declared_arguments,
 )
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
@@ -29,12 +29,7 @@ def shell_variables(
     suspects = [file for file in read if '${' in file.source.text]
     if not suspects:
         return
-    declared = {
-        entity.item.texts['name'].plain
-        for file in read
-        for entity in file.walk()
-        if entity.action.name in ARGUMENT_ACTIONS
-    }
+    declared = declared_arguments(read)
     for file in suspects:
         for entity in file.walk():
             if 'shell' in entity.item.texts:
