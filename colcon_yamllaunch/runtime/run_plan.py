@@ -6,6 +6,7 @@
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import ExitStack
 import os
 from pathlib import Path
@@ -33,9 +34,8 @@ from colcon_yamllaunch.runtime.process.descriptors import keep_to_ourselves
 from colcon_yamllaunch.runtime.process.own_files import Place
 from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.process.spawn import Spawn
-from colcon_yamllaunch.runtime.record.failure_advice import Advisor
-from colcon_yamllaunch.runtime.record.failure_advice import OwnerOf
 from colcon_yamllaunch.runtime.record.failures import Failures
+from colcon_yamllaunch.runtime.record.failures import OwnerOf
 from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
 from colcon_yamllaunch.runtime.record.launch_logs import Logs
 from colcon_yamllaunch.runtime.record.launch_logs import Store
@@ -157,8 +157,15 @@ def run_plan(
             log_files = logs.combined_files(processes)
             record, publish = logs.record, logs.flush
             guard.logs(log_folder / COMMON_LOG, log_files)
-        advisor = Advisor(environment, owner_of)
-        failures = Failures(log_files, advisor.advise)
+
+        def advise(event: events.Exited, tail: Sequence[str]) -> str | None:
+            # few launches fail
+            from colcon_yamllaunch.runtime.record import failure_advice
+
+            advisor = failure_advice.Advisor(environment, owner_of)
+            return advisor.advise(event, tail)
+
+        failures = Failures(log_files, advise)
         show = present(
             presentation or Presentation(), screen, plan, display, stack
         )

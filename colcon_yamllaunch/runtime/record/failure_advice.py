@@ -3,7 +3,6 @@
 
 """What to do about a process that failed, where its last words tell."""
 
-from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -17,10 +16,7 @@ from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.process.spawn import find_program
 from colcon_yamllaunch.runtime.process.spawn import interpreter_of
 from colcon_yamllaunch.runtime.process.spawn import StartError
-
-#: Returns the package that has a Python module and that another package does
-#: not declare, or None; it gets the module and that other package.
-OwnerOf = Callable[[str, str | None], str | None]
+from colcon_yamllaunch.runtime.record.failures import OwnerOf
 
 _MISSING_MODULE = re.compile(
     r"^ModuleNotFoundError: No module named '([\w]+)[\w.]*'"

@@ -17,6 +17,9 @@ from colcon_yamllaunch.runtime.process.core_dumps import find_core_dump
 from colcon_yamllaunch.runtime.streams.lines import bare
 
 Failure = events.Exited | events.StartFailed
+#: Returns the package that has a Python module and that another package does
+#: not declare, or None; it gets the module and that other package.
+OwnerOf = Callable[[str, str | None], str | None]
 
 
 class Failures:

@@ -23,7 +23,7 @@ from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.core.events import Verbosity
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
-from colcon_yamllaunch.runtime.record.failure_advice import OwnerOf
+from colcon_yamllaunch.runtime.record.failures import OwnerOf
 from colcon_yamllaunch.runtime.run_plan import run_plan
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions

@@ -24,12 +24,9 @@ from colcon_core.package_identification import (
 )
 from colcon_core.package_identification import identify
 from colcon_core.package_identification import IgnoreLocationException
-from colcon_core.package_identification.python import is_reading_cfg_sufficient
 from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
 from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
 from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
-from colcon_yamllaunch.workspace.packages.python_name import configured_name
-from colcon_yamllaunch.workspace.packages.python_name import written_name
 
 #: Extensions that run a `setup.py`, or what `attr:` names in a `setup.cfg`.
 _RUNNING = (
@@ -203,12 +200,16 @@ class _NameReader:
         setup = desc.path / 'setup.py'
         if desc.type not in (None, 'python') or not setup.is_file():
             return
+        # a launch does without them
+        from colcon_core.package_identification import python
+        from colcon_yamllaunch.workspace.packages import python_name
+
         if self._only_cfg:
-            name = configured_name(desc.path, ('setup.cfg',))
-            if name is None or not is_reading_cfg_sufficient(setup):
+            name = python_name.configured_name(desc.path, ('setup.cfg',))
+            if name is None or not python.is_reading_cfg_sufficient(setup):
                 return
         else:
-            name = written_name(desc.path)
+            name = python_name.written_name(desc.path)
         desc.type = 'python'
         if desc.name is None:
             desc.name = name or setup.absolute().parent.name
