@@ -22,6 +22,7 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.process_scan import is_suspended
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.workspace.building.orphan_builds import end_orphans
@@ -62,7 +63,7 @@ class BuildLock:
     ) -> None:
         self._build_base = build_base
         self._descriptor = descriptor
-        self._title = _printable(title)
+        self._title = _shown(title)
         self._problem = problem
         self.waited = waited
         # nothing is to be built yet, so a full disk does not matter
@@ -80,7 +81,7 @@ class BuildLock:
                 raise self._problem
             self.clear()
             if self._descriptor != -1:
-                parts = (str(os.getpid()), self._title, _printable(what))
+                parts = (str(os.getpid()), self._title, _shown(what))
                 os.pwrite(self._descriptor, '\t'.join(parts).encode(), 0)
         except OSError as e:
             raise _refusal(self._build_base, e) from e
@@ -278,7 +279,7 @@ def _holder(descriptor: int) -> _Holder | None:
     parts = text.split('\t')
     if len(parts) != 3 or not parts[0].isdecimal():
         return None
-    pid, title, what = map(_printable, parts)
+    pid, title, what = map(_shown, parts)
     return _Holder(int(pid), title, what)
 
 
@@ -296,6 +297,6 @@ def _last_taken(build_base: Path) -> int:
         return 0
 
 
-def _printable(text: str) -> str:
+def _shown(text: str) -> str:
     # it may be on somebody else's terminal in the end
-    return ''.join(c if c.isprintable() else ' ' for c in text[:_SHOWN])
+    return one_line(text[:_SHOWN])
