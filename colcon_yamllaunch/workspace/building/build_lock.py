@@ -18,6 +18,7 @@ import errno
 import fcntl
 import os
 from pathlib import Path
+import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import WorkspaceError
@@ -33,6 +34,8 @@ LOCK_NAME = '.colcon_launch.lock'
 WAITING = 'waiting for another launch in this workspace'
 #: How much is told of what the other one is and builds (characters).
 _SHOWN = 200
+#: How long it may take until who holds it has said its name (seconds).
+_UNNAMED = 1.0
 #: How what it does begins when it builds.
 _BUILDS = 'builds'
 #: Where nobody can build, and what is up to date stays so.
@@ -79,10 +82,12 @@ class BuildLock:
         try:
             if self._problem is not None:
                 raise self._problem
-            self.clear()
             if self._descriptor != -1:
                 parts = (str(os.getpid()), self._title, _shown(what))
-                os.pwrite(self._descriptor, '\t'.join(parts).encode(), 0)
+                line = ('\t'.join(parts) + '\n').encode()
+                # never empty in between, as others read it meanwhile
+                os.pwrite(self._descriptor, line, 0)
+                os.ftruncate(self._descriptor, len(line))
         except OSError as e:
             raise _refusal(self._build_base, e) from e
 
@@ -194,21 +199,25 @@ def build_lock(
         yield BuildLock(build_base, -1, title, False, e)
         return
     try:
-        waited = False
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        taken = _take(descriptor)
+        waited = not taken
+        holder = None
+        patience = time.monotonic() + _UNNAMED
+        while not taken and holder is None and time.monotonic() < patience:
             holder = _holder(descriptor)
+            if holder is None:
+                time.sleep(0.01)
+                taken = _take(descriptor)
+        if not taken:
             if holder is not None and holder.pid in _ancestors():
                 if holder.what.startswith(_BUILDS):
                     raise WorkspaceError(
                         f'{holder} in this workspace and has called this '
                         'command, which cannot build there at the same time: '
                         'give it --no-build'
-                    ) from None
+                    )
                 yield BuildLock(build_base, -1, title, False)
                 return
-            waited = True
             announce(
                 WAITING if holder is None else f'waiting for {holder.told()}'
             )
@@ -224,6 +233,14 @@ def build_lock(
         fcntl.flock(descriptor, fcntl.LOCK_UN)
     finally:
         os.close(descriptor)
+
+
+def _take(descriptor: int) -> bool:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
 
 
 def _refusal(build_base: Path, error: OSError) -> WorkspaceError:
@@ -276,7 +293,8 @@ class _Holder:
 
 def _holder(descriptor: int) -> _Holder | None:
     text = os.pread(descriptor, 16 * _SHOWN, 0).decode(errors='replace')
-    parts = text.split('\t')
+    line, ended, _ = text.partition('\n')
+    parts = line.split('\t') if ended else []
     if len(parts) != 3 or not parts[0].isdecimal():
         return None
     pid, title, what = map(_shown, parts)

@@ -3,6 +3,7 @@
 
 """One build at a time."""
 
+import fcntl
 import os
 import signal
 import subprocess
@@ -63,6 +64,32 @@ def test_waits_for_another_process(tmp_path, holder):
     with build_lock(tmp_path / 'build', announce):
         what = f"'colcon launch x' (process {holder.pid})"
         assert said == [f'waiting for {what}, which builds flow, my_pkg…']
+
+
+def test_waits_for_the_name_of_one_that_has_just_begun(tmp_path):
+    build = tmp_path / 'build'
+    build.mkdir()
+    said = []
+
+    def announce(text):
+        said.append(text)
+        os.close(descriptor)
+
+    def take():
+        with build_lock(build, announce):
+            pass
+
+    descriptor = os.open(build / LOCK_NAME, os.O_RDWR | os.O_CREAT)
+    fcntl.flock(descriptor, fcntl.LOCK_EX)
+    thread = threading.Thread(target=take)
+    thread.start()
+    os.write(descriptor, b'4194305\tcolcon launch x\tbuilds flow')
+    time.sleep(0.05)
+    assert said == []
+    os.write(descriptor, b', my_pkg\n')
+    thread.join()
+    what = "'colcon launch x' (process 4194305)"
+    assert said == [f'waiting for {what}, which builds flow, my_pkg…']
 
 
 def test_lock_ends_with_its_process(tmp_path, holder):
@@ -157,8 +184,10 @@ def test_nothing_that_another_one_wrote_acts_on_the_terminal(tmp_path):
     with build_lock(build, print, 'colcon launch \x1b[31m\n') as lock:
         lock.tell_of_build(['\x1b]0;x\a', 'a\tb'])
         text = (build / LOCK_NAME).read_text()
-    assert text.replace('\t', '').isprintable()
-    assert text.count('\t') == 2
+    line, end, rest = text.partition('\n')
+    assert (end, rest) == ('\n', '')
+    assert line.replace('\t', '').isprintable()
+    assert line.count('\t') == 2
 
 
 @pytest.mark.hostile
