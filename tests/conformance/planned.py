@@ -110,6 +110,6 @@ def _words(process: Process, folder: Path) -> Iterator[str]:
         if isinstance(argument, str):
             yield argument
         else:
-            file = folder / f'{process.label}.{number}.yaml'
+            file = folder / f'{process.ros_name}.{number}.yaml'
             file.write_text(argument.content, encoding='utf-8')
             yield str(file)

@@ -255,12 +255,14 @@ def _add_process(
             _check_program(walk, attributes, program, str(first), cwd, path)
     if not walk.is_launch:
         return
+    name = walk.draft.process_name(program.name)
     walk.draft.entries.append(
         Process(
-            label=walk.draft.label(program.name),
+            label=name,
             argv=tuple(argv),
             cwd=os.path.normpath(cwd),
             position=attributes.position,
+            name=name,
             environment=environment_changes(walk.environment, variables),
             output=_output(walk, attributes),
             emulate_tty=_emulate_tty(walk, attributes),

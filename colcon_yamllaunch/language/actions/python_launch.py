@@ -43,12 +43,14 @@ def add_python_launch(walk: Walk, path: str, origin: Span) -> None:
         )
     _warn_of_lost_changes(walk, origin)
     arguments = _arguments(walk, origin)
+    name = walk.draft.process_name(os.path.basename(path))
     walk.draft.entries.append(
         Process(
-            label=walk.draft.label(os.path.basename(path)),
+            label=name,
             argv=(LAUNCHER, 'launch', path, *arguments),
             cwd=walk.cwd,
             position=origin.position,
+            name=name,
             environment=environment_changes(
                 walk.environment, walk.scope.environment
             ),

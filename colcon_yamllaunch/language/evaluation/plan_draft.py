@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
+from colcon_yamllaunch.language.plan.labels import with_labels
 from colcon_yamllaunch.language.plan.plan import Block
 from colcon_yamllaunch.language.plan.plan import Condition
 from colcon_yamllaunch.language.plan.plan import Entry
@@ -26,8 +27,12 @@ class PlanDraft:
 
     def plan(self) -> Plan:
         """Return the plan."""
-        return Plan(
-            tuple(self.entries), tuple(self._blocks), tuple(self.conditions)
+        return with_labels(
+            Plan(
+                tuple(self.entries),
+                tuple(self._blocks),
+                tuple(self.conditions),
+            )
         )
 
     @property
@@ -63,11 +68,11 @@ class PlanDraft:
         finally:
             self.entries = before
 
-    def label(self, name: str) -> str:
+    def process_name(self, program: str) -> str:
         """
-        Return the label of the next process.
+        Return what ROS 2 calls the next process.
 
         The number counts all processes of the launch, as in ROS 2.
         """
         self._count += 1
-        return f'{name}-{self._count}'
+        return f'{program}-{self._count}'

@@ -105,6 +105,8 @@ class Process:
     :param sigkill_timeout: Seconds from SIGTERM to SIGKILL when stopping
     :param on_exit_shutdown: Whether the launch ends when the process does
     :param position: Where the launch file says so
+    :param name: What ROS 2 calls it, its program and number, as `talker.py-2`;
+      None where that is the label
     :param package: The package that the program belongs to, if any
     :param node_name: The full name of the ROS node as far as it is known
     :param parameters: The parameters that the launch files give it, in order;
@@ -116,6 +118,7 @@ class Process:
     argv: tuple[str | ParameterFile, ...]
     cwd: str
     position: Position
+    name: str | None = None
     environment: tuple[tuple[str, str | None], ...] = ()
     output: str = 'both'
     emulate_tty: bool = False
@@ -129,6 +132,11 @@ class Process:
     node_name: str | None = None
     parameters: tuple[SetParameter, ...] = ()
     block: int | None = None
+
+    @property
+    def ros_name(self) -> str:
+        """What ROS 2 calls it, or else the label; unique in the plan."""
+        return self.name or self.label
 
 
 @dataclass(frozen=True, slots=True)

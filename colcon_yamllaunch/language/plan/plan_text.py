@@ -128,6 +128,8 @@ def process_as_text(process: Process, cwd: str) -> Iterator[str]:
     :param cwd: The folder that paths are shown relative to
     """
     facts = [process.label]
+    if process.name not in (None, process.label):
+        facts.append(f'process {process.name}')
     if process.node_name is not None:
         facts.append(f'node {process.node_name}')
     if process.package is not None:

@@ -315,8 +315,8 @@ _NODE = (
     Attribute(
         'exec_name',
         Type.NAME,
-        'The name of the process in the output; when left out, that of the '
-        'program.',
+        'The name of the process in the output where the node has no name; '
+        'when left out, that of the program.',
     ),
     Attribute(
         'namespace',

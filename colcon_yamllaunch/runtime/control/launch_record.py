@@ -26,7 +26,7 @@ SUFFIX = '.json'
 
 _FLAGS = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
 _LAUNCH = ('title', 'package', 'file', 'folder', 'log_folder')
-_PROCESS = ('label', 'executable', 'node', 'package', 'log')
+_PROCESS = ('label', 'name', 'executable', 'node', 'package', 'log')
 
 
 class LaunchRecord:

@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping
 from dataclasses import fields
+from dataclasses import MISSING
 from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -45,6 +46,8 @@ class ProcessState:
     :param package: The package that the program belongs to, if any
     :param log: The path of the log with all of its output, if it has one
     :param terminal: Whether keys can be typed at it now
+    :param name: What ROS 2 calls it, its program and number, as
+      `talker.py-2`; None where that is not known
     """
 
     label: str
@@ -58,6 +61,7 @@ class ProcessState:
     package: str | None
     log: str | None
     terminal: bool
+    name: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,5 +105,10 @@ def from_json(data: object) -> LaunchState:
 def _known(kind: type[Any], data: object) -> dict[str, Any]:
     if not isinstance(data, Mapping):
         raise TypeError
-    names = {f.name for f in fields(kind)}
-    return {name: data[name] for name in names}
+    return {
+        f.name: data[f.name]
+        for f in fields(kind)
+        # what has a default came later than others: who wrote the data may
+        # not know it
+        if f.name in data or f.default is MISSING
+    }

@@ -344,6 +344,7 @@ def _state(
         package=record.get('package'),
         log=record.get('log'),
         terminal=False,
+        name=record.get('name'),
     )
 
 

@@ -1,52 +1,93 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What processes are called."""
+"""What processes are called, and who is meant by a name."""
 
 from collections.abc import Iterator
+from collections.abc import Sequence
 from fnmatch import fnmatchcase
 import os
 import re
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 
 _SCRIPTS = ('.py', '.sh')
 _NUMBER = re.compile(r'-\d+$')
 
 
-def names_of(label: str, executable: str, node: str | None) -> Iterator[str]:
+@dataclass(frozen=True, slots=True)
+class ProcessNames:
     """
-    Return the names that a process goes by.
+    The names that a process goes by.
 
-    :param label: Its label, as `counter.py-1`; it counts without the number,
-      and that of a script without the suffix, too
+    :param label: Its label, unique in the launch
+    :param name: What ROS 2 calls it, as `counter.py-1`, likewise unique; it
+      counts without the number, and that of a script without the suffix, too
     :param executable: The name of its program
-    :param node: The full name of its ROS node, as `/demo/counter`; the last
-      part of it and each namespace around it count, too
+    :param node: The full name of its ROS node, as `/demo/counter`; without
+      the first slash, its last part and each namespace around it count, too
     """
-    yield label
-    name = _NUMBER.sub('', label)
-    yield name
-    stem, suffix = os.path.splitext(name)
-    if suffix in _SCRIPTS:
-        yield stem
-    yield executable
-    if node is not None:
-        yield node
-        namespace, _, name = node.rpartition('/')
-        yield name
-        while namespace:
-            yield namespace
-            namespace = namespace.rpartition('/')[0]
+
+    label: str
+    name: str
+    executable: str
+    node: str | None
+
+    @classmethod
+    def of_plan(cls, process: Process) -> 'ProcessNames':
+        """Return the names of a process of a plan."""
+        return cls(
+            process.label,
+            process.ros_name,
+            os.path.basename(str(process.argv[0])),
+            process.node_name,
+        )
+
+    @classmethod
+    def of_state(cls, process: ProcessState) -> 'ProcessNames':
+        """Return the names of a process of a running launch."""
+        name = process.name or process.label
+        return cls(process.label, name, process.executable, process.node)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over all names, the best one first."""
+        yield self.label
+        if self.name != self.label:
+            yield self.name
+        yield self.program
+        stem, suffix = os.path.splitext(self.program)
+        if suffix in _SCRIPTS:
+            yield stem
+        yield self.executable
+        if self.node is not None:
+            yield self.node
+            yield self.node.removeprefix('/')
+            namespace, _, last = self.node.rpartition('/')
+            yield last
+            while namespace:
+                yield namespace
+                namespace = namespace.rpartition('/')[0]
+
+    @property
+    def program(self) -> str:
+        """The name of ROS 2 without the number."""
+        return _NUMBER.sub('', self.name)
 
 
-def matches_process(
-    pattern: str, label: str, executable: str, node: str | None
-) -> bool:
+def meant_by(pattern: str, known: Sequence[ProcessNames]) -> list[int]:
     """
-    Tell whether a name or a glob means a process.
+    Return the indices of the processes that a name or a glob means.
+
+    What is the label of a process, or what ROS 2 calls it, means that one
+    only, whatever others go by the same.
 
     :param pattern: A name, or a pattern with `*`, `?` and `[…]`
     """
-    return any(
-        name == pattern or fnmatchcase(name, pattern)
-        for name in names_of(label, executable, node)
-    )
+    meant = [i for i, n in enumerate(known) if pattern in (n.label, n.name)]
+    return meant or [
+        index
+        for index, names in enumerate(known)
+        if any(n == pattern or fnmatchcase(n, pattern) for n in names)
+    ]

@@ -161,6 +161,7 @@ class Service:
             process.package,
             None if log is None else str(log),
             self._terminals.has_keyboard(process.label),
+            process.ros_name,
         )
 
 

@@ -463,5 +463,6 @@ def _starts_again(delay: float | None) -> str:
 def _record(
     name: str, process: Process, pid: int | None = None, **fields: Any
 ) -> dict[str, Any]:
-    who = {'label': process.label} | ({} if pid is None else {'pid': pid})
-    return {'event': name, **who, **fields}
+    who = {'label': process.label, 'name': process.ros_name}
+    group = {} if pid is None else {'pid': pid}
+    return {'event': name, **who, **group, **fields}

@@ -4,8 +4,8 @@
 """
 The log files of a launch.
 
-`LABEL/stdout.log`, `LABEL/stderr.log` and `LABEL/stdout_stderr.log` hold what
-a process wrote, byte by byte, as soon as it is read; `launch.log` has the
+`NAME/stdout.log`, `NAME/stderr.log` and `NAME/stdout_stderr.log` hold what a
+process wrote, byte by byte, as soon as it is read; `launch.log` has the
 lines of all of them, and the launcher's own, with the time in seconds since
 the epoch and the label.
 
@@ -18,6 +18,7 @@ from collections.abc import Iterable
 import json
 import os
 from pathlib import Path
+import re
 import time
 from typing import Protocol
 
@@ -40,6 +41,8 @@ COMMON_LOG = 'launch.log'
 EVENT_LOG = 'events.jsonl'
 #: The log file of a process that has both of its streams, as colcon names it.
 COMBINED_LOG = 'stdout_stderr.log'
+
+_NUMBER = re.compile(r'-\d+$')
 
 
 class Store(Protocol):
@@ -80,7 +83,7 @@ class Logs:
     ) -> None:
         processes = tuple(processes)
         self._folder = folder
-        self._folders = folder_names(p.label for p in processes)
+        self._folders = folder_names(processes)
         self._store = store
         self._quota = Quota(
             limit,
@@ -187,8 +190,12 @@ class Logs:
     def _record_lines(self, event: events.Output) -> None:
         process = event.process
         if process.output in IN_COMMON_LOG and self._common is not None:
-            label = one_line(process.label)
-            prefix = f'{self._stamp()}[{label}] '.encode(errors='replace')
+            # who wants the lines of ROS 2 wants its names in them
+            plain = self._layout is None
+            name = process.label if plain else process.ros_name
+            prefix = f'{self._stamp()}[{one_line(name)}] '.encode(
+                errors='replace'
+            )
             lines = prefixed(normalised(event.data), prefix)
             self._common_pending.append(lines)
             self._pending_size += len(lines)
@@ -268,19 +275,25 @@ class Logs:
             )
 
 
-def folder_names(labels: Iterable[str]) -> dict[str, str]:
+def folder_names(processes: Iterable[Process]) -> dict[str, str]:
     """
-    Return for each label the name of its folder.
+    Return for each label the name of the folder of its process.
 
-    A label may hold what a file name cannot; names differ all the same.
+    It is the label and the number that the process has in the launch, as the
+    logs of a build are in folders that have the names of packages. A slash
+    becomes a dot, as in the names of rclcpp's and rclpy's loggers; what else a
+    label holds that a file name cannot is replaced. Names differ all the same.
     """
     names: dict[str, str] = {}
     taken = {COMMON_LOG, EVENT_LOG}
-    for label in labels:
-        base = ''.join(
-            '_' if c == '/' or not c.isprintable() else c for c in label
-        )
-        base = _shortened(base) if base.strip('.') else '_'
+    for process in processes:
+        label = text = process.label
+        number = _NUMBER.search(process.ros_name)
+        if number is not None and not text.endswith(number[0]):
+            text += number[0]
+        text = text.replace('/', '.').lstrip('.')
+        base = ''.join(c if c.isprintable() else '_' for c in text)
+        base = _shortened(base) or '_'
         name = base
         count = 1
         while name in taken:

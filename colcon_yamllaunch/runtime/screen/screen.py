@@ -61,12 +61,12 @@ class Screen:
         self._layout = layout
         self._is_mid_line = False
         self._folding = InterruptFolding()
-        labels = [p.label for p in processes]
-        shown = (events.LAUNCHER, *map(one_line, labels))
+        names = {p.label: self._name(p) for p in processes}
+        shown = (events.LAUNCHER, *map(one_line, names.values()))
         self._width = min(max(map(len, shown)), limits.LABEL_WIDTH)
         self._prefixes = {
-            label: self._prefix(label, _COLOURS[index % len(_COLOURS)])
-            for index, label in enumerate(labels)
+            label: self._prefix(name, _COLOURS[index % len(_COLOURS)])
+            for index, (label, name) in enumerate(names.items())
         }
 
     def handle(self, event: events.Event) -> None:
@@ -180,8 +180,12 @@ class Screen:
             self.end_line()
         self._writer.write(key, data)
 
-    def _prefix(self, label: str, colour: str) -> bytes:
-        text = f'[{one_line(label)}]'
+    def _name(self, process: Process) -> str:
+        # who wants the lines of ROS 2 wants its names in them
+        return process.label if self._layout is None else process.ros_name
+
+    def _prefix(self, name: str, colour: str) -> bytes:
+        text = f'[{one_line(name)}]'
         padding = ' ' * (self._width + 3 - len(text)) or ' '
         if self._color:
             text = f'{colour}{text}{_RESET}'

@@ -6,6 +6,7 @@
 from collections.abc import Iterable
 from collections.abc import Sequence
 import os
+import re
 
 from colcon_yamllaunch.common.table import column_widths
 from colcon_yamllaunch.common.table import table_lines
@@ -18,11 +19,12 @@ from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.screen.screen import Screen
 
-_HEADER = ('NAME', 'PACKAGE', 'NAMESPACE', 'PID')
+_HEADER = ('NAME', 'PACKAGE', 'NODE', 'PID')
+_NUMBER = re.compile(r'-\d+$')
 
 
-#: The label of a process that runs; its package or, where there is none, the
-#: name of its program; the namespace of its node, if it has one; and its pid.
+#: The label of a process that runs; its package and the full name of its
+#: node, each empty where there is none; and its pid.
 Row = tuple[str, str, str, str]
 
 
@@ -81,11 +83,8 @@ class StartTable:
 
 def row_of(process: Process, pid: int) -> Row:
     """Return the row of a process."""
-    program = str(process.argv[0])
-    node = process.node_name or ''
-    namespace = node.rpartition('/')[0] or '/' if '/' in node else ''
-    package = process.package or os.path.basename(program) or program
-    return process.label, package, namespace, str(pid)
+    package, node = process.package or '', process.node_name or ''
+    return process.label, package, node, str(pid)
 
 
 def start_table_lines(
@@ -94,7 +93,8 @@ def start_table_lines(
     """
     Return a table that fits a terminal, or nothing where that is too narrow.
 
-    Where it would be too high, the processes of one package share a row.
+    Where it would be too high, the processes of one package share a row, and
+    those of one program that is of no package.
     """
     if not rows or size.columns < limits.TABLE_WIDTH:
         return []
@@ -121,15 +121,16 @@ def _started_at_once(plan: Plan) -> set[str]:
 def _by_package(rows: Iterable[Row]) -> Iterable[list[Row]]:
     groups: dict[str, list[Row]] = {}
     for row in rows:
-        groups.setdefault(row[1], []).append(row)
+        label, package, *_ = row
+        groups.setdefault(package or _NUMBER.sub('-', label), []).append(row)
     return groups.values()
 
 
 def _merged(group: Sequence[Row]) -> Row:
-    label, package, namespace, pid = (
+    label, package, node, pid = (
         first if first == last else f'{first} … {last}'
         for first, last in zip(group[0], group[-1], strict=True)
     )
     if len(group) > 1:
-        package += f' ({len(group)})'
-    return label, package, namespace, pid
+        package = f'{package} ({len(group)})'.lstrip()
+    return label, package, node, pid

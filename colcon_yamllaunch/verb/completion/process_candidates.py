@@ -14,7 +14,7 @@ from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.orphaned_launches import (
     orphaned_launches,
 )
-from colcon_yamllaunch.runtime.control.process_names import names_of
+from colcon_yamllaunch.runtime.control.process_names import ProcessNames
 from colcon_yamllaunch.verb.completion.candidates import Candidates
 from colcon_yamllaunch.verb.sessions.selecting import is_selected
 
@@ -33,10 +33,11 @@ def processes(
     """
     Return the names of the processes of running launches.
 
-    They are those of their output, shortened where that is clear; nodes by
-    their full names when one is begun.
+    They are those of their output, shortened where that is clear; other names
+    when one is begun.
 
     :param launch: Which launch is meant, as `--of` takes it
+    :param prefix: What the names begin with
     :param only_terminals: Whether keys must be able to get there
     """
     found = [
@@ -46,17 +47,19 @@ def processes(
         for process in state.processes
         if process.terminal or not only_terminals
     ]
-    named = [
-        (tuple(names_of(p.label, p.executable, p.node)), p, state)
-        for state, p in found
-    ]
-    shared = Counter(names[1] for names, _, _ in named)
+    named = [(ProcessNames.of_state(p), p, state) for state, p in found]
+    shared = Counter(names.program for names, _, _ in named)
     texts = {}
-    for (label, short, *more), process, state in named:
+    for names, process, state in named:
         text = f'{process.phase} in {state.title}'
-        texts[short if shared[short] == 1 else label] = text
-        if prefix.startswith('/'):
-            texts |= dict.fromkeys(more, text)
+        best = names.label
+        if best == names.name and shared[names.program] == 1:
+            best = names.program
+        texts[best] = text
+        if not best.startswith(prefix):
+            texts |= dict.fromkeys(
+                (n for n in names if n.startswith(prefix)), text
+            )
     return texts
 
 

@@ -20,7 +20,8 @@ from colcon_yamllaunch.runtime.control.client import RunningLaunch
 from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.control.process_names import matches_process
+from colcon_yamllaunch.runtime.control.process_names import meant_by
+from colcon_yamllaunch.runtime.control.process_names import ProcessNames
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.streams.signals import caught
 from colcon_yamllaunch.runtime.streams.signals import received
@@ -58,12 +59,9 @@ def with_terminal(plan: Plan, name: str) -> tuple[Plan, str]:
     :param name: Its name, or a glob
     :raises UserError: when not exactly one is meant
     """
-    labels = [p.label for p in plan.processes()]
-    meant = []
-    for p in plan.processes():
-        executable = os.path.basename(str(p.argv[0]))
-        if matches_process(name, p.label, executable, p.node_name):
-            meant.append(p.label)
+    known = [ProcessNames.of_plan(p) for p in plan.processes()]
+    labels = [names.label for names in known]
+    meant = [labels[index] for index in meant_by(name, known)]
     if len(meant) != 1:
         raise UserError(
             f'--attach {name} means {listing(meant)}: it takes one process'

@@ -23,8 +23,8 @@ from colcon_yamllaunch.runtime.control.orphaned_launches import (
     orphaned_launches,
 )
 from colcon_yamllaunch.runtime.control.orphaned_launches import OrphanedLaunch
-from colcon_yamllaunch.runtime.control.process_names import matches_process
-from colcon_yamllaunch.runtime.control.process_names import names_of
+from colcon_yamllaunch.runtime.control.process_names import meant_by
+from colcon_yamllaunch.runtime.control.process_names import ProcessNames
 from colcon_yamllaunch.verb.cli.messages import say
 
 
@@ -129,12 +129,9 @@ def matches(
     state: LaunchState, names: Iterable[str]
 ) -> list[list[ProcessState]]:
     """Return for each name the processes that it means."""
+    known = [ProcessNames.of_state(p) for p in state.processes]
     return [
-        [
-            p
-            for p in state.processes
-            if matches_process(name, p.label, p.executable, p.node)
-        ]
+        [state.processes[index] for index in meant_by(name, known)]
         for name in names
     ]
 
@@ -160,11 +157,7 @@ def _launches(candidates: Iterable[Candidate]) -> str:
 
 
 def _unknown(state: LaunchState, name: str) -> str:
-    known = [
-        known
-        for p in state.processes
-        for known in names_of(p.label, p.executable, p.node)
-    ]
+    known = [n for p in state.processes for n in ProcessNames.of_state(p)]
     labels = listing(p.label for p in state.processes)
     hint = did_you_mean(name, known) or f'there is {labels or "none"}'
     return f"{state.title} has no process '{name}': {hint}"

@@ -159,15 +159,15 @@ def test_two_nodes_with_one_name(launcher):
     assert "'/b/a'" in warning.message
 
 
-def test_labels_count_all_processes(launcher):
+def test_names_count_all_processes(launcher):
     text = (
         'launch:\n- node: {pkg: alpha, exec: talker, name: node}\n'
         '- timer: {period: 1, children: [executable: {cmd: echo}]}\n'
         '- node: {pkg: alpha, exec: talker, exec_name: nice}\n'
         '- executable: {cmd: /bin/echo, name: $(env SET)}\n'
     )
-    labels = [process.label for process in launcher.processes(text)]
-    assert labels == ['talker-1', 'echo-2', 'nice-3', 'value-4']
+    names = [process.name for process in launcher.processes(text)]
+    assert names == ['talker-1', 'echo-2', 'nice-3', 'value-4']
 
 
 def test_what_the_plan_knows_of_a_node(launcher):

@@ -35,7 +35,8 @@ HERE = Position('/ws/demo.yaml', 14, 9)
 THERE = Position('/ws/bringup.yaml', 30, 7)
 RATE = SetParameter('rate', '10', HERE, (THERE,))
 NODE = Process(
-    label='driver-1',
+    label='driver',
+    name='usb_driver-1',
     argv=(
         '/ws/driver',
         "it's",
@@ -90,6 +91,7 @@ arguments = st.one_of(
 processes = st.builds(
     Process,
     label=st.text(max_size=5),
+    name=st.none() | st.text(max_size=5),
     argv=st.lists(arguments, max_size=4).map(tuple),
     cwd=st.text(max_size=5),
     position=positions,
@@ -179,7 +181,8 @@ def test_text_names_what_a_user_asks_for() -> None:
     lines = plan_to_text(PLAN, '/ws').splitlines()
     assert lines[0] == 'INFO: hello'
     assert lines[1] == (
-        'driver-1, node /left/driver, package drivers  (demo.yaml:14:9)'
+        'driver, process usb_driver-1, node /left/driver, package drivers'
+        '  (demo.yaml:14:9)'
     )
     assert '    respawn: without end, after 0.5 s' in lines
     wanted = 'rate: 10  (demo.yaml:14:9, passed by bringup.yaml:30:7)'
@@ -247,7 +250,7 @@ def test_mermaid() -> None:
         'flowchart TB',
         '  subgraph block0 ["demo.yaml"]',
         '    subgraph block1 ["group namespace /left"]',
-        '      process0["driver-1<br/>/left/driver"]',
+        '      process0["driver<br/>/left/driver"]',
         '    end',
         '  end',
     ]
@@ -259,7 +262,7 @@ def test_dot() -> None:
         '  node [shape=box];',
         '  subgraph cluster0 { label="demo.yaml";',
         '    subgraph cluster1 { label="group namespace /left";',
-        '      process0 [label="driver-1\\n/left/driver"];',
+        '      process0 [label="driver\\n/left/driver"];',
         '    }',
         '  }',
         '}',

@@ -17,7 +17,8 @@ from colcon_yamllaunch.runtime.control import socket_folder
 from colcon_yamllaunch.runtime.control.launch_states import from_json
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.control.process_names import matches_process
+from colcon_yamllaunch.runtime.control.process_names import meant_by
+from colcon_yamllaunch.runtime.control.process_names import ProcessNames
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.control.resource_usage import usage_of
 from colcon_yamllaunch.runtime.control.socket_address import Address
@@ -199,6 +200,9 @@ def test_there_is_no_folder_yet(place):
         ('python3', True),
         ('my_counter', True),
         ('/demo/inner/my_counter', True),
+        ('demo/inner/my_counter', True),
+        ('my_counter*', True),
+        ('demo/*', True),
         ('/demo/inner', True),
         ('/demo', True),
         ('/dem', False),
@@ -210,12 +214,35 @@ def test_there_is_no_folder_yet(place):
 )
 def test_names_of_a_process(pattern, fits):
     node = '/demo/inner/my_counter'
-    assert matches_process(pattern, 'counter.py-1', 'python3', node) is fits
+    for label in ('my_counter', 'counter.py-1'):
+        names = ProcessNames(label, 'counter.py-1', 'python3', node)
+        assert meant_by(pattern, [names]) == ([0] if fits else [])
 
 
 def test_a_process_without_a_node_has_fewer_names():
-    assert matches_process('sh', 'sh-2', 'sh', None)
-    assert not matches_process('/*', 'sh-2', 'sh', None)
+    names = ProcessNames('sh-2', 'sh-2', 'sh', None)
+    assert meant_by('sh', [names]) == [0]
+    assert meant_by('/*', [names]) == []
+
+
+@pytest.mark.parametrize(
+    ('pattern', 'meant'),
+    [
+        ('camera', [0]),
+        ('driver-2', [1]),
+        ('left/camera', [1]),
+        ('/left/camera', [1]),
+        ('/left', [1]),
+        ('driver', [0, 1]),
+        ('*camera', [0, 1]),
+    ],
+)
+def test_a_label_means_one_process_only(pattern, meant):
+    known = [
+        ProcessNames('camera', 'driver-1', 'driver', '/camera'),
+        ProcessNames('left/camera', 'driver-2', 'driver', '/left/camera'),
+    ]
+    assert meant_by(pattern, known) == meant
 
 
 @given(strategies.binary())
@@ -255,6 +282,12 @@ def a_launch():
 def test_a_launch_becomes_json_and_back():
     data = protocol.decode(protocol.encode(asdict(a_launch())))
     assert from_json({**data, 'later': 'addition'}) == a_launch()
+
+
+def test_an_older_launch_does_not_know_all_names():
+    data = asdict(a_launch())
+    del data['processes'][0]['name']
+    assert from_json(data) == a_launch()
 
 
 @pytest.mark.parametrize('missing', ['pid', 'processes', 'phase'])

@@ -91,7 +91,7 @@ def test_the_output_mode_says_what_is_logged(
 
 
 def test_events_are_json_objects(logged, process):
-    counter = process('counter')
+    counter = process('counter', name='talker-1')
     folder = logged(
         Started(counter, 12),
         Exited(counter, 12, Outcome(signal=11), 0.5, False, True, 2.0),
@@ -102,12 +102,14 @@ def test_events_are_json_objects(logged, process):
             'time': 1732000000.25,
             'event': 'started',
             'label': 'counter',
+            'name': 'talker-1',
             'pid': 12,
         },
         {
             'time': 1732000000.25,
             'event': 'exited',
             'label': 'counter',
+            'name': 'talker-1',
             'pid': 12,
             'exit_code': None,
             'signal': 'SIGSEGV',
@@ -215,10 +217,10 @@ def test_a_folder_that_was_deleted_is_locked_again(process, tmp_path):
     os.close(descriptor)
 
 
-def test_any_label_gets_a_folder_of_its_own():
+def test_any_label_gets_a_folder_of_its_own(process):
     labels = ['a/b', 'a_b', '.', '..', 'launch.log', 'ä ö', 'x' * 400]
     labels += ['y' * 300 + '1', 'y' * 300 + '2', 'line\nend', '']
-    names = folder_names(labels)
+    names = folder_names(map(process, labels))
     assert len(set(names.values())) == len(labels)
     for name in names.values():
         assert '/' not in name
@@ -226,3 +228,16 @@ def test_any_label_gets_a_folder_of_its_own():
         assert len(name.encode()) < 255
         assert name.isprintable()
     assert names['ä ö'] == 'ä ö'
+
+
+def test_the_folder_of_a_node_is_none_of_a_package(process):
+    nodes = [
+        process('talker', name='talker-1'),
+        process('left/camera', name='driver.py-2'),
+        process('driver.py-3', name='driver.py-3'),
+    ]
+    assert folder_names(nodes) == {
+        'talker': 'talker-1',
+        'left/camera': 'left.camera-2',
+        'driver.py-3': 'driver.py-3',
+    }

@@ -37,7 +37,7 @@ def kinds():
 @pytest.fixture
 def records(process, tmp_path):
     """Return what is written about one event of each type."""
-    talker = process('talker-1')
+    talker = process('kitchen', name='talker-1')
     crash = Outcome(signal=11, core_dumped=True)
     happened = [
         events.Started(talker, 4711),
@@ -52,7 +52,7 @@ def records(process, tmp_path):
         events.Detached(talker),
         events.Signalled(talker, 4711, 2, True),
         events.ShuttingDown('interrupted'),
-        events.StillRunning(('talker-1',), 0, 2),
+        events.StillRunning(('kitchen',), 0, 2),
         events.LeftBehind(talker, 4711),
         events.Said('INFO', 'hello'),
         events.Warned('trouble'),
@@ -91,10 +91,10 @@ def test_there_is_an_example_of_each_event(records):
 def test_each_field_is_explained(records):
     for name, record in records.items():
         row = row_of(name)
-        for key in record.keys() - {'time', 'event', 'label', 'pid'}:
+        for key in record.keys() - {'time', 'event', 'label', 'name', 'pid'}:
             assert f'`{key}`' in row
     assert '| `time` |' in TEXT
-    assert '| `label`, `pid` |' in TEXT
+    assert '| `label`, `name`, `pid` |' in TEXT
 
 
 def test_each_event_says_what_is_shown_and_recorded():

@@ -1,9 +1,15 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
+import io
+
+from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.record.launch_logs import Logs
 from colcon_yamllaunch.runtime.screen.line_formats import Layout
 from colcon_yamllaunch.runtime.screen.line_formats import layout_of
 from colcon_yamllaunch.runtime.screen.line_formats import SCREEN_FORMAT
+from colcon_yamllaunch.runtime.screen.screen import Screen
+from colcon_yamllaunch.runtime.streams.writer import TextWriter
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -99,3 +105,24 @@ def test_any_text_makes_a_layout_or_a_complaint(pieces):
         assert (layout is None) == (len(complaints) == 1)
     if layout is not None:
         assert isinstance(layout('launch', 'INFO', 'text'), str)
+
+
+@pytest.mark.parametrize(
+    ('layout', 'name'), [(None, 'kitchen'), (Layout('{message}'), 'talker-1')]
+)
+def test_lines_of_ros_2_begin_with_its_names(process, tmp_path, layout, name):
+    kitchen = process('kitchen', name='talker-1')
+    said = Output(kitchen, 'stdout', b'hello\n')
+    stream = io.StringIO()
+    writer = TextWriter(stream)
+    screen = Screen(
+        writer, [kitchen], color=False, terminal=False, layout=layout
+    )
+    screen.handle(said)
+    writer.flush()
+    assert stream.getvalue().startswith(f'[{name}] ')
+    logs = Logs(tmp_path, [kitchen], pytest.fail, layout=layout)
+    logs.handle(said)
+    logs.close()
+    text = (tmp_path / 'launch.log').read_text()
+    assert text.endswith(f' [{name}] hello\n')

@@ -43,23 +43,21 @@ def table():
 
 
 def test_a_row_says_where_a_process_comes_from(process):
-    node = process('a-1', package='my_pkg', node_name='/demo/counter')
-    assert row_of(node, 7) == ('a-1', 'my_pkg', '/demo', '7')
-    node = process('a-1', package='my_pkg', node_name='/counter')
-    assert row_of(node, 7)[2] == '/'
+    node = process('counter', package='my_pkg', node_name='/demo/counter')
+    assert row_of(node, 7) == ('counter', 'my_pkg', '/demo/counter', '7')
     plain = process('echo-1', '/bin/echo', 'hello')
-    assert row_of(plain, 7) == ('echo-1', 'echo', '', '7')
+    assert row_of(plain, 7) == ('echo-1', '', '', '7')
 
 
 def test_columns_are_aligned():
     rows = [
-        ('counter.py-1', 'my_pkg', '/demo', '4329'),
-        ('pump-2', '/opt/pump', '', '12'),
+        ('counter', 'my_pkg', '/demo/counter', '4329'),
+        ('pump-2', '', '', '12'),
     ]
     assert start_table_lines(rows, size()) == [
-        'NAME          PACKAGE    NAMESPACE  PID',
-        'counter.py-1  my_pkg     /demo      4329',
-        'pump-2        /opt/pump             12',
+        'NAME     PACKAGE  NODE           PID',
+        'counter  my_pkg   /demo/counter  4329',
+        'pump-2                           12',
     ]
 
 
@@ -106,6 +104,16 @@ def test_a_hundred_nodes_are_told_by_package():
     assert len(start_table_lines(rows, size(lines=200))) == 101
 
 
+def test_processes_of_no_package_are_told_by_program():
+    rows = [(f'sleep-{n}', '', '', str(n)) for n in range(1, 100)]
+    rows.append(('echo-100', '', '', '100'))
+    assert start_table_lines(rows, size()) == [
+        'NAME                PACKAGE  PID',
+        'sleep-1 … sleep-99  (99)     1 … 99',
+        'echo-100                     100',
+    ]
+
+
 def test_it_shows_when_all_were_started(table, process):
     a, b, late = process('a'), process('b'), process('late')
     shown = table(
@@ -118,9 +126,9 @@ def test_it_shows_when_all_were_started(table, process):
     )
     assert shown == [
         '[a]      hello',
-        'NAME  PACKAGE  PID',
-        'a     true     1',
-        'b     true     2',
+        'NAME  PID',
+        'a     1',
+        'b     2',
         '[launch] late: started, pid 3',
         '[launch] a: started, pid 4',
     ]
@@ -129,7 +137,7 @@ def test_it_shows_when_all_were_started(table, process):
 def test_what_could_not_be_started_is_told_beside(table, process):
     a, b = process('a'), process('b')
     shown = table([a, b], Started(a, 1), StartFailed(b, 'no such file'))
-    assert shown[:2] == ['NAME  PACKAGE  PID', 'a     true     1']
+    assert shown[:2] == ['NAME  PID', 'a     1']
     assert 'no such file' in shown[2]
 
 
