@@ -6,7 +6,7 @@
 from collections.abc import Iterable
 from collections.abc import Sequence
 import os
-import re
+from typing import NamedTuple
 
 from colcon_yamllaunch.common.table import column_widths
 from colcon_yamllaunch.common.table import table_lines
@@ -20,12 +20,22 @@ from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.screen.screen import Screen
 
 _HEADER = ('NAME', 'PACKAGE', 'NODE', 'PID')
-_NUMBER = re.compile(r'-\d+$')
 
 
-#: The label of a process that runs; its package and the full name of its
-#: node, each empty where there is none; and its pid.
-Row = tuple[str, str, str, str]
+class Row(NamedTuple):
+    """
+    A process that runs.
+
+    :param package: Its package, empty where there is none
+    :param node: The full name of its node, empty where there is none
+    :param program: The name of its program, which is not shown
+    """
+
+    label: str
+    package: str
+    node: str
+    pid: str
+    program: str
 
 
 class StartTable:
@@ -83,8 +93,13 @@ class StartTable:
 
 def row_of(process: Process, pid: int) -> Row:
     """Return the row of a process."""
-    package, node = process.package or '', process.node_name or ''
-    return process.label, package, node, str(pid)
+    return Row(
+        process.label,
+        process.package or '',
+        process.node_name or '',
+        str(pid),
+        os.path.basename(str(process.argv[0])),
+    )
 
 
 def start_table_lines(
@@ -94,7 +109,7 @@ def start_table_lines(
     Return a table that fits a terminal, or nothing where that is too narrow.
 
     Where it would be too high, the processes of one package share a row, and
-    those of one program that is of no package.
+    those of one program where there is no package.
     """
     if not rows or size.columns < limits.TABLE_WIDTH:
         return []
@@ -121,16 +136,18 @@ def _started_at_once(plan: Plan) -> set[str]:
 def _by_package(rows: Iterable[Row]) -> Iterable[list[Row]]:
     groups: dict[str, list[Row]] = {}
     for row in rows:
-        label, package, *_ = row
-        groups.setdefault(package or _NUMBER.sub('-', label), []).append(row)
+        groups.setdefault(row.package or row.program, []).append(row)
     return groups.values()
 
 
 def _merged(group: Sequence[Row]) -> Row:
-    label, package, node, pid = (
-        first if first == last else f'{first} … {last}'
-        for first, last in zip(group[0], group[-1], strict=True)
+    merged = Row(
+        *(
+            first if first == last else f'{first} … {last}'
+            for first, last in zip(group[0], group[-1], strict=True)
+        )
     )
-    if len(group) > 1:
-        package = f'{package} ({len(group)})'.lstrip()
-    return label, package, node, pid
+    if len(group) == 1:
+        return merged
+    count = f'({len(group)})'
+    return merged._replace(package=f'{merged.package} {count}'.lstrip())

@@ -13,6 +13,7 @@ from colcon_yamllaunch.runtime.core.events import ShuttingDown
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.screen.screen import Screen
+from colcon_yamllaunch.runtime.screen.start_table import Row
 from colcon_yamllaunch.runtime.screen.start_table import row_of
 from colcon_yamllaunch.runtime.screen.start_table import start_table_lines
 from colcon_yamllaunch.runtime.screen.start_table import StartTable
@@ -44,15 +45,21 @@ def table():
 
 def test_a_row_says_where_a_process_comes_from(process):
     node = process('counter', package='my_pkg', node_name='/demo/counter')
-    assert row_of(node, 7) == ('counter', 'my_pkg', '/demo/counter', '7')
+    assert row_of(node, 7) == (
+        'counter',
+        'my_pkg',
+        '/demo/counter',
+        '7',
+        'true',
+    )
     plain = process('echo-1', '/bin/echo', 'hello')
-    assert row_of(plain, 7) == ('echo-1', '', '', '7')
+    assert row_of(plain, 7) == ('echo-1', '', '', '7', 'echo')
 
 
 def test_columns_are_aligned():
     rows = [
-        ('counter', 'my_pkg', '/demo/counter', '4329'),
-        ('pump-2', '', '', '12'),
+        Row('counter', 'my_pkg', '/demo/counter', '4329', 'counter.py'),
+        Row('pump-2', '', '', '12', 'pump'),
     ]
     assert start_table_lines(rows, size()) == [
         'NAME     PACKAGE  NODE           PID',
@@ -62,7 +69,7 @@ def test_columns_are_aligned():
 
 
 def test_a_column_without_anything_is_left_out():
-    assert start_table_lines([('a', 'sh', '', '1')], size()) == [
+    assert start_table_lines([Row('a', 'sh', '', '1', 'a')], size()) == [
         'NAME  PACKAGE  PID',
         'a     sh       1',
     ]
@@ -71,8 +78,8 @@ def test_a_column_without_anything_is_left_out():
 @pytest.mark.parametrize('columns', [40, 41, 60, 79])
 def test_it_fits_the_width(columns):
     rows = [
-        ('a' * 50, '/ws/install/' + 'b' * 60 + '/end', '/n' * 20, '123456'),
-        ('short', 'pkg', '/', '1'),
+        Row('a' * 50, '/ws/' + 'b' * 60 + '/end', '/n' * 20, '123456', 'a'),
+        Row('short', 'pkg', '/', '1', 'b'),
     ]
     lines = start_table_lines(rows, size(columns))
     assert len(lines) == 3
@@ -83,13 +90,13 @@ def test_it_fits_the_width(columns):
 
 
 def test_a_terminal_may_be_too_narrow():
-    assert start_table_lines([('a', 'b', '/', '1')], size(20)) == []
+    assert start_table_lines([Row('a', 'b', '/', '1', 'c')], size(20)) == []
     assert start_table_lines([], size()) == []
 
 
 def test_a_hundred_nodes_are_told_by_package():
     rows = [
-        (f'node-{n}', f'pkg{n % 3}', f'/r{n}', str(1000 + n))
+        Row(f'node-{n}', f'pkg{n % 3}', f'/r{n}', str(1000 + n), 'node')
         for n in range(100)
     ]
     lines = start_table_lines(rows, size())
@@ -105,12 +112,12 @@ def test_a_hundred_nodes_are_told_by_package():
 
 
 def test_processes_of_no_package_are_told_by_program():
-    rows = [(f'sleep-{n}', '', '', str(n)) for n in range(1, 100)]
-    rows.append(('echo-100', '', '', '100'))
+    rows = [Row(f'p{n}', '', '', str(n), 'sleep') for n in range(1, 100)]
+    rows.append(Row('p100', '', '', '100', 'echo'))
     assert start_table_lines(rows, size()) == [
-        'NAME                PACKAGE  PID',
-        'sleep-1 … sleep-99  (99)     1 … 99',
-        'echo-100                     100',
+        'NAME      PACKAGE  PID',
+        'p1 … p99  (99)     1 … 99',
+        'p100               100',
     ]
 
 

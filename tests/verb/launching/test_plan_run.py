@@ -46,7 +46,7 @@ def test_nodes_of_the_sample_talk(
     assert built(second.output) == []
     assert second.interrupt() == 0, second.output
     logs = root / 'log/latest_launch'
-    log = logs / 'double.py-2/stdout_stderr.log'
+    log = logs / 'my_double-2/stdout_stderr.log'
     assert 'Received 7 of which two are 14' in log.read_text()
 
 

@@ -331,7 +331,7 @@ def test_the_keyboard_drives_a_node_of_the_sample(
     first.shows('up or + for more').types('\x1b[A++\x1b[B')
     for value in (10, 20, 30, 20):
         first.shows(f'Throttle at {value} %')
-    first.types('\x1d').shows('throttle.py-1: detached')
+    first.types('\x1d').shows('throttle: detached')
     again = terminal('--attach', 'throttle').shows('Ctrl-] detaches')
     again.types('0').shows('Throttle at 0 %').types('q')
     assert again.ends() == 0
