@@ -34,7 +34,7 @@ def processes(
     Return the names of the processes of running launches.
 
     They are those of their output, shortened where that is clear; other names
-    when one is begun.
+    when none of those is begun.
 
     :param launch: Which launch is meant, as `--of` takes it
     :param prefix: What the names begin with
@@ -50,17 +50,16 @@ def processes(
     named = [(ProcessNames.of_state(p), p, state) for state, p in found]
     shared = Counter(names.program for names, _, _ in named)
     texts = {}
+    others = {}
     for names, process, state in named:
         text = f'{process.phase} in {state.title}'
         best = names.label
         if best == names.name and shared[names.program] == 1:
             best = names.program
         texts[best] = text
-        if not best.startswith(prefix):
-            texts |= dict.fromkeys(
-                (n for n in names if n.startswith(prefix)), text
-            )
-    return texts
+        others |= dict.fromkeys(names, text)
+    begun = any(name.startswith(prefix) for name in texts)
+    return texts if begun else others
 
 
 def launches(environment: Mapping[str, str]) -> Candidates:

@@ -29,6 +29,8 @@ SLEEPER = """\
 launch:
   - executable: {name: sleeper, cmd: sleep 1000}
   - executable: {name: typist, cmd: cat, emulate_tty: true}
+  - node: {exec: sh, args: -c cat, name: camera, namespace: left}
+  - node: {exec: sh, args: -c cat, name: camera, namespace: right}
 """
 Complete = Callable[[str], list[str]]
 
@@ -246,14 +248,18 @@ def test_processes(user: User, completes: Complete, tmp_path: Path) -> None:
     user.environment['TMPDIR'] = str(tmp_path)
     user.package('alpha', SLEEPER)
     launch = user.start('colcon', 'launch', 'alpha', 'alpha.yaml')
-    launch.wait_for(r'typist-2')
+    launch.wait_for(r'right/camera: started')
     # the last file that a launch makes by itself
     deadline = time.monotonic() + 60
     while not (user.root / 'log' / INDEX_NAME).exists():
         assert time.monotonic() < deadline
         time.sleep(0.01)
+    every = ['left/camera', 'right/camera', 'sleeper', 'typist']
     for option in ('stop', 'restart', 'logs'):
-        assert completes(f'colcon launch --{option} ') == ['sleeper', 'typist']
+        assert completes(f'colcon launch --{option} ') == every
+    # other names when one of them is begun
+    assert completes('colcon launch --stop sh-') == ['sh-3', 'sh-4']
+    assert completes('colcon launch --stop /r') == ['/right', '/right/camera']
     assert completes('colcon launch --logs -f s') == ['sleeper']
     assert completes('colcon launch --stop sleeper ty') == ['typist']
     assert completes('colcon launch --of alpha --stop s') == ['sleeper']

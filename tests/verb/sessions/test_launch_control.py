@@ -99,6 +99,32 @@ def test_a_process_is_stopped_and_started_anew(second: User) -> None:
     assert launch.interrupt() == 0, launch.output
 
 
+def test_a_node_is_known_by_all_of_its_names(second: User) -> None:
+    second.write(
+        'a.yaml',
+        'launch:\n'
+        '  - node: {exec: sh, args: t.sh, name: kitchen}\n'
+        '  - node: {exec: sh, args: t.sh, name: camera, namespace: left}\n'
+        '  - node: {exec: sh, args: t.sh, name: camera, namespace: right}\n',
+    )
+    second.write('t.sh', 'echo tick; exec sleep 99')
+    launch = begin(second, 'a.yaml')
+    assert '[left/camera]  tick' in launch.output
+    known = {label: p['name'] for label, p in status(second).items()}
+    assert known == {
+        'kitchen': 'sh-1',
+        'left/camera': 'sh-2',
+        'right/camera': 'sh-3',
+    }
+    output = second.launch('--logs', '/left/camera')
+    assert output == 'tick\n'
+    output = second.launch('--stop', 'sh-1', 'right/camera')
+    assert output == 'kitchen: stopped\nright/camera: stopped\n'
+    output = second.launch('--restart', 'kichen', code=1)
+    assert "has no process 'kichen': did you mean 'kitchen'?" in output
+    assert launch.interrupt() == 0, launch.output
+
+
 def test_a_restart_that_fails_is_told(second: User, tmp_path: Path) -> None:
     program = second.write('program', '#!/bin/sh\necho tick\nsleep 99', 0o755)
     second.write(
