@@ -49,8 +49,8 @@ def processes(
     ]
     named = [(ProcessNames.of_state(p), p, state) for state, p in found]
     shared = Counter(names.program for names, _, _ in named)
-    texts = {}
-    others = {}
+    texts: dict[str, str] = {}
+    others: dict[str, str] = {}
     for names, process, state in named:
         text = f'{process.phase} in {state.title}'
         best = names.label
