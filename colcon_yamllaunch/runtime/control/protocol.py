@@ -10,9 +10,10 @@ which is :data:`VERSION`, and `request`:
 
 - `status`: the answer has the launch as `launch`, see
   `launch_states.LaunchState`;
-- `stop` and `restart`, with the label of a process as `process`;
+- `stop` and `restart`, with the label of a process as `process`, or what ROS 2
+  calls it;
 - `shutdown`: everything is stopped; the connection ends with the launch;
-- `attach`, with a label as `process`: from the answer on, the client sends
+- `attach`, with such a name as `process`: from the answer on, the client sends
   `{"keys": TEXT}` to type at the process, and gets `{"output": TEXT}` for
   what it writes, `{"skipped": NUMBER}` where that many bytes were lost
   because the client is slow, `{"started": PID}`, and `{"ended": TEXT,

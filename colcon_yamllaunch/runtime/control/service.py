@@ -92,11 +92,11 @@ class Service:
                 case 'shutdown':
                     self._supervisor.stop('requested', drop_timers=True)
                 case 'stop':
-                    self._supervisor.stop_process(_label(message))
+                    self._supervisor.stop_process(_name(message))
                 case 'restart':
-                    self._supervisor.restart_process(_label(message))
+                    self._supervisor.restart_process(_name(message))
                 case 'attach':
-                    return self._may_attach(_label(message))
+                    return self._may_attach(_name(message))
                 case _:
                     raise ProtocolError('there is no such request')
         except RefusedError as error:
@@ -136,8 +136,9 @@ class Service:
             events.Detached(self._supervisor.task(label).process)
         )
 
-    def _may_attach(self, label: str) -> tuple[dict[str, Any], str | None]:
-        task = self._supervisor.task(label)
+    def _may_attach(self, name: str) -> tuple[dict[str, Any], str | None]:
+        task = self._supervisor.task(name)
+        label = task.process.label
         if not task.process.emulate_tty:
             raise RefusedError(
                 f'{label} has no keyboard, as it has no terminal: give it '
@@ -165,8 +166,8 @@ class Service:
         )
 
 
-def _label(message: Mapping[str, Any]) -> str:
-    label = message.get('process')
-    if not isinstance(label, str):
-        raise ProtocolError("the request needs the label of a 'process'")
-    return label
+def _name(message: Mapping[str, Any]) -> str:
+    name = message.get('process')
+    if not isinstance(name, str):
+        raise ProtocolError("the request needs the name of a 'process'")
+    return name

@@ -97,6 +97,7 @@ class Supervisor:
         #: The processes of the plan, in its order.
         self.tasks = [Task(n, p) for n, p in enumerate(plan.processes())]
         self._by_label = {t.process.label: t for t in self.tasks}
+        self._by_name = {t.process.ros_name: t for t in self.tasks}
         self._agenda: deque[Entry] = deque(plan.entries)
         self._schedule = Schedule()
         self._timers: dict[int, tuple[Timer, TimerHandle]] = {}
@@ -187,15 +188,17 @@ class Supervisor:
         if single_stop is not None:
             single_stop.advance()
 
-    def task(self, label: str) -> Task:
+    def task(self, name: str) -> Task:
         """
         Return a process of the plan.
 
-        :raises RefusedError: when there is none with this label
+        :param name: Its label, or what ROS 2 calls it
+        :raises RefusedError: when there is none with this name
         """
-        if label not in self._by_label:
-            raise RefusedError(f"there is no process '{label}'")
-        return self._by_label[label]
+        task = self._by_label.get(name) or self._by_name.get(name)
+        if task is None:
+            raise RefusedError(f"there is no process '{name}'")
+        return task
 
     def phase(self, task: Task) -> Phase:
         """Return what a process is doing."""
@@ -214,7 +217,7 @@ class Supervisor:
         since = task.started if task.ended is None else task.ended
         return self._clock() - since
 
-    def stop_process(self, label: str) -> None:
+    def stop_process(self, name: str) -> None:
         """
         Stop one process, with all that it started, and keep it stopped.
 
@@ -224,14 +227,14 @@ class Supervisor:
 
         :raises RefusedError: when there is nothing to stop
         """
-        task = self._asked_for(label, 'stop')
+        task = self._asked_for(name, 'stop')
         self._restarting.discard(task.number)
         if task.number in self._single_stops:
             self._single_stops[task.number].hurry()
         else:
             self._single_stops[task.number] = self._stop_of([task])
 
-    def restart_process(self, label: str) -> None:
+    def restart_process(self, name: str) -> None:
         """
         Stop one process if it runs, then start it anew.
 
@@ -239,7 +242,7 @@ class Supervisor:
 
         :raises RefusedError: when it cannot be started now
         """
-        task = self._asked_for(label, 'restart')
+        task = self._asked_for(name, 'restart')
         self._restarting.add(task.number)
         if task.number not in self._single_stops:
             self._single_stops[task.number] = self._stop_of([task])
@@ -380,13 +383,13 @@ class Supervisor:
         self._start(task)
 
     def _asked_for(
-        self, label: str, action: Literal['stop', 'restart']
+        self, name: str, action: Literal['stop', 'restart']
     ) -> Task:
-        task = self.task(label)
+        task = self.task(name)
         if self.is_stopping:
             raise RefusedError('the whole launch is being stopped')
         if task.group is None and task.ended is None:
-            raise RefusedError(f'{label} has not been started yet')
+            raise RefusedError(f'{name} has not been started yet')
         self._host.tell(events.Requested(task.process, action))
         respawn = self._respawns.pop(task.number, None)
         if respawn is not None:

@@ -123,7 +123,7 @@ def test_the_socket_is_private_and_goes_at_the_end(controlled, sleep):
 
 def test_the_status_has_everything(controlled, sleep, sh):
     c = controlled(
-        sleep('a', package='my_pkg', node_name='/demo/a'),
+        sleep('a', package='my_pkg', node_name='/demo/a', name='sleep-1'),
         sh('b', 'exit 3'),
         sleep('c', output='screen'),
     )
@@ -137,7 +137,8 @@ def test_the_status_has_everything(controlled, sleep, sh):
     assert (a.phase, a.node, a.package) == ('running', '/demo/a', 'my_pkg')
     assert os.getpgid(a.pid) == a.pid
     assert (a.executable, a.restarts, a.terminal) == ('sleep', 0, False)
-    assert Path(a.log).parent.name == 'a'
+    assert (a.name, b.name) == ('sleep-1', 'b')
+    assert Path(a.log).parent.name == 'a-1'
     assert b.ending == 'exited with code 3'
     assert b.pid is None
     assert without_log.log is None

@@ -488,3 +488,12 @@ def test_a_stop_costs_in_proportion_to_the_processes(history, process):
     assert h.supervisor.done
     assert len(h.host.sent) == 500
     assert len(looks) == 2
+
+
+def test_a_process_is_asked_for_by_each_of_its_names(history, process):
+    h = history(process('kitchen', name='talker-1'))
+    tasks = [h.supervisor.task(name) for name in ('kitchen', 'talker-1')]
+    assert tasks[0] is tasks[1]
+    h.stop('talker-1')
+    h.exit('kitchen')
+    assert [e.asked for e in h.happened(Exited)] == [True]
