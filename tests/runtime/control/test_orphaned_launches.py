@@ -76,7 +76,7 @@ def test_orphans_are_found_and_stopped_by_name_and_all_together(
     }
     o = orphaned(
         '[c]      ready',
-        sleep('a', node_name='/demo/a'),
+        sleep('a', node_name='/demo/a', name='sleep-1'),
         sh('b', 'setsid sleep 99 & sleep 99', **QUICK),
         parameters,
         sh('d', 'exit 0'),
@@ -89,10 +89,9 @@ def test_orphans_are_found_and_stopped_by_name_and_all_together(
     pids = {e['label']: e['pid'] for e in o.one.events('started')}
     listed = {p.label: (p.phase, p.pid) for p in state.processes}
     assert listed == {n: ('running', pids[n]) for n in ('a', 'b', 'c')}
-    assert state.processes[0].node == '/demo/a'
-    assert state.processes[0].log == str(
-        o.one.log_folder / 'a/stdout_stderr.log'
-    )
+    a = state.processes[0]
+    assert (a.name, a.node) == ('sleep-1', '/demo/a')
+    assert a.log == str(o.one.log_folder / 'a-1/stdout_stderr.log')
     launch.request('stop', process='b')
 
     def phases():
