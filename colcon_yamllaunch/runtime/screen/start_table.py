@@ -134,9 +134,10 @@ def _started_at_once(plan: Plan) -> set[str]:
 
 
 def _by_package(rows: Iterable[Row]) -> Iterable[list[Row]]:
-    groups: dict[str, list[Row]] = {}
+    groups: dict[tuple[str, str], list[Row]] = {}
     for row in rows:
-        groups.setdefault(row.package or row.program, []).append(row)
+        key = row.package, '' if row.package else row.program
+        groups.setdefault(key, []).append(row)
     return groups.values()
 
 
