@@ -112,6 +112,9 @@ class Process:
     :param parameters: The parameters that the launch files give it, in order;
       the last of several with one name counts
     :param block: The index of the block that it stands in
+    :param is_container: Whether it is a component container
+    :param is_lifecycle: Whether its node is a lifecycle node
+    :param autostart: Whether that node is configured and activated
     """
 
     label: str
@@ -132,6 +135,53 @@ class Process:
     node_name: str | None = None
     parameters: tuple[SetParameter, ...] = ()
     block: int | None = None
+    is_container: bool = False
+    is_lifecycle: bool = False
+    autostart: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """
+    A node to be loaded into a component container.
+
+    :param label: The name in output and logs, unique in the plan
+    :param package: The package that has the plugin
+    :param plugin: The class of the node, such as `demo::Talker`
+    :param container: The full name of the container's node
+    :param position: Where the launch file says so
+    :param name: The name of its node, empty for the one that it has itself
+    :param namespace: The namespace of its node, empty for the one that it
+      has itself
+    :param remaps: Remapping rules as `from:=to`; the first that matches counts
+    :param parameters: Its parameters in order, their values as JSON with
+      `.inf` and `.nan`; the last of several with one name counts
+    :param extra_arguments: What the container takes besides, like parameters
+    :param block: The index of the block that it stands in
+    :param is_lifecycle: Whether it is a lifecycle node
+    :param autostart: Whether it is configured and activated once it is loaded
+    """
+
+    label: str
+    package: str
+    plugin: str
+    container: str
+    position: Position
+    name: str = ''
+    namespace: str = ''
+    remaps: tuple[str, ...] = ()
+    parameters: tuple[SetParameter, ...] = ()
+    extra_arguments: tuple[SetParameter, ...] = ()
+    block: int | None = None
+    is_lifecycle: bool = False
+    autostart: bool = False
+
+    @property
+    def node_name(self) -> str | None:
+        """The full name of its node, None where it has its own."""
+        if not self.name:
+            return None
+        return f'{self.namespace.rstrip("/")}/{self.name}'
 
     @property
     def ros_name(self) -> str:
@@ -168,14 +218,16 @@ class Timer:
     :param entries: What is due then, in order
     :param cancel_on_shutdown: Whether a shutdown drops the timer; if not, the
       launch does not end before it fired
+    :param on_ros_time: Whether the seconds are those of the topic `/clock`
     """
 
     period: float
     entries: 'tuple[Entry, ...]'
     cancel_on_shutdown: bool = True
+    on_ros_time: bool = False
 
 
-Entry = Process | Message | Shutdown | Timer
+Entry = Process | Component | Message | Shutdown | Timer
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,10 +249,17 @@ class Plan:
 
     def processes(self) -> Iterator[Process]:
         """Iterate over all processes, those behind timers too."""
+        return (e for e in self._leaves() if isinstance(e, Process))
+
+    def components(self) -> Iterator[Component]:
+        """Iterate over all components, those behind timers too."""
+        return (e for e in self._leaves() if isinstance(e, Component))
+
+    def _leaves(self) -> Iterator[Entry]:
         pending = list(reversed(self.entries))
         while pending:
             entry = pending.pop()
-            if isinstance(entry, Process):
-                yield entry
-            elif isinstance(entry, Timer):
+            if isinstance(entry, Timer):
                 pending.extend(reversed(entry.entries))
+            else:
+                yield entry

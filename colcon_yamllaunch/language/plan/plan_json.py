@@ -6,8 +6,8 @@ Plans as JSON and back.
 
 The JSON has the fields of the plan's classes under their names, in their
 order. Where several classes may stand, `type` tells which: `process`,
-`message`, `shutdown`, `timer`, or `parameter_file` among the arguments. The
-environment is an object with null for a variable that is unset.
+`component`, `message`, `shutdown`, `timer`, or `parameter_file` among the
+arguments. The environment is an object with null for a variable that is unset.
 """
 
 import dataclasses
@@ -19,6 +19,7 @@ import typing
 from typing import Any
 
 from colcon_yamllaunch.language.plan import plan as plan_module
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -35,6 +36,7 @@ MAXIMUM_VALUES = 2_000_000
 VERSION = 1
 
 _TAGGED: dict[type, str] = {
+    Component: 'component',
     Message: 'message',
     ParameterFile: 'parameter_file',
     Process: 'process',
