@@ -3,11 +3,13 @@
 
 """A plan for people to read."""
 
+from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping as AbstractMapping
 import shlex
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
@@ -32,7 +34,8 @@ def plan_to_text(plan: Plan, cwd: str) -> str:
     """
     Describe what a plan would do, in order.
 
-    Each command can be pasted into bash.
+    Each command can be pasted into bash; that of a component loads it into
+    its container once that runs.
 
     :param cwd: The folder that paths are shown relative to
     """
@@ -111,13 +114,17 @@ def _entries(
         if isinstance(entry, Process):
             for line in process_as_text(entry, cwd):
                 yield indent + line
+        elif isinstance(entry, Component):
+            for line in component_as_text(entry, cwd):
+                yield indent + line
         elif isinstance(entry, Message):
             yield f'{indent}{entry.level}: {entry.text}'
         elif isinstance(entry, Shutdown):
             reason = f': {entry.reason}' if entry.reason else ''
             yield f'{indent}the launch ends{reason}'
         else:
-            yield f'{indent}after {entry.period:g} s:'
+            clock = ' on /clock' if entry.on_ros_time else ''
+            yield f'{indent}after {entry.period:g} s{clock}:'
             yield from _entries(entry.entries, cwd, indent + _INDENT)
 
 
@@ -138,10 +145,59 @@ def process_as_text(process: Process, cwd: str) -> Iterator[str]:
     yield f'{_INDENT}{command(process)}'
     for text in _behaviour(process):
         yield f'{_INDENT}{text}'
-    parameters = list(_parameters(process))
-    if parameters:
-        yield f'{_INDENT}parameters:'
-    for parameter in parameters:
+    yield from _settings('parameters', _parameters(process), cwd)
+
+
+def component_as_text(component: Component, cwd: str) -> Iterator[str]:
+    """
+    Describe a component, line by line.
+
+    :param cwd: The folder that paths are shown relative to
+    """
+    facts = [component.label]
+    if component.node_name is not None:
+        facts.append(f'node {component.node_name}')
+    facts.append(f'package {component.package}')
+    facts.append(f'plugin {component.plugin}')
+    facts.append(f'loaded into {component.container}')
+    yield f'{", ".join(facts)}  ({shown_position(component.position, cwd)})'
+    yield f'{_INDENT}{load_command(component)}'
+    if component.is_lifecycle:
+        yield _INDENT + _lifecycle(autostart=component.autostart)
+    yield from _settings('parameters', component.parameters, cwd)
+    arguments = component.extra_arguments
+    yield from _settings('extra arguments', arguments, cwd)
+
+
+def load_command(component: Component) -> str:
+    """Return what loads a component by hand, ready for bash."""
+    words = [component.container, component.package, component.plugin]
+    if component.name:
+        words += ['-n', component.name]
+    if component.namespace:
+        words += ['--node-namespace', component.namespace]
+    for remap in component.remaps:
+        words += ['-r', remap]
+    for parameter in component.parameters:
+        words += ['-p', f'{parameter.name}:={parameter.value}']
+    for argument in component.extra_arguments:
+        words += ['-e', f'{argument.name}:={argument.value}']
+    return ' '.join(['ros2 component load', *map(quoted, words)])
+
+
+def _lifecycle(*, autostart: bool) -> str:
+    if autostart:
+        return 'its node is configured and activated'
+    return 'its node stays unconfigured until somebody changes its state'
+
+
+def _settings(
+    title: str, parameters: Iterable[SetParameter], cwd: str
+) -> Iterator[str]:
+    shown = list(parameters)
+    if shown:
+        yield f'{_INDENT}{title}:'
+    for parameter in shown:
         place = shown_position(parameter.position, cwd)
         origins = ''.join(
             f', passed by {shown_position(origin, cwd)}'
@@ -165,6 +221,8 @@ def _behaviour(process: Process) -> Iterator[str]:
         yield f'respawn: {often}, after {process.respawn_delay:g} s'
     if process.on_exit_shutdown:
         yield 'the launch ends with it'
+    if process.is_lifecycle:
+        yield _lifecycle(autostart=process.autostart)
 
 
 def _parameters(process: Process) -> Iterator[SetParameter]:

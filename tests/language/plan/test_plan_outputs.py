@@ -151,7 +151,7 @@ def test_json_of_a_plan_with_everything() -> None:
         ),
         (
             '{"version": 1, "entries": [{"type": "dance"}]}',
-            'plan.entries[0] is not a process or a message',
+            'plan.entries[0] is not a process or a component or a message',
         ),
         (
             '{"version": 1, "entries": [{"type": "shutdown", "reason": 1}]}',
