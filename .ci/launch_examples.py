@@ -96,6 +96,13 @@ EXAMPLES = {
     children:
       - node: {pkg: my_pkg, exec: planner}
 """,
+    'ros_timer': """\
+- set_use_sim_time: {value: true}
+- ros_timer:
+    period: 2.5
+    children:
+      - node: {pkg: my_pkg, exec: planner}
+""",
     'for_each': """\
 - for_each:
     values: '{robot: r2d2, x: 0}; {robot: c3po, x: 2}'
@@ -151,8 +158,36 @@ EXAMPLES = {
 - node_container:
     pkg: rclcpp_components
     exec: component_container
-    name: container
+    name: vision
     namespace: ''
+    composable_node:
+      - pkg: my_pkg
+        plugin: my_pkg::Camera
+        name: camera
+        param:
+          - {name: rate, value: 30}
+        extra_arg:
+          - {name: use_intra_process_comms, value: 'true'}
+      - pkg: my_pkg
+        plugin: my_pkg::Viewer
+        name: viewer
+        if: $(var view true)
+        remap:
+          - {from: image, to: camera/image}
+""",
+    'load_composable_node': """\
+- load_composable_node:
+    target: vision
+    composable_node:
+      - {pkg: my_pkg, plugin: 'my_pkg::Viewer', name: second_viewer}
+""",
+    'lifecycle_node': """\
+- lifecycle_node:
+    pkg: my_pkg
+    exec: driver
+    name: driver
+    namespace: ''
+    autostart: true
 """,
     'push_ros_namespace': """\
 - push_ros_namespace: {namespace: $(var robot r2d2)}

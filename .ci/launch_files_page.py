@@ -16,12 +16,14 @@ from colcon_yamllaunch.language.vocabulary.actions import Action
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
+from colcon_yamllaunch.language.vocabulary.actions import by_name
+from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
 from colcon_yamllaunch.language.vocabulary.actions import CONDITIONS
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
-from colcon_yamllaunch.language.vocabulary.actions import UNSUPPORTED
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from launch_examples import EXAMPLES
+from launch_files_text import COMPONENTS as COMPONENTS_TEXT
 from launch_files_text import DIFFERENCES
 from launch_files_text import INTRODUCTION
 from launch_files_text import PARAMETERS
@@ -55,7 +57,8 @@ def _actions() -> Iterable[str]:
         yield _action(action, EXAMPLES[name])
         if name == 'node':
             yield _parameters()
-    yield _unsupported()
+        elif name == 'node_container':
+            yield _components()
 
 
 def _action(action: Action, example: str) -> str:
@@ -68,23 +71,32 @@ def _action(action: Action, example: str) -> str:
     ]
     twin = _twin(action)
     if twin is not None:
-        notes.append(f'The attributes are those of [`{twin}`](#{twin}).')
+        known = by_name(twin.attributes)
+        attributes = [
+            a
+            for a in attributes
+            if a.name not in known or a.required > known[a.name].required
+        ]
+        end = ', and:' if attributes else '.'
+        name = twin.name
+        notes.append(f'The attributes are those of [`{name}`](#{name}){end}')
     elif not attributes:
         notes.append('It has no attributes: write `{}`.')
     parts = [f'### {action.name}', '', action.help, *notes, '']
-    if attributes and twin is None:
+    if attributes:
         parts += [_attributes(attributes, action.since)]
     return '\n'.join([*parts, _code(example)])
 
 
-def _twin(action: Action) -> str | None:
-    """Return the action before this that has all the same attributes."""
+def _twin(action: Action) -> Action | None:
+    """Return the action before this whose attributes it has, too."""
+    own = by_name(action.attributes)
     for other in ACTIONS.values():
         if other is action:
             return None
         is_long = len(other.attributes) > len(PARAMETER) + len(CONDITIONS)
-        if is_long and other.attributes == action.attributes:
-            return other.name
+        if is_long and by_name(other.attributes).keys() <= own.keys():
+            return other
     return None
 
 
@@ -119,6 +131,8 @@ def _meaning(attribute: Attribute) -> str:
     items = items_of(attribute)
     if items is PARAMETER:
         text += ' Items: see [Parameters](#parameters).'
+    elif attribute.name in COMPONENTS:
+        text += ' Items: see [Components](#components).'
     elif items:
         text += f' Items: {_names(a.name for a in items)}.'
     if attribute.values:
@@ -141,18 +155,19 @@ def _parameters() -> str:
     )
 
 
-def _unsupported() -> str:
+def _components() -> str:
+    plain, lifecycle = COMPONENTS.values()
+    attributes = [a for a in plain.attributes if a not in CONDITIONS]
+    more = [a for a in lifecycle.attributes if a not in plain.attributes]
     return '\n'.join(
         (
-            '### Actions that are not supported',
+            '#### Components',
             '',
-            'These need a running ROS graph; `colcon launch` names them as '
-            'an error.',
+            COMPONENTS_TEXT,
+            _attributes(attributes, plain.since),
+            f'An item of `{lifecycle.name}` has these besides:',
             '',
-            _table(
-                ('action', 'instead'),
-                ((f'`{name}`', text) for name, text in UNSUPPORTED.items()),
-            ),
+            _attributes(more, lifecycle.since),
         )
     )
 

@@ -157,3 +157,8 @@ A parameter is one of three things: a `name` with a `value`, a `name` with \
 further parameters below `param`, or a file after `from`.
 A text without substitutions stays a text: `'5'` is no number.
 """
+COMPONENTS = """\
+A component is a node that is loaded into a running container; see \
+[components.md](components.md).
+An item also takes `if` and `unless`.
+"""

@@ -11,8 +11,8 @@ import sys
 from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
+from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
 from colcon_yamllaunch.language.vocabulary.actions import Type
-from colcon_yamllaunch.language.vocabulary.actions import UNSUPPORTED
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from launch_files_page import reference_page
 import pytest
@@ -76,7 +76,7 @@ def test_everything_else_is_named() -> None:
     for kind in KINDS.values():
         assert f'| `{kind.usage}` | ' in PAGE
         assert f' | `{kind.example}` |' in PAGE
-    for name in [*ALIASES, *UNSUPPORTED]:
+    for name in [*ALIASES, *COMPONENTS]:
         assert f'`{name}`' in PAGE
     for kind in Type:
         assert f'\n| {kind.value} | ' in PAGE

@@ -70,7 +70,13 @@ def _timer(walk: Walk, attributes: Attributes) -> None:
         walk.draft.within_block('timer', title, attributes.position),
     ):
         walk.visit_later(attributes.children)
-    timer = Timer(period or 0.0, tuple(entries), is_cancelled is not False)
+    timer = Timer(
+        period or 0.0,
+        tuple(entries),
+        is_cancelled is not False,
+        # without simulated time, that of ROS is the system's
+        attributes.name == 'ros_timer' and walk.scope.uses_sim_time,
+    )
     walk.draft.entries.append(timer)
 
 
@@ -164,6 +170,7 @@ def _shutdown(walk: Walk, attributes: Attributes) -> None:
 FLOW_HANDLERS: Mapping[str, Handler] = {
     'group': _group,
     'timer': _timer,
+    'ros_timer': _timer,
     'for': _for,
     'for_each': _for_each,
     'include': _include,

@@ -5,6 +5,9 @@
 
 from collections.abc import Mapping
 
+from colcon_yamllaunch.language.actions.component_actions import (
+    COMPONENT_HANDLERS,
+)
 from colcon_yamllaunch.language.actions.flow_actions import FLOW_HANDLERS
 from colcon_yamllaunch.language.actions.flow_actions import MESSAGE_HANDLERS
 from colcon_yamllaunch.language.actions.process_actions import PROCESS_HANDLERS
@@ -17,6 +20,9 @@ HANDLERS: Mapping[str, Handler] = {
     **FLOW_HANDLERS,
     **MESSAGE_HANDLERS,
     **PROCESS_HANDLERS,
+    **COMPONENT_HANDLERS,
 }
 #: The actions that no other depends on.
-PASSIVE = frozenset((*MESSAGE_HANDLERS, *PROCESS_HANDLERS))
+PASSIVE = frozenset(
+    (*MESSAGE_HANDLERS, *PROCESS_HANDLERS, *COMPONENT_HANDLERS)
+)

@@ -58,11 +58,11 @@ def parameter_arguments(
     for entry in attributes.items('param'):
         if 'from' in entry.item.texts:
             flush()
-            path = _from_file(walk, entry)
+            path = file_of(walk, entry)
             if path is not None:
                 arguments.extend(['--params-file', path])
             continue
-        for parameter in _flatten(walk, entry, node, ''):
+        for parameter in nested_parameters(walk, entry, node):
             if parameter.value is not None:
                 pending.append(parameter.as_set())
     flush()
@@ -180,9 +180,15 @@ def _retype_hint(text: Text, kind: str) -> str:
     return 'change the value or the type'
 
 
-def _flatten(
-    walk: Walk, entry: Attributes, node: str, prefix: str
+def nested_parameters(
+    walk: Walk, entry: Attributes, node: str, prefix: str = ''
 ) -> Iterator[Parameter]:
+    """
+    Iterate over the parameters that an item of `param` sets.
+
+    :param node: What to call their node in messages
+    :param prefix: What the names of those around it start with
+    """
     name = prefix + (entry.text('name') or '')
     if 'param' in entry.item.items:
         for inner in entry.items('param'):
@@ -192,7 +198,7 @@ def _flatten(
                     "make it an item of the node's 'param'",
                 )
             else:
-                yield from _flatten(walk, inner, node, f'{name}.')
+                yield from nested_parameters(walk, inner, node, f'{name}.')
         return
     kind = entry.plain('type') if 'type' in entry.item.texts else None
     what = f"parameter '{name}' of node '{node}': "
@@ -202,18 +208,48 @@ def _flatten(
     yield Parameter(name, value, entry.position, origins)
 
 
+def missing_file(
+    walk: Walk, attributes: Attributes, name: str, path: str
+) -> None:
+    """
+    Say that there is no such file with parameters.
+
+    :param name: The attribute that names it
+    :param path: The path that it means
+    """
+    written = attributes.text(name) or ''
+    may_appear = walk.packages.may_appear(path)
+    attributes.fail(
+        name,
+        f"the parameter file '{written}' does not exist",
+        similar_file(walk, written),
+        is_certain=not may_appear,
+        may_pass_after_build=may_appear,
+    )
+
+
 def similar_file(walk: Walk, written: str) -> str | None:
     """Return what may be meant by a parameter file that is not there."""
     similar = walk.packages.similar(walk.absolute(written))
     return did_you_mean(os.path.basename(written), similar)
 
 
-def _from_file(walk: Walk, entry: Attributes) -> str | ParameterFile | None:
+def file_of(
+    walk: Walk, entry: Attributes, *, is_needed: bool = False
+) -> str | ParameterFile | None:
+    """
+    Return the file of an item of `param`, None when it is not known.
+
+    :param is_needed: Whether the launch cannot go on without it
+    """
     text, written = entry.item.texts['from'], entry.text('from')
     file = None
     if written is not None:
-        file = walk.parameter_file(os.path.join(walk.cwd, written))
-        if file is None:
+        path = os.path.join(walk.cwd, written)
+        file = walk.parameter_file(path)
+        if file is None and is_needed:
+            missing_file(walk, entry, 'from', path)
+        elif file is None:
             walk.warn(
                 f"the parameter file '{written}' does not exist; it is "
                 'skipped',

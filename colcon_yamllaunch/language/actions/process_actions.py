@@ -58,6 +58,9 @@ class _Program:
     package: str | None = None
     node_name: str | None = None
     parameters: tuple[SetParameter, ...] = ()
+    is_container: bool = False
+    is_lifecycle: bool = False
+    autostart: bool = False
 
 
 def _executable(walk: Walk, attributes: Attributes) -> None:
@@ -74,17 +77,34 @@ def _executable(walk: Walk, attributes: Attributes) -> None:
 
 
 def _node(walk: Walk, attributes: Attributes) -> None:
+    run_node(walk, attributes)
+
+
+def _lifecycle_node(walk: Walk, attributes: Attributes) -> None:
+    run_node(walk, attributes, is_lifecycle=True)
+
+
+def run_node(
+    walk: Walk,
+    attributes: Attributes,
+    *,
+    is_container: bool = False,
+    is_lifecycle: bool = False,
+) -> str | None:
+    """
+    Run the program of a node, and return its full name as far as it is known.
+
+    :param is_container: Whether components can be loaded into it
+    :param is_lifecycle: Whether it has the states of a lifecycle node
+    """
     package = attributes.value('pkg')
     program = attributes.text('exec')
     path = program
     if package is not None:
         path = _package_program(walk, attributes, package.text, program)
-    name = _node_name(attributes)
-    namespace = walk.scope.namespace
-    if 'namespace' in attributes:
-        inner = attributes.required('namespace')
-        namespace = inner_namespace(walk, attributes, inner)
-    full_name = _full_name(name, namespace)
+    name = node_name(attributes)
+    namespace = node_namespace(walk, attributes)
+    full_name = full_node_name(name, namespace)
     argv: Arguments = [path, *_texts(attributes.command('args'))]
     if 'ros_args' in attributes:
         argv += ['--ros-args', *_texts(attributes.command('ros_args'))]
@@ -99,7 +119,10 @@ def _node(walk: Walk, attributes: Attributes) -> None:
         (name and name.text) or program or '',
         full_name if full_name and namespace is not None else '/**',
     )
-    argv += [*_scope_parameters(walk), *own, *_remaps(walk, attributes)]
+    remaps = [
+        a for rule in remap_rules(walk, attributes) for a in ('-r', rule)
+    ]
+    argv += [*_scope_parameters(walk), *own, *remaps]
     node = _Program(
         attributes.text('exec_name') or os.path.basename(program or ''),
         argv,
@@ -108,10 +131,16 @@ def _node(walk: Walk, attributes: Attributes) -> None:
         None if package is None else package.text,
         full_name,
         _parameters(walk, own),
+        is_container,
+        is_lifecycle,
+        is_lifecycle and attributes.boolean('autostart') is True,
     )
     _add_process(walk, attributes, node)
     if full_name is not None:
-        _check_unique(walk, attributes, full_name)
+        check_unique(walk, attributes, full_name)
+    elif name is not None or is_container:
+        walk.may_have_others = True
+    return full_name
 
 
 def _texts(words: list[Word]) -> list[str | None]:
@@ -143,7 +172,8 @@ def _package_program(
     return path
 
 
-def _node_name(attributes: Attributes) -> Value | None:
+def node_name(attributes: Attributes) -> Value | None:
+    """Return the name of a node, None when it is left out."""
     name = attributes.value('name')
     if name is None or name.text is None:
         return name
@@ -154,7 +184,15 @@ def _node_name(attributes: Attributes) -> Value | None:
     return name
 
 
-def _full_name(name: Value | None, namespace: Value | None) -> str | None:
+def node_namespace(walk: Walk, attributes: Attributes) -> Value | None:
+    """Return the namespace of a node, None when it has none."""
+    if 'namespace' not in attributes:
+        return walk.scope.namespace
+    inner = attributes.required('namespace')
+    return inner_namespace(walk, attributes, inner)
+
+
+def full_node_name(name: Value | None, namespace: Value | None) -> str | None:
     """Return the full name of a node, None when it has none or not known."""
     if name is None or name.text is None:
         return None
@@ -162,7 +200,8 @@ def _full_name(name: Value | None, namespace: Value | None) -> str | None:
     return None if outer is None else f'{outer.rstrip("/")}/{name.text}'
 
 
-def _check_unique(walk: Walk, attributes: Attributes, full_name: str) -> None:
+def check_unique(walk: Walk, attributes: Attributes, full_name: str) -> None:
+    """Warn of a node that has the name of another one."""
     if walk.never:
         return
     text = attributes.item.texts['name']
@@ -208,7 +247,8 @@ def _parameters(
     return (*of_scope, *(p for file in files for p in file.parameters))
 
 
-def _remaps(walk: Walk, attributes: Attributes) -> Arguments:
+def remap_rules(walk: Walk, attributes: Attributes) -> list[str]:
+    """Return the remapping rules of a node; the first that matches counts."""
     of_scope = walk.scope.remaps
     pairs = [*of_scope]
     seen: set[str] = set()
@@ -228,7 +268,7 @@ def _remaps(walk: Walk, attributes: Attributes) -> Arguments:
             )
         seen.add(old)
         pairs.append((old, new or ''))
-    return [a for old, new in pairs for a in ('-r', f'{old}:={new}')]
+    return [f'{old}:={new}' for old, new in pairs]
 
 
 def _add_process(
@@ -276,6 +316,9 @@ def _add_process(
             node_name=program.node_name,
             parameters=program.parameters,
             block=walk.draft.block,
+            is_container=program.is_container,
+            is_lifecycle=program.is_lifecycle,
+            autostart=program.autostart,
         )
     )
 
@@ -427,5 +470,5 @@ def _configured(walk: Walk, name: str) -> str | None:
 PROCESS_HANDLERS: Mapping[str, Handler] = {
     'executable': _executable,
     'node': _node,
-    'node_container': _node,
+    'lifecycle_node': _lifecycle_node,
 }

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 import os
 
 from colcon_yamllaunch.common.suggestions import one_of
+from colcon_yamllaunch.language.actions.node_parameters import missing_file
 from colcon_yamllaunch.language.actions.node_parameters import parameter_value
-from colcon_yamllaunch.language.actions.node_parameters import similar_file
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
@@ -216,14 +216,7 @@ def _set_parameters_from_file(walk: Walk, attributes: Attributes) -> None:
         return
     path = os.path.join(walk.cwd, written)
     if walk.parameter_file(path) is None:
-        may_appear = walk.packages.may_appear(path)
-        attributes.fail(
-            'filename',
-            f"the parameter file '{written}' does not exist",
-            similar_file(walk, written),
-            is_certain=not may_appear,
-            may_pass_after_build=may_appear,
-        )
+        missing_file(walk, attributes, 'filename', path)
     walk.scope.parameters += (path,)
 
 
@@ -240,6 +233,7 @@ def _set_use_sim_time(walk: Walk, attributes: Attributes) -> None:
         'use_sim_time', value, attributes.position, written.origins
     )
     walk.scope.parameters += (parameter,)
+    walk.scope.uses_sim_time = value is True
 
 
 def _set_ros_log_dir(walk: Walk, attributes: Attributes) -> None:

@@ -14,6 +14,7 @@ from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.vocabulary.parameter_sections import Section
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +32,51 @@ class ExecutableUse:
     name: str
     path: str
     position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class PluginUse:
+    """
+    A component of a package that the launch loads.
+
+    :param package: The package
+    :param plugin: The class of the component
+    :param position: Where the launch file says so
+    """
+
+    package: str
+    plugin: str
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """
+    Something that the launch file names, and that must be somewhere.
+
+    :param name: What it names
+    :param place: Where it does
+    """
+
+    name: str
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class SectionUse:
+    """
+    A file with parameters that a node is given.
+
+    :param path: The file
+    :param sections: Its sections
+    :param node: The full name of the node, None when that is not known
+    :param place: Where the launch file names the file
+    """
+
+    path: str
+    sections: tuple[Section, ...]
+    node: str | None
+    place: Place
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +102,14 @@ class Checked:
     :param files: The launch files that were read, the given one first
     :param packages: The packages that they name, and where first
     :param executables: The packages' programs that they name
+    :param plugins: The packages' components that they name
     """
 
     diagnostics: tuple[Diagnostic, ...]
     files: tuple[Source, ...]
     packages: Mapping[str, Position]
     executables: tuple[ExecutableUse, ...]
+    plugins: tuple[PluginUse, ...]
 
     @property
     def errors(self) -> tuple[Diagnostic, ...]:
@@ -76,6 +124,12 @@ class Findings:
         self.diagnostics: list[Diagnostic] = []
         self.packages_used: dict[str, Position] = {}
         self.executables: list[ExecutableUse] = []
+        self.plugins: list[PluginUse] = []
+        #: The containers that components are loaded into.
+        self.targets: list[Wanted] = []
+        #: Whether there may be nodes whose names are not known.
+        self.may_have_others = False
+        self.section_uses: list[SectionUse] = []
         #: The nodes that have a name, by that.
         self.nodes: dict[str, list[NamedNode]] = {}
         self._includes: list[Position] = []
@@ -98,6 +152,17 @@ class Findings:
         for include in place.includes:
             problem = problem.included_from(include)
         self.diagnostics.extend(problem.diagnostics)
+
+    def warn_at(self, place: Place, message: str, hint: str | None) -> None:
+        """Note a warning at a place in a launch file that may be closed."""
+        problem = error(message, place, hint=hint).as_warning()
+        for include in place.includes:
+            problem = problem.included_from(include)
+        self.report(problem)
+
+    def place_of(self, at: Span) -> Place:
+        """Return a place in the open launch file, for later."""
+        return Place(at.position, at.length, self.includes)
 
     def report(self, problem: LaunchError) -> None:
         """Note a problem, unless it is known."""

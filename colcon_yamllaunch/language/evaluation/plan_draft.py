@@ -4,6 +4,7 @@
 """A plan that is being made."""
 
 from collections.abc import Iterator
+from collections.abc import Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -24,6 +25,7 @@ class PlanDraft:
         self._blocks: list[Block] = []
         self._open_blocks: list[int] = []
         self._count = 0
+        self._components: set[str] = set()
 
     def plan(self) -> Plan:
         """Return the plan."""
@@ -75,4 +77,19 @@ class PlanDraft:
         The number counts all processes of the launch, as in ROS 2.
         """
         self._count += 1
-        return f'{program}-{self._count}'
+        return f'{name}-{self._count}'
+
+    def component_label(self, names: Sequence[str]) -> str:
+        """
+        Return the label of the next component.
+
+        :param names: What it may be called, the best first
+        """
+        number = 1
+        free = (name for name in names if name not in self._components)
+        label = next(free, None)
+        while label is None or label in self._components:
+            number += 1
+            label = f'{names[-1]}#{number}'
+        self._components.add(label)
+        return label

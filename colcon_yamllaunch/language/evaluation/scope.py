@@ -184,6 +184,9 @@ class Scope:
     :param parameters: What nodes get before their own parameters: a parameter
       or the path of a file with parameters
     :param remaps: The remappings of nodes, as from and to
+    :param uses_sim_time: Whether the timers of ROS time are on `/clock`
+    :param container: The full name of the container whose components are
+      gone through, None when it is not known
     """
 
     configurations: Names = field(default_factory=Names)
@@ -192,6 +195,8 @@ class Scope:
     namespace: Value | None = None
     parameters: tuple[Parameter | str, ...] = ()
     remaps: tuple[tuple[str, str], ...] = ()
+    uses_sim_time: bool = False
+    container: str | None = None
 
     def inner(
         self, *, hides: bool = False, masked: frozenset[str] = frozenset()
@@ -204,6 +209,8 @@ class Scope:
             self.namespace,
             self.parameters,
             self.remaps,
+            self.uses_sim_time,
+            self.container,
         )
 
     def without_outer(self) -> 'Scope':
@@ -218,6 +225,7 @@ class Scope:
         self.namespace = None
         self.parameters = ()
         self.remaps = ()
+        self.uses_sim_time = False
 
     def merge(self, inner: 'Scope', guard: Guard | None) -> None:
         """Take over what an inner scope leaves; see :meth:`Names.merge`."""
@@ -227,6 +235,7 @@ class Scope:
             self.namespace = inner.namespace
             self.parameters = inner.parameters
             self.remaps = inner.remaps
+            self.uses_sim_time = inner.uses_sim_time
             return
         if inner.parameters != self.parameters:
             both = (*self.parameters, *inner.parameters)

@@ -40,6 +40,9 @@ from colcon_yamllaunch.language.tree.launch_tree import Item
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
 from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.vocabulary.parameter_sections import (
+    ParameterSections,
+)
 
 #: How many launch files may be open inside of one another.
 MAXIMUM_INCLUDE_DEPTH = 40
@@ -186,6 +189,8 @@ class Walk(Policy):
         self.never = 0
         #: The launch configurations that are read.
         self.read: set[str] = set()
+        #: The files with parameters that were read, by their paths.
+        self.parameter_sections: dict[str, ParameterSections] = {}
         self._broken: dict[str, LaunchError] = {}
         self._open: list[Source] = []
         self._actions = 0

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Drawings of a plan: its launch files, groups and processes."""
+"""Drawings of a plan: its launch files, groups, processes and components."""
 
 from collections.abc import Callable
 from collections.abc import Iterator
@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.plan.plan import Block
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.syntax.diagnostics import shown_path
@@ -40,6 +41,9 @@ class _Language(NamedTuple):
     :param opening: The start of a block with a number and title
     :param closing: The end of a block
     :param process: A process with a number and text
+    :param component: A component with a number and text
+    :param loaded: An arrow from the process with a number to the component
+      with another one
     :param line_end: What separates the lines of a text
     :param escaped: Makes a text one that means nothing to the language
     """
@@ -47,12 +51,20 @@ class _Language(NamedTuple):
     opening: str
     closing: str
     process: str
+    component: str
+    loaded: str
     line_end: str
     escaped: Callable[[str], str]
 
+    def lines(self, *texts: str | None) -> str:
+        """Return the text of several lines, without those that are None."""
+        return self.line_end.join(
+            self.escaped(one_line(text)) for text in texts if text is not None
+        )
+
 
 class _Drawing:
-    """The blocks and processes of a plan as a tree."""
+    """The blocks, processes and components of a plan as a tree."""
 
     def __init__(self, plan: Plan, cwd: str) -> None:
         self._cwd = cwd
@@ -64,21 +76,35 @@ class _Drawing:
         for number, process in enumerate(plan.processes()):
             here = self._processes.setdefault(process.block, [])
             here.append((number, process))
+        self._components: dict[int | None, list[tuple[int, Component]]] = {}
+        for number, component in enumerate(plan.components()):
+            inside = self._components.setdefault(component.block, [])
+            inside.append((number, component))
+        self._containers = {
+            process.node_name: number
+            for number, process in enumerate(plan.processes())
+        }
 
     def lines(self, language: _Language) -> Iterator[str]:
-        return self._block(None, language, '  ')
+        yield from self._block(None, language, '  ')
+        for components in self._components.values():
+            for number, component in components:
+                container = self._containers.get(component.container)
+                if container is not None:
+                    yield '  ' + language.loaded.format(container, number)
 
     def _block(
         self, index: int | None, language: _Language, indent: str
     ) -> Iterator[str]:
         for number, process in self._processes.get(index, ()):
-            texts = [process.label]
-            if process.node_name is not None:
-                texts.append(process.node_name)
-            text = language.line_end.join(
-                language.escaped(one_line(t)) for t in texts
-            )
+            text = language.lines(process.label, process.node_name)
             yield indent + language.process.format(number, text)
+        for number, component in self._components.get(index, ()):
+            # of one that no process of the launch is, there is no arrow
+            is_here = component.container in self._containers
+            into = None if is_here else f'in {component.container}'
+            text = language.lines(component.label, component.node_name, into)
+            yield indent + language.component.format(number, text)
         for child in self._children.get(index, ()):
             title = language.escaped(
                 one_line(self._title(self._blocks[child]))
@@ -103,12 +129,20 @@ def _quoted(text: str) -> str:
 
 
 _MERMAID = _Language(
-    'subgraph block{} ["{}"]', 'end', 'process{}["{}"]', '<br/>', _escaped
+    'subgraph block{} ["{}"]',
+    'end',
+    'process{}["{}"]',
+    'component{}(["{}"])',
+    'process{} --> component{}',
+    '<br/>',
+    _escaped,
 )
 _DOT = _Language(
     'subgraph cluster{} {{ label="{}";',
     '}',
     'process{} [label="{}"];',
+    'component{} [shape=ellipse, label="{}"];',
+    'process{} -> component{};',
     '\\n',
     _quoted,
 )

@@ -32,6 +32,12 @@ from colcon_yamllaunch.language.policies.argument_use import ArgumentUse
 from colcon_yamllaunch.language.policies.argument_use import FileUse
 from colcon_yamllaunch.language.policies.expression import compute
 from colcon_yamllaunch.language.policies.expression import ExpressionError
+from colcon_yamllaunch.language.policies.node_checks import (
+    warn_of_missing_containers,
+)
+from colcon_yamllaunch.language.policies.node_checks import (
+    warn_of_useless_sections,
+)
 from colcon_yamllaunch.language.policies.portability import not_portable
 from colcon_yamllaunch.language.policies.shell_variables import shell_variables
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
@@ -66,11 +72,14 @@ def check(request: Request, *, portable: bool) -> Checked:
     walk.launch(request.name, request.path)
     if None not in walk.files.values():
         walk.check_arguments(request)
+    warn_of_missing_containers(walk)
+    warn_of_useless_sections(walk, in_full=True)
     return Checked(
         tuple(dict.fromkeys(walk.diagnostics)),
         tuple(walk.sources),
         walk.packages_used,
         tuple(dict.fromkeys(walk.executables)),
+        tuple(dict.fromkeys(walk.plugins)),
     )
 
 
@@ -174,8 +183,9 @@ class _Check(Walk):
 
     def launch_python(self, name: str, path: str, origin: Span) -> None:
         self.warn('a launch file in Python cannot be checked', origin)
-        # what it declares is not known
+        # what it declares and runs is not known
         self.files[path] = None
+        self.may_have_others = True
 
     def follow(
         self, attributes: Attributes, located: tuple[str, str] | None
@@ -185,6 +195,7 @@ class _Check(Walk):
         if located is None or not self._may_follow(located[1], file):
             # it could do anything
             use.is_open = True
+            self.may_have_others = True
             self.scope.configurations.is_open = True
             return
         path = located[1]

@@ -67,11 +67,14 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
         walk.warn_of_unknown_arguments(request.arguments)
         walk.warn_of_overwritten_arguments()
     walk.warn_of_shell_variables()
+    if walk.targets or walk.section_uses:
+        walk.warn_of_nodes()
     return Evaluation(
         tuple(walk.diagnostics),
         tuple(f.source for f in walk.files.values() if f is not None),
         walk.packages_used,
         tuple(walk.executables),
+        tuple(walk.plugins),
         replace(walk.draft.plan(), left_open=tuple(walk.left_open)),
     )
 
@@ -139,7 +142,7 @@ class _Launch(Walk):
     def launch_python(self, name: str, path: str, origin: Span) -> None:
         # before the package is built, only the file in its source is there
         file = name if os.path.isfile(name) else path
-        self.has_python = True
+        self.has_python = self.may_have_others = True
         # most launch files are not in Python
         from colcon_yamllaunch.language.actions import python_launch
 
@@ -215,6 +218,14 @@ class _Launch(Walk):
             found = shell_variables.shell_variables(self.files.values())
             for problem in found:
                 self.report(problem)
+
+    def warn_of_nodes(self) -> None:
+        """Warn of names that no node of the launch has."""
+        # only launches with components need it
+        from colcon_yamllaunch.language.policies import node_checks
+
+        node_checks.warn_of_missing_containers(self)
+        node_checks.warn_of_useless_sections(self, in_full=False)
 
     def warn_of_unknown_arguments(self, given: Mapping[str, str]) -> None:
         """Warn of arguments that no launch file declares or reads."""

@@ -15,6 +15,7 @@ import shlex
 
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import Item
@@ -30,10 +31,17 @@ from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 #: that say otherwise.
 OLDEST_RELEASE = 'Humble'
 
+# what has to have a name, or a namespace, in ROS 2
+_WANTED_NAMES: Mapping[str, tuple[str, ...]] = {
+    'node_container': ('name', 'namespace'),
+    'lifecycle_node': ('namespace',),
+    'composable_node': ('name',),
+    'composable_lifecycle_node': ('name',),
+}
 # ROS 2 reads these as a text, which it takes for a boolean afterwards
 _TEXT_BOOLEANS = ('respawn', 'value')
 # ROS 2 makes substitutions in these, and takes no other text
-_SUBSTITUTED_BOOLEANS = ('cancel_on_shutdown', 'prepend')
+_SUBSTITUTED_BOOLEANS = ('autostart', 'cancel_on_shutdown', 'prepend')
 # ROS 2 takes a text for these too, and makes its substitutions
 _TEXT_SECONDS = ('period',)
 _KIND_NAMES = {
@@ -51,12 +59,12 @@ def not_portable(file: LaunchFile) -> Iterator[LaunchError]:
     is_typed = not is_xml(file.source)
     for entity in file.walk():
         yield from _newer_action(entity)
-        yield from _missing_names(entity)
+        yield from _missing_names(entity.action.name, entity.item)
         known = by_name(entity.action.attributes)
         since = entity.action.since
         yield from _item(entity.item, known, since, is_typed)
         if entity.action.name == 'set_parameter':
-            yield from _set_parameter(entity.item, is_typed)
+            yield from _yaml_text('set_parameter', entity.item, is_typed)
 
 
 def _item(
@@ -78,8 +86,15 @@ def _item(
     for name, items in item.items.items():
         attribute = known[name]
         inner_known = by_name(items_of(attribute))
+        if items:
+            yield from _newer_attribute(attribute, since, items[0].position)
         for inner in items:
-            yield from _item(inner, inner_known, since, is_typed)
+            yield from _missing_names(name, inner)
+            if name == 'extra_arg':
+                yield from _yaml_text(name, inner, is_typed)
+            yield from _item(
+                inner, inner_known, attribute.since or since, is_typed
+            )
 
 
 def _newer_action(entity: Entity) -> Iterator[LaunchError]:
@@ -93,13 +108,13 @@ def _newer_action(entity: Entity) -> Iterator[LaunchError]:
 
 
 def _newer_attribute(
-    attribute: Attribute, since: str, text: Text
+    attribute: Attribute, since: str, at: Span
 ) -> Iterator[LaunchError]:
     if attribute.since not in (None, OLDEST_RELEASE, since):
         yield error(
             f"ROS 2 has the attribute '{attribute.name}' since "
             f'{attribute.since} only',
-            text,
+            at,
         ).as_warning()
 
 
@@ -115,18 +130,16 @@ def _newer_substitutions(text: Text) -> Iterator[LaunchError]:
             ).as_warning()
 
 
-def _missing_names(entity: Entity) -> Iterator[LaunchError]:
-    if entity.action.name != 'node_container':
-        return
-    for name in ('name', 'namespace'):
-        if name not in entity.item.texts:
+def _missing_names(what: str, item: Item) -> Iterator[LaunchError]:
+    for name in _WANTED_NAMES.get(what, ()):
+        if name not in item.texts:
             yield error(
-                f"ROS 2 wants a '{name}' for 'node_container'",
-                entity.item.position,
+                f"ROS 2 wants a '{name}' for '{what}'",
+                item.position,
                 hint=f"add it, '{name}: /' for none"
                 if name == 'namespace'
                 else 'add it',
-                length=len('node_container'),
+                length=len(what),
             )
 
 
@@ -231,11 +244,11 @@ def _quotes(text: Text) -> Iterator[LaunchError]:
             return
 
 
-def _set_parameter(item: Item, is_typed: bool) -> Iterator[LaunchError]:
+def _yaml_text(what: str, item: Item, is_typed: bool) -> Iterator[LaunchError]:
     value = item.values['value']
     if value.is_list:
         yield error(
-            "ROS 2 wants one text for the value of 'set_parameter'",
+            f"ROS 2 wants one text for the value of '{what}'",
             value.position,
             hint="quote the whole list: '[…]'",
         )

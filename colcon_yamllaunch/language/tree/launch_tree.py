@@ -29,11 +29,11 @@ from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
 from colcon_yamllaunch.language.vocabulary.actions import by_name
+from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
 from colcon_yamllaunch.language.vocabulary.actions import required_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
-from colcon_yamllaunch.language.vocabulary.actions import UNSUPPORTED
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,9 +264,9 @@ class _TreeReader:
         action = ACTIONS.get(ALIASES.get(name, name))
         if action is not None:
             return action
-        if name in UNSUPPORTED:
-            message = f"the action '{name}' needs a running ROS graph"
-            hint = UNSUPPORTED[name]
+        if name in COMPONENTS:
+            message = f"'{name}' is no action of its own"
+            hint = "it stands in 'node_container' or 'load_composable_node'"
         else:
             message = f"unknown action '{name}'"
             hint = did_you_mean(name, ACTIONS) or (
@@ -362,13 +362,6 @@ class _TreeReader:
         meant: str | None,
     ) -> None:
         hint = meant and f"did you mean '{meant}'?"
-        if name == 'composable_node':
-            self._report(
-                "'composable_node' needs a running ROS graph",
-                key,
-                UNSUPPORTED[name],
-            )
-            return
         if isinstance(value, Scalar) and value.kind == 'null' and not hint:
             hint = "quote a value that has a ',' in it"
         if hint is None and known:
@@ -425,6 +418,7 @@ class _TreeReader:
             )
             if known is PARAMETER:
                 self._check_parameter(element)
+            self._check_conditions(found[-1])
         item.items[attribute.name] = tuple(found)
 
     def _check_parameter(self, parameter: Mapping) -> None:

@@ -102,8 +102,6 @@ class _Converter:
                 self._item(value, child, attribute)
             elif 'children' in known:
                 children.append(self._action(child))
-            elif child.name.text == 'composable_node':
-                value.pairs['composable_node'] = child.name, child.name
             else:
                 self._report_element(element, child, known)
         if 'children' in known:

@@ -17,6 +17,7 @@ what is older than Humble counts as Humble.
 
 from collections.abc import Mapping
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import Enum
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -337,6 +338,51 @@ _NODE = (
     _items('remap', 'Names to replace by others.', _REMAP),
     *_PROCESS,
 )
+_AUTOSTART = _flag(
+    'autostart',
+    'Configure and activate the node once it is there.',
+    'false',
+)
+_COMPONENT = (
+    _required('pkg', Type.NAME, 'The package that has the plugin.'),
+    _required(
+        'plugin',
+        Type.NAME,
+        'The class of the node, as the package registers it.',
+    ),
+    Attribute(
+        'name',
+        Type.NAME,
+        'The name of the node; when left out, the one that it has itself.',
+        pattern=_NODE_NAME_PATTERN,
+    ),
+    Attribute(
+        'namespace',
+        Type.NAME,
+        'The namespace of the node; a relative one is put behind that of the '
+        'scope, not of the container.',
+        pattern=_NAMESPACE_PATTERN,
+    ),
+    _items(
+        'param',
+        'Parameters; the last of several with one name counts.',
+        PARAMETER,
+    ),
+    _items('remap', 'Names to replace by others.', _REMAP),
+    _items(
+        'extra_arg',
+        'What the container takes besides, such as use_intra_process_comms.',
+        (
+            _required('name', Type.NAME, 'The name of the argument.'),
+            _required('value', Type.VALUE, 'The value, read as YAML.'),
+        ),
+    ),
+)
+_CANCEL_ON_SHUTDOWN = _flag(
+    'cancel_on_shutdown',
+    'Whether the end of the launch drops the timer instead of waiting for it.',
+    'true',
+)
 _LOG = (_required('message', Type.TEXT, 'The line.'),)
 _ARGUMENT = (
     _required('name', Type.PLAIN, 'The name of the argument.'),
@@ -354,6 +400,42 @@ def _action(
 ) -> Action:
     return Action(name, text, (*attributes, *CONDITIONS), since)
 
+
+#: What stands in the lists of actions that load components: each item is
+#: done like an action, so that it may have conditions.
+COMPONENTS = {
+    action.name: action
+    for action in (
+        _action(
+            'composable_node',
+            'Load a component into the container.',
+            *_COMPONENT,
+        ),
+        _action(
+            'composable_lifecycle_node',
+            'Load a component that is a lifecycle node into the container.',
+            *_COMPONENT,
+            _AUTOSTART,
+            since='Lyrical',
+        ),
+    )
+}
+_COMPONENT_LISTS = tuple(
+    _items(
+        action.name,
+        text,
+        action.attributes,
+        None if action.since == RELEASES[0] else action.since,
+    )
+    for action, text in zip(
+        COMPONENTS.values(),
+        (
+            'Components to load, one after the other.',
+            'Components to load that are lifecycle nodes.',
+        ),
+        strict=True,
+    )
+)
 
 _ACTIONS = (
     _action(
@@ -462,12 +544,15 @@ _ACTIONS = (
         'them.',
         _required('period', Type.SECONDS, 'The time until then.'),
         _CHILDREN,
-        _flag(
-            'cancel_on_shutdown',
-            'Whether the end of the launch drops the timer instead of '
-            'waiting for it.',
-            'true',
-        ),
+        _CANCEL_ON_SHUTDOWN,
+    ),
+    _action(
+        'ros_timer',
+        'Do several actions once, some time after the launch has come to '
+        "them; on the topic /clock where 'set_use_sim_time' is true.",
+        _required('period', Type.SECONDS, 'The time until then.'),
+        _CHILDREN,
+        _CANCEL_ON_SHUTDOWN,
     ),
     _action(
         'for_each',
@@ -518,9 +603,32 @@ _ACTIONS = (
     _action('node', 'Run a ROS node.', *_NODE),
     _action(
         'node_container',
-        'Run a program that other tools load composable nodes into; ROS 2 '
+        'Run a component container, and load components into it; ROS 2 '
         'wants it to have a name and a namespace.',
         *_NODE,
+        *_COMPONENT_LISTS,
+    ),
+    _action(
+        'load_composable_node',
+        'Load components into a container that runs, whoever started it.',
+        _required(
+            'target',
+            Type.NAME,
+            "The full name of the container's node; the first slash may be "
+            'left out.',
+        ),
+        *_COMPONENT_LISTS,
+    ),
+    _action(
+        'lifecycle_node',
+        'Run a lifecycle node; ROS 2 wants it to have a namespace.',
+        *(
+            # those of a node are all older than this
+            replace(a, required=a.required or a.name == 'name', since=None)
+            for a in _NODE
+        ),
+        _AUTOSTART,
+        since='Lyrical',
     ),
     _action(
         'push_ros_namespace',
@@ -551,7 +659,8 @@ _ACTIONS = (
     ),
     _action(
         'set_use_sim_time',
-        'Let the nodes that follow in the scope use simulated time.',
+        "Let the nodes and 'ros_timer' that follow in the scope use simulated "
+        'time.',
         _required('value', Type.BOOLEAN, 'Whether they do.'),
     ),
     _action(
@@ -570,14 +679,6 @@ _ACTIONS = (
 ACTIONS = {action.name: action for action in _ACTIONS}
 #: Other spellings of an action's name.
 ALIASES = {'push-ros-namespace': 'push_ros_namespace'}
-#: Actions of ROS 2 that need a running ROS graph, and what to do instead.
-UNSUPPORTED = {
-    'lifecycle_node': "start it as a 'node' and change its state with a "
-    'lifecycle manager',
-    'load_composable_node': "start the node's own executable with 'node'",
-    'composable_node': "start the node's own executable with 'node'",
-    'ros_timer': "'timer' runs on the system's clock",
-}
 
 
 def items_of(attribute: Attribute) -> tuple[Attribute, ...]:

@@ -17,6 +17,7 @@ from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
 from colcon_yamllaunch.language.vocabulary.actions import by_name
+from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
 from colcon_yamllaunch.language.vocabulary.actions import RELEASES
@@ -56,6 +57,7 @@ def json_schema() -> Schema:
             'parameters': _list_of(_parameter()),
             **_value_definitions(),
             **{name: _action(action) for name, action in ACTIONS.items()},
+            **{name: _action(action) for name, action in COMPONENTS.items()},
         },
     }
 
@@ -147,6 +149,8 @@ def _value(attribute: Attribute) -> Schema:
         items = items_of(attribute)
         if items is PARAMETER:
             return {'allOf': [_ref('parameters')]}
+        if attribute.name in COMPONENTS:
+            return _list_of(_ref(attribute.name))
         return _list_of(_object(items))
     if attribute.values:
         return _enumeration(attribute)

@@ -7,14 +7,17 @@
 ATTRIBUTES = {
     'additional_env': 'env',
     'arguments': 'args',
+    'composable_node_descriptions': 'composable_node',
     'environment': 'env',
     'executable': 'exec',
+    'extra_arguments': 'extra_arg',
     'ns': 'namespace',
     'package': 'pkg',
     'parameters': 'param',
     'prefix': 'launch-prefix',
     'remappings': 'remap',
     'rosparam': 'param',
+    'target_container': 'target',
     'type': 'exec',
 }
 #: Substitutions, by their names in ROS 1.

@@ -53,6 +53,12 @@ class Parameter:
         value = to_yaml(self.value)
         return SetParameter(self.name, value, self.position, self.origins)
 
+    def as_json(self) -> SetParameter:
+        """Return the same, with the value as JSON."""
+        assert self.value is not None
+        value = to_json(self.value)
+        return SetParameter(self.name, value, self.position, self.origins)
+
 
 def parse_boolean(text: str) -> bool | None:
     """Return the YAML 1.1 boolean, `1` or `0` that a text is, else None."""
@@ -146,6 +152,19 @@ def to_yaml(value: ParameterContent) -> str:
     if isinstance(value, int):
         return str(value)
     return _float(value)
+
+
+def to_json(value: ParameterContent) -> str:
+    """
+    Return a value as JSON, which tells whole numbers from others.
+
+    What JSON has no word for is written as in YAML: `.inf`, `-.inf`, `.nan`.
+    """
+    if isinstance(value, tuple):
+        return f'[{", ".join(to_json(item) for item in value)}]'
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=not value.isprintable())
+    return to_yaml(value)
 
 
 def parameter_file(

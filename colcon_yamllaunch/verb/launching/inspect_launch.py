@@ -32,6 +32,7 @@ from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.preflight import undeclared_imports
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.preflight import unknown_executables
+from colcon_yamllaunch.verb.launching.preflight import unknown_plugins
 
 _CHECK_FORMATS: Mapping[str, Callable[[Checked, str], str]] = {
     TEXT: as_text,
@@ -68,6 +69,7 @@ def _check(flow: LaunchFlow, form: str, *, portable: bool) -> int:
         *_guesses(flow),
         *checked.diagnostics,
         *unknown_executables(checked.executables, flow.locator),
+        *unknown_plugins(checked.plugins, flow.locator),
         *undeclared_packages(checked.packages, flow.locator),
         *undeclared_imports(checked.packages, flow.locator),
     )

@@ -10,16 +10,19 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
+from colcon_yamllaunch.language.evaluation.findings import PluginUse
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
+from colcon_yamllaunch.workspace.packages.missing_files import missing_plugin
 from colcon_yamllaunch.workspace.packages.missing_files import not_installed
 from colcon_yamllaunch.workspace.packages.missing_files import (
     unknown_executable,
 )
+from colcon_yamllaunch.workspace.packages.missing_files import unknown_plugin
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 
@@ -82,20 +85,37 @@ def unknown_executables(
     uses: Iterable[ExecutableUse], locator: PackageLocator
 ) -> Iterator[Diagnostic]:
     """Find programs that not even a build would bring."""
-    return _lacking(uses, locator, unknown_executable)
+    return _lacking(_programs(uses), locator, unknown_executable)
+
+
+def unknown_plugins(
+    uses: Iterable[PluginUse], locator: PackageLocator
+) -> Iterator[Diagnostic]:
+    """Find components that not even a build would bring."""
+    return _lacking(_plugins(uses), locator, unknown_plugin)
+
+
+#: A package, what it is to have, and where the launch file says so.
+_Use = tuple[str, str, Position]
+
+
+def _programs(uses: Iterable[ExecutableUse]) -> Iterator[_Use]:
+    return ((use.package, use.name, use.position) for use in uses)
+
+
+def _plugins(uses: Iterable[PluginUse]) -> Iterator[_Use]:
+    return ((use.package, use.plugin, use.position) for use in uses)
 
 
 def _lacking(
-    uses: Iterable[ExecutableUse],
+    uses: Iterable[_Use],
     locator: PackageLocator,
     reason_of: Callable[[PackageLocator, str, str], str | None],
 ) -> Iterator[Diagnostic]:
-    for use in uses:
-        reason = reason_of(locator, use.package, use.name)
+    for package, name, position in uses:
+        reason = reason_of(locator, package, name)
         if reason is not None:
-            yield Diagnostic(
-                'error', reason, use.position, length=len(use.name)
-            )
+            yield Diagnostic('error', reason, position, length=len(name))
 
 
 def preflight(
@@ -107,7 +127,10 @@ def preflight(
     A program that is not there is an error; a file is a warning, as the
     launch may go on without it in ROS 2 too.
     """
-    yield from _lacking(evaluation.executables, locator, missing_executable)
+    programs = _programs(evaluation.executables)
+    yield from _lacking(programs, locator, missing_executable)
+    plugins = _plugins(evaluation.plugins)
+    yield from _lacking(plugins, locator, missing_plugin)
     wanted = dict.fromkeys(missing) | _used_paths(evaluation)
     reported: set[str] = set()
     for path, position in wanted.items():

@@ -13,11 +13,13 @@ from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import is_executable
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.source_files import source_files
+from colcon_yamllaunch.workspace.packages.source_programs import source_plugins
 
 #: How many names are listed at most.
 LISTED = 10
 
 _SCRIPTS = ('.py', '.sh')
+_CODE = ('.c', '.cc', '.cpp', '.cxx', '.h', '.hh', '.hpp', '.hxx', '.py')
 # folders and files whose scripts a build installs as no programs
 _NO_PROGRAMS = frozenset(('test', 'tests', 'launch', 'setup.py'))
 _BUILD_FILES = ('CMakeLists.txt', 'setup.py', 'setup.cfg', 'pyproject.toml')
@@ -96,6 +98,65 @@ def _is_mentioned(package: Package, name: str) -> bool:
         word.search(text_of(package.path / file))
         for file, _ in source_files(package.path)
         if Path(file).name in _BUILD_FILES or Path(file).suffix == '.cmake'
+    )
+
+
+def missing_plugin(
+    locator: PackageLocator, package: str, plugin: str
+) -> str | None:
+    """
+    Explain why a package has no such component; None if it has.
+
+    :param locator: The packages as they are after the build
+    """
+    there = locator.plugins(package)
+    if there is not None and plugin in there:
+        return None
+    if not there:
+        own = locator.package(package)
+        cure = '' if own is None else _register_command(own, plugin)
+        return f'{package} has installed no components{cure}'
+    return f"{package} has no component '{plugin}'{_nearest(plugin, there)}"
+
+
+def unknown_plugin(
+    locator: PackageLocator, package: str, plugin: str
+) -> str | None:
+    """
+    Explain why not even a build would bring a component.
+
+    Return None when it is there, or the package's source mentions its class.
+
+    :param locator: The packages, built or not
+    """
+    own = locator.package(package)
+    there = set(locator.plugins(package) or ())
+    if own is None or plugin in there:
+        return missing_plugin(locator, package, plugin)
+    # the namespace may be a variable of CMake's, or stand elsewhere
+    name = plugin.rpartition('::')[2]
+    if _is_mentioned(own, name) or _is_in_source(own, name):
+        return None
+    there |= source_plugins(own.path)
+    return f"{package} has no component '{plugin}'{_nearest(plugin, there)}"
+
+
+def _is_in_source(package: Package, name: str) -> bool:
+    """Tell whether a class of that name may be in what is compiled."""
+    word = re.compile(rf'\b{re.escape(name)}\b')
+    return any(
+        word.search(text_of(package.path / file))
+        for file, _ in source_files(package.path)
+        if Path(file).suffix in _CODE
+    )
+
+
+def _register_command(package: Package, plugin: str) -> str:
+    if package.type.endswith('python'):
+        return ''
+    return (
+        f': add \'rclcpp_components_register_nodes(TARGET "{plugin}")\' with '
+        f'its library as TARGET to {package.path / "CMakeLists.txt"}'
     )
 
 

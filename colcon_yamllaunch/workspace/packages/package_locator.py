@@ -4,16 +4,19 @@
 """Where the files of packages are, or are going to be once it is built."""
 
 from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Mapping
 import os
 from pathlib import Path
 
 from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package import prefix_of
 from colcon_yamllaunch.workspace.packages.source_files import source_files
 
 _AMENT_INDEX = 'share/ament_index/resource_index/packages'
+_COMPONENT_INDEX = 'share/ament_index/resource_index/rclcpp_components'
 _COLCON_INDEX = 'share/colcon-core/packages'
 
 
@@ -128,6 +131,21 @@ class PackageLocator:
         names = sorted(name for name, _ in source_files(folder))
         return tuple(n for n in names if is_executable(folder / n))
 
+    def plugins(self, package: str) -> tuple[str, ...] | None:
+        """
+        Return the components that a package has installed.
+
+        None when it has installed no list of them. As in the container, the
+        first prefix with such a list counts (`ament_index_cpp`).
+        """
+        own = self.prefix(package)
+        prefixes = [] if own is None else [Path(own)]
+        for prefix in (*prefixes, *self._ament):
+            path = prefix / _COMPONENT_INDEX / package
+            if path.is_file():
+                return tuple(read_component_index(text_of(path)))
+        return None
+
     def source_of(self, path: str) -> str | None:
         """
         Return the file in a package's source that is installed at a path.
@@ -202,6 +220,18 @@ class PackageLocator:
             return None
         parts = path.relative_to(self._install_base).parts
         return self._packages.get(parts[where]) if where < len(parts) else None
+
+
+def read_component_index(text: str) -> Iterator[str]:
+    """
+    Iterate over the components in what the ament index says of a package.
+
+    There is one a line, with its library: `CLASS;PATH` (rclcpp_components).
+    """
+    for line in text.splitlines():
+        plugin, semicolon, _ = line.partition(';')
+        if semicolon and plugin.strip():
+            yield plugin.strip()
 
 
 def is_executable(path: Path) -> bool:

@@ -1,7 +1,11 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The programs that a package will have, as far as its build files say."""
+"""
+The programs and components that a package will have.
+
+They are found as far as its build files say.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +21,12 @@ _TARGET = re.compile(
 )
 # rclcpp_components_register_node
 _COMPONENT = re.compile(r'\bEXECUTABLE\s+"?([\w.+-]+)')
+# rclcpp_components_register_node(TARGET PLUGIN "class" …), and
+# rclcpp_components_register_nodes(TARGET "class" …)
+_PLUGIN = re.compile(r'\bPLUGIN\s+"?([\w:]+)')
+_PLUGINS = re.compile(
+    r'\brclcpp_components_register_nodes\s*\(\s*\S+\s+([^)]*)\)', re.I
+)
 _SCRIPTS = re.compile(
     r'\binstall\s*\(\s*PROGRAMS\s+([^)]*?)\s+(?:DESTINATION|TYPE)\b', re.I
 )
@@ -36,6 +46,24 @@ def source_programs(folder: Path) -> set[str]:
         found.update(_in_cmake(text_of(folder / name)))
     for name in ('setup.py', 'setup.cfg'):
         found.update(_in_setup(text_of(folder / name)))
+    return found
+
+
+def source_plugins(folder: Path) -> set[str]:
+    """
+    Return the components that a package's build would register.
+
+    Names that are only computed by the build are not found.
+
+    :param folder: The source of the package
+    """
+    found: set[str] = set()
+    for name in cmake_files(str(folder))[0]:
+        text = _COMMENT.sub('', text_of(folder / name))
+        found.update(_PLUGIN.findall(text))
+        for words in _PLUGINS.findall(text):
+            names = (word.strip('"') for word in words.split())
+            found.update(n for n in names if '::' in n and '$' not in n)
     return found
 
 

@@ -19,6 +19,7 @@ from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
+from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from launch_examples import EXAMPLES
 import pytest
@@ -30,6 +31,7 @@ FAMILIES = [
     handlers.FLOW_HANDLERS,
     handlers.MESSAGE_HANDLERS,
     handlers.PROCESS_HANDLERS,
+    handlers.COMPONENT_HANDLERS,
 ]
 LANGUAGE = Path(colcon_yamllaunch.__file__).parent / 'language'
 #: The folders that interpret launch files.
@@ -40,7 +42,7 @@ SHORTEST = 20
 
 def test_that_each_action_has_exactly_one_handler() -> None:
     found = Counter(name for family in FAMILIES for name in family)
-    assert found == Counter(list(ACTIONS))
+    assert found == Counter([*ACTIONS, *COMPONENTS])
     assert found.keys() == HANDLERS.keys()
 
 

@@ -32,7 +32,7 @@ def _checked(*diagnostics: Diagnostic) -> Checked:
         Source(path, path, '')
         for path in ('/ws/top.yaml', '/ws/launch/a b,c.yaml')
     )
-    return Checked(diagnostics, files, {}, ())
+    return Checked(diagnostics, files, {}, (), ())
 
 
 def test_text() -> None:

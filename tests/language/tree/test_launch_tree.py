@@ -122,9 +122,9 @@ def test_deprecation():
             'the actions are append_env, arg',
         ),
         (
-            'launch: [«lifecycle_node»: {}]\n',
-            'needs a running ROS graph',
-            "start it as a 'node'",
+            'launch: [«composable_node»: {}]\n',
+            'is no action of its own',
+            "it stands in 'node_container'",
         ),
         (
             'launch:\n- node:\n  «pkg»: a\n  exec: b\n',

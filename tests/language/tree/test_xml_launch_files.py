@@ -79,26 +79,26 @@ def error(launcher, marked):
             None,
         ),
         (
-            '<launch><«lifecycle_node» pkg="a"/></launch>',
-            "'lifecycle_node' needs a running ROS graph",
-            'lifecycle manager',
+            '<launch><«lifecycle_node» pkg="a" exec="b"/></launch>',
+            "'lifecycle_node' needs the attribute 'name'",
+            None,
         ),
         (
             '<launch><«load_composable_node» target="a"/></launch>',
-            "'load_composable_node' needs a running ROS graph",
-            "'node'",
+            "'load_composable_node' has nothing to load",
+            "'composable_node'",
         ),
         (
-            '<launch><«ros_timer» period="1"/></launch>',
-            "'ros_timer' needs a running ROS graph",
-            "'timer'",
+            '<launch><«composable_node» pkg="a"/></launch>',
+            "'composable_node' is no action of its own",
+            "'load_composable_node'",
         ),
         (
             '<launch><node_container pkg="alpha" exec="talker" name="a"\n'
             'namespace="b"><«composable_node» pkg="a"/></node_container>'
             '</launch>',
-            "'composable_node' needs a running ROS graph",
-            "'node'",
+            "'composable_node' needs the attribute 'plugin'",
+            None,
         ),
     ],
 )
@@ -216,7 +216,7 @@ def test_all_mistakes_of_a_file_show_at_once_and_in_order(launcher):
   <group unless="$(vra a)">
     <log messag="a">b</log>
   </group>
-  <ros_timer/>
+  <load_composable_node/>
 </launch>"""
     errors = launcher.evaluate(text).errors
     lines = [e.position.line for e in errors]

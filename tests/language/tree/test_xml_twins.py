@@ -7,6 +7,7 @@ from dataclasses import replace
 import textwrap
 
 from colcon_yamllaunch.language.evaluation.request import Request
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Timer
@@ -274,7 +275,31 @@ TWINS = {
         - set_parameters_from_file: {filename: params.yaml}
         - set_remap: {from: a, to: b}
         - set_use_sim_time: {value: true}
-        - node_container: {pkg: alpha, exec: talker, name: box, namespace: c}
+        - node_container:
+            pkg: alpha
+            exec: talker
+            name: box
+            namespace: c
+            composable_node:
+            - pkg: my_pkg
+              plugin: my_pkg::Camera
+              name: camera
+              namespace: d
+              if: $(env IF true)
+              param:
+              - {name: rate, value: 1.0}
+              - {from: params.yaml}
+              - {name: more, param: [{name: deep, value: [1, 2]}]}
+              remap: [{from: a, to: b}, {from: c, to: d}]
+              extra_arg: [{name: use_intra_process_comms, value: 'true'}]
+            composable_lifecycle_node:
+            - {pkg: my_pkg, plugin: 'my_pkg::Viewer', autostart: true}
+        - load_composable_node:
+            target: /outer/inner/c/box
+            composable_node:
+            - {pkg: my_pkg, plugin: 'my_pkg::Viewer', unless: '1'}
+            - {pkg: my_pkg, plugin: 'my_pkg::Viewer', name: second}
+        - lifecycle_node: {pkg: alpha, exec: talker, name: lc, autostart: true}
         """,
         """
         <push_ros_namespace namespace="outer"/>
@@ -284,7 +309,24 @@ TWINS = {
         <set_parameters_from_file filename="params.yaml"/>
         <set_remap from="a" to="b"/>
         <set_use_sim_time value="true"/>
-        <node_container pkg="alpha" exec="talker" name="box" namespace="c"/>
+        <node_container pkg="alpha" exec="talker" name="box" namespace="c">
+          <composable_node pkg="my_pkg" plugin="my_pkg::Camera" name="camera"
+              namespace="d" if="$(env IF true)">
+            <param name="rate" value="1.0"/>
+            <param from="params.yaml"/>
+            <param name="more"><param name="deep" value="[1, 2]"/></param>
+            <remap from="a" to="b"/>
+            <remap from="c" to="d"/>
+            <extra_arg name="use_intra_process_comms" value="true"/>
+          </composable_node>
+          <composable_lifecycle_node pkg="my_pkg" plugin="my_pkg::Viewer"
+              autostart="true"/>
+        </node_container>
+        <load_composable_node target="/outer/inner/c/box">
+          <composable_node pkg="my_pkg" plugin="my_pkg::Viewer" unless="1"/>
+          <composable_node pkg="my_pkg" plugin="my_pkg::Viewer" name="second"/>
+        </load_composable_node>
+        <lifecycle_node pkg="alpha" exec="talker" name="lc" autostart="true"/>
         """,
     ),
     'timer and loops': (
@@ -293,6 +335,7 @@ TWINS = {
             period: 0.5
             cancel_on_shutdown: false
             children: [executable: {cmd: echo late}]
+        - ros_timer: {period: 1.5, children: [executable: {cmd: echo later}]}
         - for: {len: 2, name: i, children: [log: {message: $(index i)}]}
         - for_each:
             values: "{a: 1};{a: 2}"
@@ -304,6 +347,7 @@ TWINS = {
         <timer period="0.5" cancel_on_shutdown="false">
           <executable cmd="echo late"/>
         </timer>
+        <ros_timer period="1.5"><executable cmd="echo later"/></ros_timer>
         <for len="2" name="i"><log message="$(index i)"/></for>
         <for_each values="{a: 1};{a: 2}">
           <log message="$(for-var a)"/>
@@ -348,6 +392,15 @@ def neutral(entry):
     """Return an entry of a plan without what tells the twins apart."""
     if isinstance(entry, Timer):
         return replace(entry, entries=tuple(map(neutral, entry.entries)))
+    if isinstance(entry, Component):
+        values = [
+            (p.name, p.value)
+            for p in (*entry.parameters, *entry.extra_arguments)
+        ]
+        bare = replace(
+            entry, position=NOWHERE, parameters=(), extra_arguments=()
+        )
+        return bare, values
     if not isinstance(entry, Process):
         return entry
     argv = tuple(

@@ -49,6 +49,10 @@ MINIMAL = {
     'log': '- log: {message: hello}\n',
     'node': '- node: {pkg: my_pkg, exec: my_node}\n',
     'node_container': '- node_container: {pkg: my_pkg, exec: my_node}\n',
+    'lifecycle_node': (
+        '- lifecycle_node: {pkg: my_pkg, exec: my_node, name: n}\n'
+    ),
+    'ros_timer': '- ros_timer: {period: 1, children: [shutdown: {}]}\n',
     'timer': '- timer: {period: 1, children: [shutdown: {}]}\n',
 }
 

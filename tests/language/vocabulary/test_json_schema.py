@@ -204,7 +204,14 @@ def test_accepted(text: str) -> None:
         '[{name: a, param: [{name: b, value: 1}], type: int}]}]',
         'launch: [node: {exec: x, param: '
         '[{name: a, value: 1, allow_substs: true}]}]',
-        'launch: [ros_timer: {period: 1, children: []}]',
+        'launch: [composable_node: {pkg: a, plugin: b}]',
+        'launch: [load_composable_node: {composable_node: []}]',
+        'launch: [node_container: {exec: x, composable_node: [{pkg: a}]}]',
+        'launch: [node_container: {exec: x, composable_node: '
+        '[{pkg: a, plugin: b, autostart: true}]}]',
+        'launch: [node_container: {exec: x, composable_node: '
+        "[{pkg: a, plugin: b, if: '1', unless: '1'}]}]",
+        'launch: [lifecycle_node: {exec: x}]',
     ],
 )
 def test_rejected(text: str) -> None:

@@ -1,0 +1,183 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The actions that load components into a container."""
+
+from collections.abc import Iterator
+from collections.abc import Mapping
+
+from colcon_yamllaunch.language.actions.component_parameters import (
+    component_parameters,
+)
+from colcon_yamllaunch.language.actions.node_parameters import parameter_value
+from colcon_yamllaunch.language.actions.process_actions import check_unique
+from colcon_yamllaunch.language.actions.process_actions import full_node_name
+from colcon_yamllaunch.language.actions.process_actions import node_name
+from colcon_yamllaunch.language.actions.process_actions import node_namespace
+from colcon_yamllaunch.language.actions.process_actions import remap_rules
+from colcon_yamllaunch.language.actions.process_actions import run_node
+from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.findings import PluginUse
+from colcon_yamllaunch.language.evaluation.findings import Wanted
+from colcon_yamllaunch.language.evaluation.walk import Handler
+from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.syntax.ros_names import node_name_problem
+from colcon_yamllaunch.language.tree.launch_tree import Entity
+from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
+from colcon_yamllaunch.language.vocabulary.parameter import Parameter
+
+
+def _node_container(walk: Walk, attributes: Attributes) -> None:
+    components = _components(attributes)
+    if components and 'name' not in attributes:
+        attributes.fail_as_whole(
+            "a 'node_container' with components needs a 'name'",
+            'by that they are loaded into it',
+        )
+    container = run_node(walk, attributes, is_container=True)
+    _load(walk, components, container)
+
+
+def _load_composable_node(walk: Walk, attributes: Attributes) -> None:
+    target = attributes.required('target')
+    container = None
+    if target.text is not None:
+        # ROS 2's launcher has no namespace to put in front of it
+        container = f'/{target.text.removeprefix("/")}'
+        if any(map(node_name_problem, container[1:].split('/'))):
+            attributes.fail(
+                'target',
+                f"'{target.text}' is not the full name of a node",
+                'write it as /namespace/name',
+            )
+            container = None
+    if container is not None and target.is_sure and not walk.never:
+        place = walk.place_of(attributes.item.texts['target'])
+        walk.targets.append(Wanted(container, place))
+    components = _components(attributes)
+    if not components:
+        attributes.fail_as_whole(
+            "'load_composable_node' has nothing to load",
+            "write 'composable_node' with a list in it",
+        )
+    _load(walk, components, container)
+
+
+def _components(attributes: Attributes) -> list[Entity]:
+    """Return the components in the lists of an action, as they stand there."""
+    lists = attributes.item.items
+    entities = [
+        Entity(action, item)
+        for name, action in COMPONENTS.items()
+        for item in lists.get(name, ())
+    ]
+    if all(name in lists for name in COMPONENTS):
+
+        def place(entity: Entity) -> tuple[int, int]:
+            position = entity.item.position
+            return position.line, position.column
+
+        entities.sort(key=place)
+    return entities
+
+
+def _load(walk: Walk, components: list[Entity], container: str | None) -> None:
+    inner = walk.scope.inner()
+    inner.container = container
+    with walk.within_scope(inner):
+        walk.visit_all(tuple(components))
+
+
+def _component(walk: Walk, attributes: Attributes) -> None:
+    package, plugin = attributes.text('pkg'), attributes.text('plugin')
+    _check_plugin(walk, attributes, package, plugin)
+    # ROS 2 takes an empty name for none
+    written = attributes.text('name')
+    name = None if written == '' else node_name(attributes)
+    namespace = node_namespace(walk, attributes)
+    full_name = full_node_name(name, namespace)
+    node = None
+    if name is not None:
+        node = name._replace(text=full_name)
+        if namespace is not None:
+            node = node._replace(sources=name.sources | namespace.sources)
+    title = (name and name.text) or (plugin or '').rpartition('::')[2]
+    parameters = component_parameters(walk, attributes, title, node)
+    remaps = remap_rules(walk, attributes)
+    extra = list(_extra_arguments(walk, attributes))
+    if full_name is not None:
+        check_unique(walk, attributes, full_name)
+    elif name is not None:
+        walk.may_have_others = True
+    if not walk.is_launch:
+        return
+    is_lifecycle = attributes.name == 'composable_lifecycle_node'
+    walk.draft.entries.append(
+        Component(
+            label=walk.draft.component_label([title, full_name or title]),
+            package=package or '',
+            plugin=plugin or '',
+            container=walk.scope.container or '',
+            position=attributes.position,
+            name=(name and name.text) or '',
+            namespace=(namespace and namespace.text) or '',
+            remaps=tuple(remaps),
+            parameters=tuple(p.as_json() for p in parameters),
+            extra_arguments=tuple(p.as_json() for p in extra),
+            block=walk.draft.block,
+            is_lifecycle=is_lifecycle,
+            autostart=is_lifecycle and attributes.boolean('autostart') is True,
+        )
+    )
+
+
+def _check_plugin(
+    walk: Walk,
+    attributes: Attributes,
+    package: str | None,
+    plugin: str | None,
+) -> None:
+    if package is None:
+        return
+    packages = walk.packages
+    if packages.prefix(package) is None:
+        attributes.fail('pkg', *walk.no_package(package))
+        return
+    walk.use_package(package, attributes.item.texts['pkg'].position)
+    if plugin is None:
+        return
+    if not packages.has_plugin(package, plugin):
+        attributes.fail(
+            'plugin',
+            f"package '{package}' has no component '{plugin}'",
+            packages.explain_plugin(package, plugin),
+        )
+        return
+    position = attributes.item.texts['plugin'].position
+    walk.plugins.append(PluginUse(package, plugin, position))
+
+
+def _extra_arguments(
+    walk: Walk, attributes: Attributes
+) -> Iterator[Parameter]:
+    for pair in attributes.items('extra_arg'):
+        name = pair.text('name') or ''
+        value, origins = parameter_value(
+            walk,
+            pair.item.values['value'],
+            None,
+            infer_text=True,
+            what=f"extra argument '{name}': ",
+        )
+        if value != ():
+            yield Parameter(name, value, pair.position, origins)
+
+
+#: What does each action that loads components, and each of those.
+COMPONENT_HANDLERS: Mapping[str, Handler] = {
+    'node_container': _node_container,
+    'load_composable_node': _load_composable_node,
+    'composable_node': _component,
+    'composable_lifecycle_node': _component,
+}
