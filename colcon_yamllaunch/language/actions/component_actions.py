@@ -97,17 +97,13 @@ def _component(walk: Walk, attributes: Attributes) -> None:
     name = None if written == '' else node_name(attributes)
     namespace = node_namespace(walk, attributes)
     full_name = full_node_name(name, namespace)
-    node = None
-    if name is not None:
-        node = name._replace(text=full_name)
-        if namespace is not None:
-            node = node._replace(sources=name.sources | namespace.sources)
+    full_text = None if full_name is None else full_name.text
     title = (name and name.text) or (plugin or '').rpartition('::')[2]
-    parameters = component_parameters(walk, attributes, title, node)
+    parameters = component_parameters(walk, attributes, title, full_name)
     remaps = remap_rules(walk, attributes)
     extra = list(_extra_arguments(walk, attributes))
-    if full_name is not None:
-        check_unique(walk, attributes, full_name)
+    if full_text is not None:
+        check_unique(walk, attributes, full_text)
     elif name is not None:
         walk.may_have_others = True
     if not walk.is_launch:
@@ -115,7 +111,7 @@ def _component(walk: Walk, attributes: Attributes) -> None:
     is_lifecycle = attributes.name == 'composable_lifecycle_node'
     walk.draft.entries.append(
         Component(
-            label=walk.draft.component_label([title, full_name or title]),
+            label=walk.draft.component_label([title, full_text or title]),
             package=package or '',
             plugin=plugin or '',
             container=walk.scope.container or '',

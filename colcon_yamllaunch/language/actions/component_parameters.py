@@ -10,17 +10,17 @@ It reads no files itself: who loads it does, and sends what they say.
 from collections.abc import Iterator
 import os
 
-from colcon_yamllaunch.language.actions.node_parameters import file_of
 from colcon_yamllaunch.language.actions.node_parameters import (
     nested_parameters,
 )
+from colcon_yamllaunch.language.actions.parameter_files import file_of
+from colcon_yamllaunch.language.actions.parameter_files import note_sections
+from colcon_yamllaunch.language.actions.parameter_files import sections_in
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
-from colcon_yamllaunch.language.evaluation.findings import SectionUse
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.source_text import read_source
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
@@ -60,46 +60,10 @@ def component_parameters(
         if isinstance(file, ParameterFile):
             found += _in_text(walk, file.content, text, node)
         elif file is not None:
-            path = os.path.join(walk.cwd, file)
-            note_sections(walk, path, text, node)
-            found += _in_file(walk, path, text, node)
+            note_sections(walk, file, entry, node)
+            found += _in_file(walk, os.path.join(walk.cwd, file), text, node)
     # what has no type cannot be sent
     return [p for p in found if p.value != ()]
-
-
-def note_sections(
-    walk: Walk, path: str, origin: Text, node: Value | None
-) -> None:
-    """
-    Take note that a node is given a file with parameters.
-
-    :param origin: What names the file
-    :param node: The full name of the node, None when it names itself
-    """
-    if walk.never:
-        return
-    try:
-        sections = sections_in(walk, path).sections
-    except LaunchError:
-        # who reads it says so
-        return
-    name = node.text if node is not None and node.is_sure else None
-    place = walk.place_of(origin)
-    walk.section_uses.append(SectionUse(path, sections, name, place))
-
-
-def sections_in(walk: Walk, path: str) -> ParameterSections:
-    """
-    Return what a file with parameters says.
-
-    :raises LaunchError: when it cannot be read, or is no such file
-    """
-    read = walk.parameter_sections.get(path)
-    if read is None:
-        located = walk.parameter_file(path) or path
-        read = read_sections(read_source(located, path))
-        walk.parameter_sections[path] = read
-    return read
 
 
 def _in_file(

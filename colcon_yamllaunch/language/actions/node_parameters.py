@@ -4,20 +4,17 @@
 """The parameters of a node, from what the launch file says of them."""
 
 from collections.abc import Iterator
-import os
 
-from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.language.actions.parameter_files import file_of
+from colcon_yamllaunch.language.actions.parameter_files import note_sections
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.syntax.source_text import read_source
-from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
-from colcon_yamllaunch.language.syntax.yaml_values import load_yaml
-from colcon_yamllaunch.language.syntax.yaml_values import UnusableYamlError
 from colcon_yamllaunch.language.tree.launch_tree import ParameterValue
 from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.parameter import coerce
@@ -37,7 +34,11 @@ Content = tuple[ParameterContent | None, tuple[Position, ...]]
 
 
 def parameter_arguments(
-    walk: Walk, attributes: Attributes, node: str, pattern: str
+    walk: Walk,
+    attributes: Attributes,
+    node: str,
+    pattern: str,
+    full_name: Value | None,
 ) -> list[str | ParameterFile]:
     """
     Return the arguments for a node's own parameters, in order.
@@ -45,6 +46,7 @@ def parameter_arguments(
     :param attributes: Those of the node
     :param node: What to call it in messages
     :param pattern: The nodes that a file of parameters is for
+    :param full_name: The full name of the node, None when it names itself
     """
     arguments: list[str | ParameterFile] = []
     pending: list[SetParameter] = []
@@ -61,6 +63,9 @@ def parameter_arguments(
             path = file_of(walk, entry)
             if path is not None:
                 arguments.extend(['--params-file', path])
+            if isinstance(path, str) and not walk.is_launch:
+                # in a launch only the node reads it
+                note_sections(walk, path, entry, full_name)
             continue
         for parameter in nested_parameters(walk, entry, node):
             if parameter.value is not None:
@@ -206,99 +211,3 @@ def nested_parameters(
         walk, entry.item.values['value'], kind, what=what
     )
     yield Parameter(name, value, entry.position, origins)
-
-
-def missing_file(
-    walk: Walk, attributes: Attributes, name: str, path: str
-) -> None:
-    """
-    Say that there is no such file with parameters.
-
-    :param name: The attribute that names it
-    :param path: The path that it means
-    """
-    written = attributes.text(name) or ''
-    may_appear = walk.packages.may_appear(path)
-    attributes.fail(
-        name,
-        f"the parameter file '{written}' does not exist",
-        similar_file(walk, written),
-        is_certain=not may_appear,
-        may_pass_after_build=may_appear,
-    )
-
-
-def similar_file(walk: Walk, written: str) -> str | None:
-    """Return what may be meant by a parameter file that is not there."""
-    similar = walk.packages.similar(walk.absolute(written))
-    return did_you_mean(os.path.basename(written), similar)
-
-
-def file_of(
-    walk: Walk, entry: Attributes, *, is_needed: bool = False
-) -> str | ParameterFile | None:
-    """
-    Return the file of an item of `param`, None when it is not known.
-
-    :param is_needed: Whether the launch cannot go on without it
-    """
-    text, written = entry.item.texts['from'], entry.text('from')
-    file = None
-    if written is not None:
-        path = os.path.join(walk.cwd, written)
-        file = walk.parameter_file(path)
-        if file is None and is_needed:
-            missing_file(walk, entry, 'from', path)
-        elif file is None:
-            walk.warn(
-                f"the parameter file '{written}' does not exist; it is "
-                'skipped',
-                text,
-                similar_file(walk, written),
-            )
-    has_substitutions = entry.boolean('allow_substs')
-    if has_substitutions is False:
-        return None if file is None else written
-    if file is None or has_substitutions is None:
-        walk.note_text(None)
-        return None
-    content = _substituted(walk, file, text)
-    return None if content is None else ParameterFile(content)
-
-
-def _substituted(walk: Walk, path: str, origin: Text) -> str | None:
-    content = None
-    with walk.within_text(origin):
-        text = whole_file(path)
-        walk.note_text(text.template)
-        content = walk.value(text).text
-    if content is None:
-        return None
-    try:
-        loaded = load_yaml(content)
-    except UnusableYamlError as e:
-        loaded = None
-        reason = str(e)
-    else:
-        reason = 'it has no mapping of nodes to parameters'
-    if not isinstance(loaded, dict):
-        walk.fail(
-            error(
-                f"the parameter file '{os.path.basename(path)}' is no "
-                f'parameter file once its substitutions are made: {reason}',
-                origin,
-                hint='it is a YAML mapping of nodes to parameters',
-            )
-        )
-    return content
-
-
-def whole_file(path: str) -> Text:
-    """
-    Return the content of a file with substitutions in it.
-
-    :raises LaunchError: when it cannot be read, or one of them is malformed
-    """
-    source = read_source(path, path)
-    end = source.position_at(len(source.text))
-    return Text(Scalar(source, 0, 0, source.text, '', None, (end.line, 0)))

@@ -105,6 +105,7 @@ def run_node(
     name = node_name(attributes)
     namespace = node_namespace(walk, attributes)
     full_name = full_node_name(name, namespace)
+    full_text = None if full_name is None else full_name.text
     argv: Arguments = [path, *_texts(attributes.command('args'))]
     if 'ros_args' in attributes:
         argv += ['--ros-args', *_texts(attributes.command('ros_args'))]
@@ -117,7 +118,8 @@ def run_node(
         walk,
         attributes,
         (name and name.text) or program or '',
-        full_name if full_name and namespace is not None else '/**',
+        full_text if full_text and namespace is not None else '/**',
+        full_name,
     )
     remaps = [
         a for rule in remap_rules(walk, attributes) for a in ('-r', rule)
@@ -129,18 +131,18 @@ def run_node(
         attributes.item.texts['exec'],
         "name its package with 'pkg'",
         None if package is None else package.text,
-        full_name,
+        full_text,
         _parameters(walk, own),
         is_container,
         is_lifecycle,
         is_lifecycle and attributes.boolean('autostart') is True,
     )
     _add_process(walk, attributes, node)
-    if full_name is not None:
-        check_unique(walk, attributes, full_name)
+    if full_text is not None:
+        check_unique(walk, attributes, full_text)
     elif name is not None or is_container:
         walk.may_have_others = True
-    return full_name
+    return full_text
 
 
 def _texts(words: list[Word]) -> list[str | None]:
@@ -192,12 +194,17 @@ def node_namespace(walk: Walk, attributes: Attributes) -> Value | None:
     return inner_namespace(walk, attributes, inner)
 
 
-def full_node_name(name: Value | None, namespace: Value | None) -> str | None:
-    """Return the full name of a node, None when it has none or not known."""
-    if name is None or name.text is None:
-        return None
-    outer = '' if namespace is None else namespace.text
-    return None if outer is None else f'{outer.rstrip("/")}/{name.text}'
+def full_node_name(
+    name: Value | None, namespace: Value | None
+) -> Value | None:
+    """Return the full name of a node, None when it names itself."""
+    if name is None or namespace is None or name.text is None:
+        text = None if name is None else name.text
+        return name and name._replace(text=text and f'/{text}')
+    outer = namespace.text
+    text = None if outer is None else f'{outer.rstrip("/")}/{name.text}'
+    sources = name.sources | namespace.sources
+    return name._replace(text=text, sources=sources)
 
 
 def check_unique(walk: Walk, attributes: Attributes, full_name: str) -> None:

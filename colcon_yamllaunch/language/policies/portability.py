@@ -59,7 +59,8 @@ def not_portable(file: LaunchFile) -> Iterator[LaunchError]:
     is_typed = not is_xml(file.source)
     for entity in file.walk():
         yield from _newer_action(entity)
-        yield from _missing_names(entity.action.name, entity.item)
+        name = entity.action.name
+        yield from _missing_names(name, entity.item, len(name))
         known = by_name(entity.action.attributes)
         since = entity.action.since
         yield from _item(entity.item, known, since, is_typed)
@@ -130,7 +131,9 @@ def _newer_substitutions(text: Text) -> Iterator[LaunchError]:
             ).as_warning()
 
 
-def _missing_names(what: str, item: Item) -> Iterator[LaunchError]:
+def _missing_names(
+    what: str, item: Item, length: int = 1
+) -> Iterator[LaunchError]:
     for name in _WANTED_NAMES.get(what, ()):
         if name not in item.texts:
             yield error(
@@ -139,7 +142,7 @@ def _missing_names(what: str, item: Item) -> Iterator[LaunchError]:
                 hint=f"add it, '{name}: /' for none"
                 if name == 'namespace'
                 else 'add it',
-                length=len(what),
+                length=length,
             )
 
 

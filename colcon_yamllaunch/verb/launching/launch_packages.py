@@ -11,7 +11,7 @@ from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
 from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
-from colcon_yamllaunch.workspace.packages.missing_files import missing_plugin
+from colcon_yamllaunch.workspace.packages.missing_files import similar_plugins
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 
@@ -49,7 +49,7 @@ class LaunchPackages:
 
     def explain_plugin(self, package: str, plugin: str) -> str:
         """Say why a package has no such component, and the way out."""
-        return missing_plugin(self._locator, package, plugin) or ''
+        return similar_plugins(self._locator, package, plugin)
 
     def locate(self, path: str) -> tuple[str, str] | None:
         """

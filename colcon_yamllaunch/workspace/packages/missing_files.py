@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 import re
 
+from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import is_executable
@@ -116,7 +117,15 @@ def missing_plugin(
         own = locator.package(package)
         cure = '' if own is None else _register_command(own, plugin)
         return f'{package} has installed no components{cure}'
-    return f"{package} has no component '{plugin}'{_nearest(plugin, there)}"
+    return f"{package} has no component '{plugin}': {_alike(plugin, there)}"
+
+
+def similar_plugins(locator: PackageLocator, package: str, plugin: str) -> str:
+    """Return what may be meant by a component that a package has not."""
+    there = locator.plugins(package)
+    if not there:
+        return f"'{package}' has installed no components"
+    return _alike(plugin, there)
 
 
 def unknown_plugin(
@@ -138,7 +147,13 @@ def unknown_plugin(
     if _is_mentioned(own, name) or _is_in_source(own, name):
         return None
     there |= source_plugins(own.path)
-    return f"{package} has no component '{plugin}'{_nearest(plugin, there)}"
+    return f"{package} has no component '{plugin}': {_alike(plugin, there)}"
+
+
+def _alike(plugin: str, there: Iterable[str]) -> str:
+    meant = did_you_mean(plugin, there)
+    names = _nearest(plugin, there).removeprefix(': ')
+    return names if meant is None else f'{meant} {names}'
 
 
 def _is_in_source(package: Package, name: str) -> bool:
