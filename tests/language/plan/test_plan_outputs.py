@@ -8,6 +8,7 @@ import json
 import subprocess
 
 from colcon_yamllaunch.language.plan.plan import Block
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Condition
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
@@ -101,8 +102,21 @@ processes = st.builds(
     sigterm_timeout=st.floats(min_value=0, max_value=9),
     parameters=st.lists(parameters, max_size=2).map(tuple),
 )
+components = st.builds(
+    Component,
+    label=st.text(max_size=5),
+    package=st.text(max_size=5),
+    plugin=st.text(max_size=5),
+    container=st.text(max_size=5),
+    position=positions,
+    remaps=st.lists(st.text(max_size=5), max_size=2).map(tuple),
+    parameters=st.lists(parameters, max_size=2).map(tuple),
+    extra_arguments=st.lists(parameters, max_size=2).map(tuple),
+    is_lifecycle=st.booleans(),
+)
 leaves = st.one_of(
     processes,
+    components,
     st.builds(Message, st.text(max_size=3), st.text(max_size=3)),
     st.builds(Shutdown, st.text(max_size=3)),
 )
@@ -112,6 +126,7 @@ entries = st.recursive(
         Timer,
         st.floats(min_value=0, max_value=9),
         st.lists(inner, max_size=3).map(tuple),
+        st.booleans(),
         st.booleans(),
     ),
     max_leaves=6,
@@ -193,6 +208,72 @@ def test_text_names_what_a_user_asks_for() -> None:
         '',
         'conditions:',
         '    if: $(var "x")  taken  (demo.yaml:14:9)',
+    ]
+
+
+BOX = Process(
+    label='container-1',
+    argv=('/ws/container',),
+    cwd='/ws',
+    position=HERE,
+    node_name='/box',
+    is_container=True,
+)
+TALKER = Component(
+    label='talker',
+    package='demo',
+    plugin='demo::Talker',
+    container='/box',
+    position=HERE,
+    name='talker',
+    namespace='/ns',
+    remaps=('a:=b',),
+    parameters=(RATE, SetParameter('text', '"a b"', HERE)),
+    extra_arguments=(SetParameter('intra', 'true', HERE),),
+    is_lifecycle=True,
+    autostart=True,
+)
+COMPONENTS = Plan(
+    (
+        BOX,
+        TALKER,
+        Timer(2.0, (replace(TALKER, container='/far'),), on_ros_time=True),
+    )
+)
+
+
+def test_text_of_components() -> None:
+    lines = plan_to_text(COMPONENTS, '/ws').splitlines()
+    assert lines[2:12] == [
+        'talker, node /ns/talker, package demo, plugin demo::Talker, loaded '
+        'into /box  (demo.yaml:14:9)',
+        '    ros2 component load /box demo demo::Talker -n talker '
+        '--node-namespace /ns -r a:=b -p rate:=10 -p \'text:="a b"\' '
+        '-e intra:=true',
+        '    its node is configured and activated',
+        '    parameters:',
+        '        rate: 10  (demo.yaml:14:9, passed by bringup.yaml:30:7)',
+        '        text: "a b"  (demo.yaml:14:9)',
+        '    extra arguments:',
+        '        intra: true  (demo.yaml:14:9)',
+        'after 2 s on /clock:',
+        '    talker, node /ns/talker, package demo, plugin demo::Talker, '
+        'loaded into /far  (demo.yaml:14:9)',
+    ]
+
+
+def test_drawings_of_components() -> None:
+    assert plan_to_mermaid(COMPONENTS, '/ws').splitlines()[1:] == [
+        '  process0["container-1<br/>/box"]',
+        '  component0(["talker<br/>/ns/talker"])',
+        '  component1(["talker<br/>/ns/talker<br/>in /far"])',
+        '  process0 --> component0',
+    ]
+    assert plan_to_dot(COMPONENTS, '/ws').splitlines()[2:-1] == [
+        '  process0 [label="container-1\\n/box"];',
+        '  component0 [shape=ellipse, label="talker\\n/ns/talker"];',
+        '  component1 [shape=ellipse, label="talker\\n/ns/talker\\nin /far"];',
+        '  process0 -> component0;',
     ]
 
 

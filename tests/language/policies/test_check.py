@@ -654,3 +654,96 @@ def test_a_launch_file_in_xml(launcher: Launcher) -> None:
     text = 'launch:\n- include: {file: child.launch.xml}\n'
     (problem,) = checked(launcher, text, portable=True).errors[:1]
     assert "no package 'alhpa'" in problem.message
+
+
+LOAD = """
+launch:
+- arg: {name: flag, default: 'true'}
+- node_container:
+    {pkg: alpha, exec: talker, name: box, if: $(var flag), composable_node:
+     [{pkg: my_pkg, plugin: 'my_pkg::Camera', name: a, unless: $(var flag)}]}
+- load_composable_node:
+    target: %s
+    composable_node:
+    - {pkg: my_pkg, plugin: 'my_pkg::Viewer', name: b, if: $(var flag)}
+    - {pkg: my_pkg, plugin: 'my_pkg::Viewer', name: b, unless: $(var flag)}
+"""
+
+
+@pytest.mark.parametrize('target', ['box', '$(var flag)', '$(env UNKNOWN x)'])
+def test_good_components(launcher: Launcher, target: str) -> None:
+    result = checked(launcher, LOAD % target)
+    assert result.diagnostics == ()
+    assert [use.plugin for use in result.plugins] == [
+        'my_pkg::Camera',
+        'my_pkg::Viewer',
+        'my_pkg::Viewer',
+    ]
+    assert list(result.packages) == ['alpha', 'my_pkg']
+
+
+@pytest.mark.parametrize(
+    ('before', 'after', 'message'),
+    [
+        ('target: box', 'target: boxx', "is the container '/boxx'"),
+        ('my_pkg::Camera', 'my_pkg::Camra', "no component 'my_pkg::Camra'"),
+        ('b, if: $(var flag)', 'b', "the name '/b' too"),
+        ('$(var flag)}]', '$(var falg)}]', "'falg' does not exist"),
+        ('name: a,', 'name: a-b,', 'may only have letters'),
+    ],
+)
+def test_bad_components(
+    launcher: Launcher, before: str, after: str, message: str
+) -> None:
+    text = (LOAD % 'box').replace(before, after)
+    assert text != LOAD % 'box'
+    problems = found(launcher, text)
+    assert any(message in problem for problem in problems), problems
+
+
+def test_a_container_in_a_file_that_cannot_be_looked_at(
+    launcher: Launcher,
+) -> None:
+    launcher.write('box.launch.py', '')
+    include = '- include: {file: box.launch.py}\n'
+    assert found(launcher, LOAD % 'other' + include) == []
+
+
+@pytest.mark.parametrize(
+    ('section', 'problems'),
+    [
+        ('/**', 0),
+        ('/ns/n', 0),
+        ('/n', 1),
+        ('ns/m', 1),
+    ],
+)
+def test_a_file_that_says_nothing_to_a_node(
+    launcher: Launcher, section: str, problems: int
+) -> None:
+    launcher.write('p.yaml', f'{section}: {{ros__parameters: {{a: 1}}}}\n')
+    text = """
+launch:
+- node: {pkg: alpha, exec: talker, name: n, namespace: ns, param: [%s]}
+"""
+    given = found(launcher, text % '{from: p.yaml}')
+    assert len(given) == problems
+    assert all("node '/ns/n'" in problem for problem in given)
+
+
+def test_sections_for_nodes_that_are_not_there(launcher: Launcher) -> None:
+    launcher.write(
+        'p.yaml',
+        ''.join(f'{n}: {{ros__parameters: {{a: 1}}}}\n' for n in 'abc'),
+    )
+    node = '- node: {pkg: alpha, exec: talker%s, param: [{from: p.yaml}]}\n'
+    named = f'launch:\n{node % ", name: a"}'
+    (problem,) = checked(launcher, named).diagnostics
+    assert problem.severity == 'warning'
+    assert "gets 'p.yaml' is '/b', '/c'" in problem.message
+    assert problem.position is not None
+    assert problem.position.line == 2
+    # it may be one of them
+    assert found(launcher, named + node % '') == []
+    unsure = node % ', name: $(env NAME b)'
+    assert found(launcher, named + unsure) == []

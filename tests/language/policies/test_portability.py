@@ -10,6 +10,11 @@ from tests.language.conftest import Marked
 from tests.language.policies.test_check import checked
 
 NODE = 'node: {pkg: alpha, exec: talker, '
+BOX = (
+    'node_container: {pkg: alpha, exec: talker, name: a, namespace: /, '
+    'composable_node: '
+)
+COMPONENT = BOX + "[{pkg: my_pkg, plugin: 'my_pkg::Camera', "
 GOOD = {
     'texts': NODE + "args: '5', if: 'true', respawn: 'true'}",
     'booleans': NODE + 'shell: false}',
@@ -25,6 +30,9 @@ GOOD = {
     'a container': (
         'node_container: {pkg: alpha, exec: talker, name: a, namespace: /}'
     ),
+    'a component': COMPONENT + 'name: c, extra_arg: '
+    "[{name: a, value: 'true'}], if: 'true', param: [{name: b, value: 1}]}]}",
+    'a timer of ROS time': 'ros_timer: {period: 1.0, children: []}',
 }
 
 
@@ -36,6 +44,22 @@ def test_what_ros_2_accepts(name: str, launcher: Launcher) -> None:
 
 # the place, and what the way out has in it
 BAD = {
+    'an extra argument': (
+        COMPONENT + 'name: c, extra_arg: [{name: a, value: «true»}]}]}',
+        "'true'",
+    ),
+    'a list as extra argument': (
+        COMPONENT + 'name: c, extra_arg: [{name: a, value: «[1]}]}]}',
+        'quote the whole list',
+    ),
+    'a boolean as condition of a component': (
+        COMPONENT + 'name: c, if: «true»}]}',
+        "'true'",
+    ),
+    'a component without a name': (
+        BOX + "[«{»pkg: my_pkg, plugin: 'my_pkg::Camera'}]}",
+        'add it',
+    ),
     'a boolean as condition': (NODE + 'if: «true»}', "'true'"),
     'a boolean as respawn': (NODE + 'respawn: «true»}', "'true'"),
     'a number as text': ('let: {name: a, value: «5»}', "'5'"),
@@ -85,6 +109,17 @@ def test_what_ros_2_rejects(name: str, launcher: Launcher) -> None:
 
 
 NEWER = {
+    'a lifecycle node': (
+        '«lifecycle_node»: {pkg: alpha, exec: talker, name: a, '
+        'namespace: /, respawn_max_retries: 2}',
+        'Lyrical',
+    ),
+    'a component that is a lifecycle node': (
+        BOX.replace('composable_node', 'composable_lifecycle_node')
+        + "[«{»pkg: my_pkg, plugin: 'my_pkg::Camera', name: c, "
+        'autostart: true}]}',
+        'Lyrical',
+    ),
     'an action': ('«log_info»: {message: x}', 'Lyrical'),
     'an attribute': (NODE + 'emulate_tty: «true»}', 'Iron'),
     'a substitution': ('let: {name: a, value: "«$(string-strip x)»"}', ''),

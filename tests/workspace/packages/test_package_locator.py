@@ -8,13 +8,21 @@ from pathlib import Path
 from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
+from colcon_yamllaunch.workspace.packages.missing_files import missing_plugin
 from colcon_yamllaunch.workspace.packages.missing_files import nearest
 from colcon_yamllaunch.workspace.packages.missing_files import not_installed
+from colcon_yamllaunch.workspace.packages.missing_files import similar_plugins
 from colcon_yamllaunch.workspace.packages.missing_files import (
     unknown_executable,
 )
+from colcon_yamllaunch.workspace.packages.missing_files import unknown_plugin
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+from colcon_yamllaunch.workspace.packages.package_locator import (
+    read_component_index,
+)
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 
 
@@ -256,3 +264,65 @@ def test_what_is_no_program_is_not_offered_as_one(tree):
     assert problem.endswith(
         "my_pkg has no executable 'test_driv': it has drive.py"
     )
+
+
+INDEX = 'share/ament_index/resource_index/rclcpp_components'
+
+
+def test_components(tree):
+    assert tree.locator.plugins('my_pkg') is None
+    # an underlay's counts until the package has its own
+    tree.file(f'ros/{INDEX}/my_pkg', 'old::Node;lib/libold.so\n')
+    assert tree.locator.plugins('my_pkg') == ('old::Node',)
+    listed = tree.installed(f'{INDEX}/my_pkg')
+    listed.write_text('a::Talker;lib/liba.so\n\na::Listener;lib/liba.so')
+    assert tree.locator.plugins('my_pkg') == ('a::Talker', 'a::Listener')
+    assert missing_plugin(tree.locator, 'my_pkg', 'a::Talker') is None
+    assert missing_plugin(tree.locator, 'my_pkg', 'a::Talkr') == (
+        "my_pkg has no component 'a::Talkr': did you mean 'a::Talker'? "
+        'it has a::Talker, a::Listener'
+    )
+
+
+def test_a_package_without_components(tree):
+    assert missing_plugin(tree.locator, 'rclpy', 'a::B') == (
+        'rclpy has installed no components'
+    )
+    assert similar_plugins(tree.locator, 'rclpy', 'a::B') == (
+        "'rclpy' has installed no components"
+    )
+    text = missing_plugin(tree.locator, 'my_pkg', 'a::B')
+    assert 'rclcpp_components_register_nodes(TARGET "a::B")' in text
+    assert str(tree.source / 'CMakeLists.txt') in text
+
+
+def test_components_that_a_build_may_bring(tree):
+    def reason(plugin):
+        return unknown_plugin(tree.locator, 'my_pkg', plugin)
+
+    assert 'it has installed none' in reason('a::Talker')
+    cmake = tree.src(
+        'CMakeLists.txt',
+        'rclcpp_components_register_node(t PLUGIN "a::Talker" EXECUTABLE t)\n',
+    )
+    assert reason('a::Talker') is None
+    assert "did you mean 'a::Talker'?" in reason('a::Talkr')
+    # what other macros or variables make of it shows in the build only
+    cmake.write_text('my_register(${PROJECT_NAME}::Camera)\n')
+    assert reason('my_pkg::Camera') is None
+    tree.src('src/viewer.cpp', 'RCLCPP_COMPONENTS_REGISTER_NODE(v::Viewer)')
+    assert reason('v::Viewer') is None
+    assert reason('v::Viewr') is not None
+    tree.installed(f'{INDEX}/my_pkg').write_text('gone::Node;lib/liba.so')
+    assert reason('gone::Node') is None
+    # an underlay is built already
+    found = unknown_plugin(tree.locator, 'rclpy', 'x::Y')
+    assert found == 'rclpy has installed no components'
+
+
+@given(st.text())
+def test_any_list_of_components_can_be_read(text):
+    for plugin in read_component_index(text):
+        assert plugin
+        assert ';' not in plugin
+        assert plugin in text

@@ -5,6 +5,7 @@
 
 from pathlib import Path
 
+from colcon_yamllaunch.workspace.packages.source_programs import source_plugins
 from colcon_yamllaunch.workspace.packages.source_programs import (
     source_programs,
 )
@@ -51,3 +52,24 @@ def test_programs(
     path.parent.mkdir(exist_ok=True)
     path.write_text(text)
     assert source_programs(tmp_path) == names
+
+
+@pytest.mark.parametrize(
+    ('text', 'names'),
+    [
+        (
+            'rclcpp_components_register_node(l PLUGIN "a::B" EXECUTABLE b)',
+            {'a::B'},
+        ),
+        ('rclcpp_components_register_node(l\n PLUGIN a::b::C)', {'a::b::C'}),
+        (
+            'rclcpp_components_register_nodes(l "a::B"\n  "a::C")\n',
+            {'a::B', 'a::C'},
+        ),
+        ('rclcpp_components_register_nodes(l "${N}::B")', set()),
+        ('# rclcpp_components_register_nodes(l "a::B")', set()),
+    ],
+)
+def test_components(tmp_path: Path, text: str, names: set[str]) -> None:
+    (tmp_path / 'CMakeLists.txt').write_text(text)
+    assert source_plugins(tmp_path) == names
