@@ -130,8 +130,9 @@ ROS 2 runs keeps its meaning.
 command line.
 - Where ROS 2 takes every text for true (`scoped: 'false'`), the text is \
 read as a boolean; what is none is an error.
-- `set_use_sim_time` sets the parameter `use_sim_time` of the nodes, and a \
-list in `set_parameter` reaches the nodes as a list.
+- `set_use_sim_time` sets the parameter `use_sim_time` of the nodes and the \
+clock of each `ros_timer` in the scope, and a list in `set_parameter` reaches \
+the nodes as a list.
 - `set_parameter` and `set_remap` in a group always end with the group.
 - `$(dirname)` and `$(filename)` always name the file that they are written \
 in, also behind an include.
@@ -148,6 +149,8 @@ former run left running.
 - Without `respawn_delay`, a process that ended ten times in a row within a \
 second of its start is respawned after a pause, which grows from 0.1 to 5 s \
 until it runs longer.
+- For components and lifecycle nodes, see \
+[components.md](components.md#what-is-different-from-ros-2).
 - Mistakes show as `file:line:column` before anything is started; a program \
 that cannot be started, or that fails, makes the exit code 1.
 """

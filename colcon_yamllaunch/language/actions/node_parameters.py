@@ -5,8 +5,10 @@
 
 from collections.abc import Iterator
 
-from colcon_yamllaunch.language.actions.parameter_files import file_of
-from colcon_yamllaunch.language.actions.parameter_files import note_sections
+from colcon_yamllaunch.language.actions.parameter_file_lookup import file_of
+from colcon_yamllaunch.language.actions.parameter_file_lookup import (
+    note_sections,
+)
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk

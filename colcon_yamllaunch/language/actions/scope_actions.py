@@ -11,7 +11,9 @@ import os
 
 from colcon_yamllaunch.common.suggestions import one_of
 from colcon_yamllaunch.language.actions.node_parameters import parameter_value
-from colcon_yamllaunch.language.actions.parameter_files import missing_file
+from colcon_yamllaunch.language.actions.parameter_file_lookup import (
+    missing_file,
+)
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError

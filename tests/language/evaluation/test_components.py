@@ -4,15 +4,25 @@
 """What containers are loaded with."""
 
 import json
+from pathlib import Path
+import re
 
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.language.policies.check import check
+from colcon_yamllaunch.language.policies.evaluate import evaluate
 import pytest
 
 from tests.language.conftest import Launcher
 from tests.language.conftest import Marked
 
+PAGE = Path(__file__).parents[3] / 'docs' / 'components.md'
+EXAMPLES = re.findall(
+    r'^```(?:yaml|xml)\n(.*?)^```$',
+    PAGE.read_text(encoding='utf-8'),
+    re.MULTILINE | re.DOTALL,
+)
 BOX = '- node_container: {pkg: alpha, exec: talker, name: box}\n'
 PARAMETERS = """\
 /**:
@@ -534,3 +544,39 @@ def test_components_behind_a_timer(launcher):
     _, timer = launcher.good(f'launch:\n{text}').plan.entries
     (found,) = timer.entries
     assert isinstance(found, Component)
+
+
+def example(launcher, number):
+    """Return what evaluates an example of the page."""
+    text = EXAMPLES[number]
+    name = 'example.xml' if text.startswith('<') else 'example.yaml'
+    launcher.write(name, text)
+    launcher.packages.programs = {
+        'my_pkg': {'driver', 'planner'},
+        'rclcpp_components': {'component_container', 'component_container_mt'},
+    }
+    return launcher.request(f'launch: [include: {{file: {name}}}]\n')
+
+
+@pytest.mark.parametrize('number', range(len(EXAMPLES)))
+def test_the_examples_of_the_page(launcher, number):
+    request = example(launcher, number)
+    evaluation = evaluate(request)
+    # a fake package has no files
+    assert all(e.may_pass_after_build for e in evaluation.errors)
+    assert len(evaluation.diagnostics) == len(evaluation.errors)
+    assert evaluation.plan.entries
+    assert check(request, portable=True).errors == ()
+
+
+def test_that_the_page_says_the_same_in_yaml_and_xml(launcher):
+    assert len(EXAMPLES) == 6
+    yaml, xml = (
+        [
+            (c.node_name, c.remaps, values(c))
+            for c in evaluate(example(launcher, number)).plan.components()
+        ]
+        for number in (0, 1)
+    )
+    assert len(yaml) == 2
+    assert yaml == xml
