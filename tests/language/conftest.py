@@ -43,7 +43,6 @@ class FakePackages:
 
     def __init__(self, programs: Mapping[str, Iterable[str]]) -> None:
         self.programs = {name: set(them) for name, them in programs.items()}
-        self.plugins = {'my_pkg': {'my_pkg::Camera', 'my_pkg::Viewer'}}
 
     def prefix(self, name: str) -> str | None:
         return f'/install/{name}' if name in self.programs else None
@@ -58,12 +57,6 @@ class FakePackages:
 
     def explain_executable(self, package: str, name: str) -> str:
         return f'{package} has {", ".join(sorted(self.programs[package]))}'
-
-    def has_plugin(self, package: str, plugin: str) -> bool:
-        return plugin in self.plugins.get(package, ())
-
-    def explain_plugin(self, package: str, plugin: str) -> str:
-        return f'{package} has {", ".join(sorted(self.plugins[package]))}'
 
     def locate(self, path: str) -> tuple[str, str] | None:
         return (path, path) if os.path.isfile(path) else None

@@ -91,7 +91,7 @@ def _load(walk: Walk, components: list[Entity], container: str | None) -> None:
 
 def _component(walk: Walk, attributes: Attributes) -> None:
     package, plugin = attributes.text('pkg'), attributes.text('plugin')
-    _check_plugin(walk, attributes, package, plugin)
+    _note_plugin(walk, attributes, package, plugin)
     # ROS 2 takes an empty name for none
     written = attributes.text('name')
     name = None if written == '' else node_name(attributes)
@@ -128,30 +128,25 @@ def _component(walk: Walk, attributes: Attributes) -> None:
     )
 
 
-def _check_plugin(
+def _note_plugin(
     walk: Walk,
     attributes: Attributes,
     package: str | None,
     plugin: str | None,
 ) -> None:
+    """
+    Take note of a package and what is to be loaded from it.
+
+    Whether it has that shows in its install space, once it is built.
+    """
     if package is None:
         return
-    packages = walk.packages
-    if packages.prefix(package) is None:
-        attributes.fail('pkg', *walk.no_package(package))
-        return
-    walk.use_package(package, attributes.item.texts['pkg'].position)
-    if plugin is None:
-        return
-    if not packages.has_plugin(package, plugin):
-        attributes.fail(
-            'plugin',
-            f"package '{package}' has no component '{plugin}'",
-            packages.explain_plugin(package, plugin),
-        )
-        return
-    position = attributes.item.texts['plugin'].position
-    walk.plugins.append(PluginUse(package, plugin, position))
+    texts = attributes.item.texts
+    if walk.packages.prefix(package) is not None:
+        walk.use_package(package, texts['pkg'].position)
+    position = texts['plugin'].position
+    use = PluginUse(package, plugin, position, texts['pkg'].position)
+    walk.plugins.append(use)
 
 
 def _extra_arguments(

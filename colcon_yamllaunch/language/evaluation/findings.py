@@ -40,13 +40,15 @@ class PluginUse:
     A component of a package that the launch loads.
 
     :param package: The package
-    :param plugin: The class of the component
-    :param position: Where the launch file says so
+    :param plugin: The class of the component, None when it is not known
+    :param position: Where the launch file names it
+    :param package_position: Where the launch file names the package
     """
 
     package: str
-    plugin: str
+    plugin: str | None
     position: Position
+    package_position: Position
 
 
 @dataclass(frozen=True, slots=True)

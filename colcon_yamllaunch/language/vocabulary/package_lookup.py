@@ -30,16 +30,6 @@ class Packages(Protocol):
     def explain_executable(self, package: str, name: str) -> str:
         """Say why a package has no such program, and the way out."""
 
-    def has_plugin(self, package: str, plugin: str) -> bool:
-        """
-        Say whether a package registers a component.
-
-        One that is yet to be built may be taken for one that does.
-        """
-
-    def explain_plugin(self, package: str, plugin: str) -> str:
-        """Say why a package has no such component, and the way out."""
-
     def locate(self, path: str) -> tuple[str, str] | None:
         """
         Return the path that a launch file goes by and the path to read.

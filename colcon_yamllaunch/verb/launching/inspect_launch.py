@@ -105,7 +105,12 @@ def _show_args(flow: LaunchFlow) -> int:
 def _plan(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
     target = flow.target()
     evaluation = evaluate(flow.request(target), runs=options.runs)
-    flow.report((*_guesses(flow), *evaluation.diagnostics))
+    # what cannot be loaded is shown all the same: the rest would go on
+    plugins = [
+        replace(d, severity='warning')
+        for d in unknown_plugins(evaluation.plugins, flow.locator)
+    ]
+    flow.report((*_guesses(flow), *evaluation.diagnostics, *plugins))
     if evaluation.errors:
         return 1
     if options.why:

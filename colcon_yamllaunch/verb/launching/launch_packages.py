@@ -11,7 +11,6 @@ from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
 from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
-from colcon_yamllaunch.workspace.packages.missing_files import similar_plugins
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 
@@ -36,20 +35,6 @@ class LaunchPackages:
     def explain_executable(self, package: str, name: str) -> str:
         """Say why a package has no such program, and the way out."""
         return missing_executable(self._locator, package, name) or ''
-
-    def has_plugin(self, package: str, plugin: str) -> bool:
-        """
-        Say whether a package registers a component.
-
-        What a package of the workspace registers shows after its build.
-        """
-        if self._locator.package(package) is not None:
-            return True
-        return plugin in (self._locator.plugins(package) or ())
-
-    def explain_plugin(self, package: str, plugin: str) -> str:
-        """Say why a package has no such component, and the way out."""
-        return similar_plugins(self._locator, package, plugin)
 
     def locate(self, path: str) -> tuple[str, str] | None:
         """

@@ -17,7 +17,9 @@ from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
+from colcon_yamllaunch.workspace.packages.missing_files import missing_package
 from colcon_yamllaunch.workspace.packages.missing_files import missing_plugin
+from colcon_yamllaunch.workspace.packages.missing_files import MissingPlugin
 from colcon_yamllaunch.workspace.packages.missing_files import not_installed
 from colcon_yamllaunch.workspace.packages.missing_files import (
     unknown_executable,
@@ -85,37 +87,52 @@ def unknown_executables(
     uses: Iterable[ExecutableUse], locator: PackageLocator
 ) -> Iterator[Diagnostic]:
     """Find programs that not even a build would bring."""
-    return _lacking(_programs(uses), locator, unknown_executable)
+    return _lacking(uses, locator, unknown_executable)
 
 
 def unknown_plugins(
     uses: Iterable[PluginUse], locator: PackageLocator
 ) -> Iterator[Diagnostic]:
     """Find components that not even a build would bring."""
-    return _lacking(_plugins(uses), locator, unknown_plugin)
-
-
-#: A package, what it is to have, and where the launch file says so.
-_Use = tuple[str, str, Position]
-
-
-def _programs(uses: Iterable[ExecutableUse]) -> Iterator[_Use]:
-    return ((use.package, use.name, use.position) for use in uses)
-
-
-def _plugins(uses: Iterable[PluginUse]) -> Iterator[_Use]:
-    return ((use.package, use.plugin, use.position) for use in uses)
+    return _lacking_plugins(uses, locator, unknown_plugin)
 
 
 def _lacking(
-    uses: Iterable[_Use],
+    uses: Iterable[ExecutableUse],
     locator: PackageLocator,
     reason_of: Callable[[PackageLocator, str, str], str | None],
 ) -> Iterator[Diagnostic]:
-    for package, name, position in uses:
-        reason = reason_of(locator, package, name)
+    for use in uses:
+        reason = reason_of(locator, use.package, use.name)
         if reason is not None:
-            yield Diagnostic('error', reason, position, length=len(name))
+            yield Diagnostic(
+                'error', reason, use.position, length=len(use.name)
+            )
+
+
+def _lacking_plugins(
+    uses: Iterable[PluginUse],
+    locator: PackageLocator,
+    reason_of: Callable[[PackageLocator, str, str], MissingPlugin | None],
+) -> Iterator[Diagnostic]:
+    for use in uses:
+        reason = missing_package(locator, use.package)
+        if reason is not None:
+            yield Diagnostic(
+                'error',
+                reason,
+                use.package_position,
+                length=len(use.package),
+            )
+        elif use.plugin is not None:
+            missing = reason_of(locator, use.package, use.plugin)
+            if missing is not None:
+                yield Diagnostic(
+                    'error' if missing.is_certain else 'warning',
+                    missing.reason,
+                    use.position,
+                    length=len(use.plugin),
+                )
 
 
 def preflight(
@@ -124,13 +141,11 @@ def preflight(
     """
     Find what the launch needs and the packages have not installed.
 
-    A program that is not there is an error; a file is a warning, as the
-    launch may go on without it in ROS 2 too.
+    A program or component that is not there is an error; a file is a warning,
+    as the launch may go on without it in ROS 2 too.
     """
-    programs = _programs(evaluation.executables)
-    yield from _lacking(programs, locator, missing_executable)
-    plugins = _plugins(evaluation.plugins)
-    yield from _lacking(plugins, locator, missing_plugin)
+    yield from _lacking(evaluation.executables, locator, missing_executable)
+    yield from _lacking_plugins(evaluation.plugins, locator, missing_plugin)
     wanted = dict.fromkeys(missing) | _used_paths(evaluation)
     reported: set[str] = set()
     for path, position in wanted.items():

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import os
 from pathlib import Path
 import re
+from typing import NamedTuple
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.text_files import text_of
@@ -102,35 +103,39 @@ def _is_mentioned(package: Package, name: str) -> bool:
     )
 
 
+class MissingPlugin(NamedTuple):
+    """
+    Why a component cannot be loaded.
+
+    :param reason: Why, with the cure
+    :param is_certain: Whether no container can load it
+    """
+
+    reason: str
+    is_certain: bool
+
+
 def missing_plugin(
     locator: PackageLocator, package: str, plugin: str
-) -> str | None:
+) -> MissingPlugin | None:
     """
     Explain why a package has no such component; None if it has.
 
     :param locator: The packages as they are after the build
     """
     there = locator.plugins(package)
-    if there is not None and plugin in there:
-        return None
-    if not there:
+    if there is None:
+        # containers of other kinds may have lists of their own
         own = locator.package(package)
         cure = '' if own is None else _register_command(own, plugin)
-        return f'{package} has installed no components{cure}'
-    return f"{package} has no component '{plugin}': {_alike(plugin, there)}"
-
-
-def similar_plugins(locator: PackageLocator, package: str, plugin: str) -> str:
-    """Return what may be meant by a component that a package has not."""
-    there = locator.plugins(package)
-    if not there:
-        return f"'{package}' has installed no components"
-    return _alike(plugin, there)
+        reason = f'{package} has installed no components{cure}'
+        return MissingPlugin(reason, own is not None)
+    return None if plugin in there else _no_plugin(package, plugin, there)
 
 
 def unknown_plugin(
     locator: PackageLocator, package: str, plugin: str
-) -> str | None:
+) -> MissingPlugin | None:
     """
     Explain why not even a build would bring a component.
 
@@ -146,8 +151,23 @@ def unknown_plugin(
     name = plugin.rpartition('::')[2]
     if _is_mentioned(own, name) or _is_in_source(own, name):
         return None
-    there |= source_plugins(own.path)
-    return f"{package} has no component '{plugin}': {_alike(plugin, there)}"
+    return _no_plugin(package, plugin, there | source_plugins(own.path))
+
+
+def missing_package(locator: PackageLocator, package: str) -> str | None:
+    """Explain that there is no such package; None if there is."""
+    if locator.prefix(package) is not None:
+        return None
+    hint = did_you_mean(package, locator.names())
+    reason = f"there is no package '{package}' in the workspace or an underlay"
+    return reason if hint is None else f'{reason}: {hint}'
+
+
+def _no_plugin(
+    package: str, plugin: str, there: Iterable[str]
+) -> MissingPlugin:
+    reason = f"{package} has no component '{plugin}': {_alike(plugin, there)}"
+    return MissingPlugin(reason, is_certain=True)
 
 
 def _alike(plugin: str, there: Iterable[str]) -> str:

@@ -686,7 +686,6 @@ def test_good_components(launcher: Launcher, target: str) -> None:
     ('before', 'after', 'message'),
     [
         ('target: box', 'target: boxx', "is the container '/boxx'"),
-        ('my_pkg::Camera', 'my_pkg::Camra', "no component 'my_pkg::Camra'"),
         ('b, if: $(var flag)', 'b', "the name '/b' too"),
         ('$(var flag)}]', '$(var falg)}]', "'falg' does not exist"),
         ('name: a,', 'name: a-b,', 'may only have letters'),

@@ -118,3 +118,36 @@ def test_dirname_is_not_affected_by_find_pkg_share(user: User) -> None:
     install = user.root / 'install'
     wanted = f'{install}/other/share/other {install}/one/share/one/launch'
     assert wanted in user.launch('one', 'one')
+
+
+def test_component_that_is_not_registered(user: User) -> None:
+    folder = user.package(
+        'one',
+        'launch:\n'
+        '  - node_container:\n'
+        '      pkg: one\n'
+        '      exec: hello.sh\n'
+        '      name: box\n'
+        '      composable_node:\n'
+        "        - {pkg: one, plugin: 'one::Talkr', name: talker}\n"
+        "        - {pkg: oen, plugin: 'one::Talker', name: other}\n",
+    )
+    cmake = folder / 'CMakeLists.txt'
+    index = 'share/ament_index/resource_index/rclcpp_components'
+    user.write('src/one/listed/one', 'one::Talker;lib/libone.so\n')
+    cmake.write_text(
+        cmake.read_text()
+        + f'\ninstall(FILES listed/one DESTINATION {index})\n'
+    )
+    output = user.launch('one', 'one', code=1)
+    assert (
+        "one has no component 'one::Talkr': did you mean 'one::Talker'?"
+        in (output)
+    )
+    assert 'src/one/launch/one.yaml:7:' in output
+    assert "there is no package 'oen'" in output
+    assert "did you mean 'one'?" in output
+    assert 'hello from one' not in output
+    # who only looks is shown the rest as well
+    output = user.launch('one', 'one', '--plan')
+    assert 'other, node /other, package oen' in output

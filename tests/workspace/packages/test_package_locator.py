@@ -8,10 +8,10 @@ from pathlib import Path
 from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
+from colcon_yamllaunch.workspace.packages.missing_files import missing_package
 from colcon_yamllaunch.workspace.packages.missing_files import missing_plugin
 from colcon_yamllaunch.workspace.packages.missing_files import nearest
 from colcon_yamllaunch.workspace.packages.missing_files import not_installed
-from colcon_yamllaunch.workspace.packages.missing_files import similar_plugins
 from colcon_yamllaunch.workspace.packages.missing_files import (
     unknown_executable,
 )
@@ -280,25 +280,27 @@ def test_components(tree):
     assert missing_plugin(tree.locator, 'my_pkg', 'a::Talker') is None
     assert missing_plugin(tree.locator, 'my_pkg', 'a::Talkr') == (
         "my_pkg has no component 'a::Talkr': did you mean 'a::Talker'? "
-        'it has a::Talker, a::Listener'
+        'it has a::Talker, a::Listener',
+        True,
     )
 
 
 def test_a_package_without_components(tree):
+    # containers of other kinds may know better
     assert missing_plugin(tree.locator, 'rclpy', 'a::B') == (
-        'rclpy has installed no components'
+        'rclpy has installed no components',
+        False,
     )
-    assert similar_plugins(tree.locator, 'rclpy', 'a::B') == (
-        "'rclpy' has installed no components"
-    )
-    text = missing_plugin(tree.locator, 'my_pkg', 'a::B')
+    text, is_certain = missing_plugin(tree.locator, 'my_pkg', 'a::B')
+    assert is_certain
     assert 'rclcpp_components_register_nodes(TARGET "a::B")' in text
     assert str(tree.source / 'CMakeLists.txt') in text
 
 
 def test_components_that_a_build_may_bring(tree):
     def reason(plugin):
-        return unknown_plugin(tree.locator, 'my_pkg', plugin)
+        found = unknown_plugin(tree.locator, 'my_pkg', plugin)
+        return None if found is None else found.reason
 
     assert 'it has installed none' in reason('a::Talker')
     cmake = tree.src(
@@ -317,7 +319,18 @@ def test_components_that_a_build_may_bring(tree):
     assert reason('gone::Node') is None
     # an underlay is built already
     found = unknown_plugin(tree.locator, 'rclpy', 'x::Y')
-    assert found == 'rclpy has installed no components'
+    assert found.reason == 'rclpy has installed no components'
+
+
+def test_a_package_that_is_not_there(tree):
+    assert missing_package(tree.locator, 'rclpy') is None
+    assert missing_package(tree.locator, 'my_pgk') == (
+        "there is no package 'my_pgk' in the workspace or an underlay: "
+        "did you mean 'my_pkg'?"
+    )
+    assert missing_package(tree.locator, 'quite_other') == (
+        "there is no package 'quite_other' in the workspace or an underlay"
+    )
 
 
 @given(st.text())
