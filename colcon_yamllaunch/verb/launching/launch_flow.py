@@ -41,6 +41,7 @@ from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
 from colcon_yamllaunch.verb.launching.plan_run import PlanRun
 from colcon_yamllaunch.verb.launching.preflight import preflight
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
+from colcon_yamllaunch.verb.launching.preflight import unknown_plugins
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
@@ -173,6 +174,7 @@ class LaunchFlow:
             errors = evaluation.errors
             if is_final or any(not e.may_pass_after_build for e in errors):
                 break
+            self._stop_at_foreign_plugins(evaluation)
             wanted = self._wanted(target, evaluation)
             is_final = wanted <= built or not self._update(wanted, target)
             built |= wanted
@@ -240,6 +242,15 @@ class LaunchFlow:
             self._workspace.check_sourced(needed, may_build=may_build)
         if errors:
             self._fail(evaluation.diagnostics)
+
+    def _stop_at_foreign_plugins(self, evaluation: Evaluation) -> None:
+        """Stop at components that no build of the workspace brings."""
+        own = self._workspace.package_names
+        uses = [use for use in evaluation.plugins if use.package not in own]
+        found = unknown_plugins(uses, self._workspace.locator)
+        errors = [d for d in found if d.severity == 'error']
+        if errors:
+            self._fail([*evaluation.diagnostics, *errors])
 
     def _wanted(self, target: Target, evaluation: Evaluation) -> set[str]:
         """Return the packages of the workspace to bring up to date."""

@@ -139,15 +139,17 @@ def test_component_that_is_not_registered(user: User) -> None:
         cmake.read_text()
         + f'\ninstall(FILES listed/one DESTINATION {index})\n'
     )
+    # what no build brings is said before one
     output = user.launch('one', 'one', code=1)
-    assert (
-        "one has no component 'one::Talkr': did you mean 'one::Talker'?"
-        in (output)
-    )
-    assert 'src/one/launch/one.yaml:7:' in output
     assert "there is no package 'oen'" in output
     assert "did you mean 'one'?" in output
+    assert 'building' not in output
+    launch = folder / 'launch/one.yaml'
+    launch.write_text(launch.read_text().replace('oen', 'one'))
+    output = user.launch('one', 'one', code=1)
+    assert "no component 'one::Talkr': did you mean 'one::Talker'?" in output
+    assert 'src/one/launch/one.yaml:7:' in output
     assert 'hello from one' not in output
     # who only looks is shown the rest as well
     output = user.launch('one', 'one', '--plan')
-    assert 'other, node /other, package oen' in output
+    assert 'talker, node /talker, package one, plugin one::Talkr' in output
