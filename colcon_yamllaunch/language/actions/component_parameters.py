@@ -18,6 +18,9 @@ from colcon_yamllaunch.language.actions.parameter_file_lookup import (
     note_sections,
 )
 from colcon_yamllaunch.language.actions.parameter_file_lookup import (
+    note_sections_of_scope,
+)
+from colcon_yamllaunch.language.actions.parameter_file_lookup import (
     sections_in,
 )
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
@@ -48,6 +51,7 @@ def component_parameters(
     """
     found: list[Parameter] = []
     plugin = attributes.item.texts['plugin']
+    note_sections_of_scope(walk, node)
     for parameter in walk.scope.parameters:
         if isinstance(parameter, Parameter):
             found.append(parameter)

@@ -9,6 +9,9 @@ from colcon_yamllaunch.language.actions.parameter_file_lookup import file_of
 from colcon_yamllaunch.language.actions.parameter_file_lookup import (
     note_sections,
 )
+from colcon_yamllaunch.language.actions.parameter_file_lookup import (
+    note_sections_of_scope,
+)
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
@@ -59,6 +62,9 @@ def parameter_arguments(
             arguments.extend(['--params-file', file])
             pending.clear()
 
+    if not walk.is_launch:
+        # in a launch only the node reads them
+        note_sections_of_scope(walk, full_name)
     for entry in attributes.items('param'):
         if 'from' in entry.item.texts:
             flush()
@@ -66,7 +72,6 @@ def parameter_arguments(
             if path is not None:
                 arguments.extend(['--params-file', path])
             if isinstance(path, str) and not walk.is_launch:
-                # in a launch only the node reads it
                 note_sections(walk, path, entry, full_name)
             continue
         for parameter in nested_parameters(walk, entry, node):

@@ -8,6 +8,7 @@ import os
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import SectionUse
+from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.plan.plan import ParameterFile
@@ -94,17 +95,30 @@ def note_sections(
     :param entry: The item of `param` that names it
     :param node: The full name of the node, None when it names itself
     """
+    path = os.path.join(walk.cwd, written)
+    place = walk.place_of(entry.item.texts['from'])
+    _note(walk, path, place, node, is_own=True)
+
+
+def note_sections_of_scope(walk: Walk, node: Value | None) -> None:
+    """Take note of the files that a node is given with all of its scope."""
+    for path in walk.scope.parameters:
+        if isinstance(path, str):
+            _note(walk, path, walk.file_places[path], node, is_own=False)
+
+
+def _note(
+    walk: Walk, path: str, place: Place, node: Value | None, *, is_own: bool
+) -> None:
     if walk.never:
         return
-    path = os.path.join(walk.cwd, written)
     try:
         sections = sections_in(walk, path).sections
     except LaunchError:
         # who reads it says so
         return
     name = node.text if node is not None and node.is_sure else None
-    place = walk.place_of(entry.item.texts['from'])
-    walk.section_uses.append(SectionUse(path, sections, name, place))
+    walk.section_uses.append(SectionUse(path, sections, name, place, is_own))
 
 
 def sections_in(walk: Walk, path: str) -> ParameterSections:

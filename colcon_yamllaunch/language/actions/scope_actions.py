@@ -219,6 +219,8 @@ def _set_parameters_from_file(walk: Walk, attributes: Attributes) -> None:
     path = os.path.join(walk.cwd, written)
     if walk.parameter_file(path) is None:
         missing_file(walk, attributes, 'filename', path)
+    place = walk.place_of(attributes.item.texts['filename'])
+    walk.file_places.setdefault(path, place)
     walk.scope.parameters += (path,)
 
 

@@ -73,12 +73,15 @@ class SectionUse:
     :param sections: Its sections
     :param node: The full name of the node, None when that is not known
     :param place: Where the launch file names the file
+    :param is_own: Whether it is for this node alone, and not for all of a
+      scope
     """
 
     path: str
     sections: tuple[Section, ...]
     node: str | None
     place: Place
+    is_own: bool
 
 
 @dataclass(frozen=True, slots=True)

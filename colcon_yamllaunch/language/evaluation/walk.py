@@ -25,6 +25,7 @@ from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.values import joined
+from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.evaluation.values import unknown
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.plan.plan import Condition
@@ -189,6 +190,8 @@ class Walk(Policy):
         self.never = 0
         #: The launch configurations that are read.
         self.read: set[str] = set()
+        #: Where the files with parameters of scopes are named.
+        self.file_places: dict[str, Place] = {}
         #: The files with parameters that were read, by their paths.
         self.parameter_sections: dict[str, ParameterSections] = {}
         self._broken: dict[str, LaunchError] = {}

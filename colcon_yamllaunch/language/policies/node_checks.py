@@ -72,6 +72,9 @@ def _warn_of_useless(
     node = use.node or ''
     file = os.path.basename(use.path)
     last = node.rpartition('/')[2]
+    own = [s for s in use.sections if s.applies_to(node)]
+    if any(section.is_exact for section in own):
+        return set()
     same = [s for s in useless if s.pattern.rpartition('/')[2] == last]
     if same:
         findings.warn_at(
@@ -80,7 +83,7 @@ def _warn_of_useless(
             f"'{node}'",
             f"name it '{node}', or '/**/{last}' for any namespace",
         )
-    elif not any(s.applies_to(node) for s in use.sections):
+    elif use.is_own and not own:
         patterns = [section.pattern for section in useless]
         findings.warn_at(
             use.place,

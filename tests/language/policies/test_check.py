@@ -746,3 +746,22 @@ def test_sections_for_nodes_that_are_not_there(launcher: Launcher) -> None:
     assert found(launcher, named + node % '') == []
     unsure = node % ', name: $(env NAME b)'
     assert found(launcher, named + unsure) == []
+
+
+def test_sections_of_a_file_for_all_of_a_scope(launcher: Launcher) -> None:
+    launcher.write(
+        'p.yaml',
+        ''.join(f'{n}: {{ros__parameters: {{a: 1}}}}\n' for n in 'ab'),
+    )
+    text = """
+launch:
+- set_parameters_from_file: {filename: «p.yaml»}
+- node: {pkg: alpha, exec: talker, name: a}
+- node: {pkg: alpha, exec: talker, name: c}
+- node: {pkg: alpha, exec: talker, name: b, namespace: ns}
+"""
+    problem = only(launcher, text)
+    assert "section '/b' of 'p.yaml' is not for the node '/ns/b'" in (
+        problem.message
+    )
+    assert found(launcher, Marked.of(text).text.replace('ns}', '/}')) == []
