@@ -5,6 +5,7 @@
 
 from collections.abc import Generator
 from collections.abc import Iterator
+import importlib.util
 import os
 from pathlib import Path
 import random
@@ -14,6 +15,7 @@ import sys
 from typing import Any
 
 import pytest
+from support.ros_parts import build_once
 
 # The background job of a script ignores Ctrl-C, nohup makes SIGHUP ignored,
 # and so would all that tests start.
@@ -26,7 +28,9 @@ DOMAIN_IDS = range(1, 102)
 
 #: The fixtures with which a test builds, launches or runs nodes of ROS, which
 #: makes it one of those that only `make test` runs.
-FULL_FIXTURES = frozenset({'forks', 'make_user', 'ros_domain_id', 'user'})
+FULL_FIXTURES = frozenset(
+    {'forks', 'make_user', 'ros_domain_id', 'ros_parts', 'user'}
+)
 #: What no other test may start, or import.
 FULL_PROGRAMS = frozenset({'cmake', 'colcon', 'rclpy'})
 #: The events of Python that tell of that (see the table of audit events).
@@ -94,3 +98,15 @@ def ros_domain_id() -> Iterator[int]:
                 yield domain_id
             return
     pytest.fail('every ROS_DOMAIN_ID is in use by another test')
+
+
+@pytest.fixture(scope='session')
+def ros_parts(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the install space of an underlay with component containers."""
+    if importlib.util.find_spec('rclpy') is None:
+        pytest.skip('rclpy is not installed (the extra "ros")')
+    folder = tmp_path_factory.getbasetemp()
+    # below this, each worker has a folder of its own
+    if 'PYTEST_XDIST_WORKER' in os.environ:
+        folder = folder.parent
+    return build_once(folder)
