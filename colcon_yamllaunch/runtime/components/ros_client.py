@@ -1,0 +1,913 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The program that talks ROS for a launch: containers, states, the clock.
+
+It runs with the Python of the sourced environment, from 3.8 on and Humble on,
+and is started by `command()`. It imports nothing of this project, and what is
+not of the standard library only once it has said what is missing.
+
+It reads requests from its standard input and writes answers and events to its
+standard output, as JSON, one a line. It ends when its input does. Standard
+error is free text for a log. SIGINT is ignored: a terminal's Ctrl-C is the
+launcher's.
+
+Events:
+
+    {"event": "found", "missing": ["composition_interfaces"]}
+        the first line: which of the modules it was told to need are missing;
+        if any is, it ends
+    {"event": "ready"}
+    {"event": "container", "container": "/box", "there": true}
+        for each container named in a load or list, when its service comes
+        (true) or goes; one that is replaced goes and comes
+    {"event": "state", "node": "/a", "state": "inactive",
+     "from": "configuring"}
+        `from` is null where nobody saw what it was
+    {"event": "clock", "seconds": 12.5}
+        at most 20 a second
+    {"event": "trouble", "text": "…"}
+
+Requests have an `id`, which the answer has too, with `ok`, and `reason` if
+that is false:
+
+    {"id": 1, "do": "load", "container": "/box", "package": "p",
+     "plugin": "a::B", "name": "n", "namespace": "/ns", "remaps": ["a:=b"],
+     "parameters": [["x.y", 1.0]], "extra_arguments": []}
+        waits for the container, and for the loads that were asked before;
+        answered with `full_name` and `unique_id`, or the container's reason.
+        Doubles have a point or an exponent, or are {"double": "inf"}.
+    {"id": 2, "do": "unload", "container": "/box", "unique_id": 3}
+    {"id": 3, "do": "list", "container": "/box"}
+        answered with `nodes`: [["/ns/n", 3]]
+    {"id": 4, "do": "cancel", "request": 1}
+        has no answer; that request fails with the reason "cancelled" if it is
+        still open. What a load that was cancelled too late brings is unloaded.
+    {"id": 5, "do": "follow", "node": "/a"}
+        tells the states of a lifecycle node from now on
+    {"id": 6, "do": "change_state", "node": "/a", "transition": "configure"}
+        waits for the node, and for the changes that were asked before
+    {"id": 7, "do": "clock"}
+        tells the time of /clock from now on
+    {"id": 8, "do": "gone", "container": "/box"}
+        (or "node") the process that had it has ended. Without this, one that
+        crashed is noticed when the middleware gives it up, which takes Fast
+        DDS 20 s, or when another one comes in its place.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from collections.abc import Iterable
+import ctypes
+import importlib
+import importlib.util
+import json
+import os
+import signal
+import sys
+import threading
+import time
+from typing import Any
+from typing import TYPE_CHECKING
+
+#: Seconds between two events with the time of /clock.
+CLOCK_PERIOD = 0.05
+#: Seconds after a change of the graph at which it is looked at again, as what
+#: is found may not be connected at once; each wait doubles, from the first.
+FIRST_LOOK = 0.005
+LAST_LOOK = 2.5
+#: Seconds between two looks where changes of the graph are not told.
+POLL_PERIOD = 0.25
+#: Seconds until one that comes in the place of another one is connected, when
+#: what counts the connections still counts those of the other one.
+CONNECTING = 0.05
+READ_SIZE = 1 << 16
+
+#: The number of a transition, where it has one whatever the state is
+#: (lifecycle_msgs/msg/Transition), and the states that it starts from.
+TRANSITIONS = {
+    'configure': (1, ('unconfigured',)),
+    'cleanup': (2, ('inactive',)),
+    'activate': (3, ('inactive',)),
+    'deactivate': (4, ('active',)),
+    'shutdown': (0, ('unconfigured', 'inactive', 'active')),
+}
+#: The same for the one that has a number for each state.
+SHUTDOWNS = {'unconfigured': 5, 'inactive': 6, 'active': 7}
+#: What stands for a server where the middleware does not tell one from the
+#: other.
+SOME_SERVER = b'?'
+
+if TYPE_CHECKING:
+    # as code, this needs 3.9
+    Json = dict[str, Any]
+    Servers = frozenset[bytes]
+
+
+def command(python: str, needed: Iterable[str]) -> list[str]:
+    """
+    Return the command that runs this program.
+
+    :param python: The Python of the sourced environment
+    :param needed: The modules that it needs
+    """
+    return [python, os.path.abspath(__file__), *needed]
+
+
+class Refused(Exception):  # noqa: N818 - it is an answer
+    """A request cannot be done, with the reason."""
+
+
+class Output:
+    """Writes lines to what was standard output."""
+
+    def __init__(self) -> None:
+        self._descriptor = os.dup(1)
+        # whatever else is printed here, by whomever, is not for the engine
+        os.dup2(2, 1)
+
+    def tell(self, **fields: Any) -> None:
+        """Write a line, or end where nobody reads."""
+        data = (json.dumps(fields) + '\n').encode()
+        try:
+            while data:
+                data = data[os.write(self._descriptor, data) :]
+        except BrokenPipeError:
+            os._exit(1)
+
+
+class Input:
+    """
+    Reads requests in a thread of its own, from before ROS is up.
+
+    :param wake: Is called when there is something
+    """
+
+    def __init__(self) -> None:
+        self.wake: Callable[[], object] = bool
+        self.has_ended = False
+        self._lines: deque[bytes] = deque()
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def take(self) -> bytes | None:
+        """Return the next line, None if there is none."""
+        return self._lines.popleft() if self._lines else None
+
+    def _read(self) -> None:
+        rest = b''
+        while True:
+            data = os.read(0, READ_SIZE)
+            if not data:
+                self.has_ended = True
+                self.wake()
+                return
+            *lines, rest = (rest + data).split(b'\n')
+            self._lines.extend(lines)
+            if lines:
+                self.wake()
+
+
+class Call:
+    """
+    A call of a service.
+
+    :param request: The id of the request that it is for, None for none
+    :param service: The last part of the service's name
+    :param message: What is sent
+    :param answered: What to do with the response
+    :param refused: What to do with the reason why there is none
+    """
+
+    def __init__(
+        self,
+        request: int | None,
+        service: str,
+        message: Any,
+        answered: Callable[[Any], None],
+        refused: Callable[[str], None],
+    ) -> None:
+        self.request = request
+        self.service = service
+        self.message = message
+        self.answered = answered
+        self.refused = refused
+        self.future: Any = None
+        #: Who has got it.
+        self.servers: Servers = frozenset()
+        self.was_repeated = False
+
+
+class Peer:
+    """
+    A node with services: a container, or a lifecycle node.
+
+    Which one has the services is told by the identity of their servers, as a
+    crashed one stays visible for a while beside the one that takes its place.
+
+    :param ros: The ROS node of this program
+    :param name: Its full name
+    :param noun: What it is called in reasons
+    :param services: The types of its services by the end of their names; the
+      first one tells whether it is there
+    """
+
+    def __init__(
+        self, ros: Ros, name: str, noun: str, services: dict[str, Any]
+    ) -> None:
+        self.name = name
+        self.is_there = False
+        self._ros = ros
+        self._noun = noun
+        self._clients = {
+            end: ros.node.create_client(kind, f'{name}/{end}')
+            for end, kind in services.items()
+        }
+        self._main = next(iter(services))
+        self._replies = f'rr{name}/{self._main}Reply'
+        #: What is called one after the other.
+        self._queue: deque[Call] = deque()
+        self._running: list[Call] = []
+        self._seen: Servers = frozenset()
+        self._gone: Servers = frozenset()
+        self._current: Servers = frozenset()
+        self._connected_at = 0.0
+
+    @property
+    def is_unsettled(self) -> bool:
+        """Whether it is to be looked at again, without any news of it."""
+        waits = bool(self._queue) and not self.is_there
+        return waits or bool(self._current) != self.is_there
+
+    def tell_there(self) -> None:
+        """Tell that it came or went."""
+
+    def look(self, now: float) -> None:
+        """Find out who is there now, and do what depends on it."""
+        present = self._servers()
+        self._gone &= present
+        candidates = present - self._gone
+        fresh = candidates - self._seen
+        self._seen = candidates
+        before = self._current
+        self._current = fresh or before & candidates or candidates
+        if fresh and present - fresh:
+            self._connected_at = now + CONNECTING
+        if before and not before & self._current:
+            self._set_there(False)
+            self._lose()
+        is_ready = self._main_client.service_is_ready()
+        is_connected = now >= self._connected_at
+        self._set_there(bool(self._current) and is_ready and is_connected)
+        self._repeat()
+        self._send_next()
+
+    def lose(self) -> None:
+        """Take note that what had it has ended."""
+        self._gone |= self._servers()
+        for call in self._running:
+            call.was_repeated = True
+        self.look(time.monotonic())
+
+    def call(self, call: Call) -> None:
+        """Call a service at once."""
+        if not self.is_there:
+            call.refused('not there')
+        else:
+            self._send(call)
+
+    def call_in_order(self, call: Call) -> None:
+        """Call a service when it is there, after all such calls before."""
+        self._queue.append(call)
+        self._send_next()
+
+    def cancel(self, request: int) -> bool:
+        """
+        Give a call up.
+
+        :returns: whether there was one
+        """
+        for call in [*self._queue, *self._running]:
+            if call.request == request:
+                call.request = None
+                if call in self._running and call is self._queue_head:
+                    self._queue.popleft()
+                elif call in self._queue:
+                    self._queue.remove(call)
+                refused, call.refused = call.refused, _nothing
+                refused('cancelled')
+                self._send_next()
+                return True
+        return False
+
+    @property
+    def _main_client(self) -> Any:
+        return self._clients[self._main]
+
+    @property
+    def _queue_head(self) -> Call | None:
+        return self._queue[0] if self._queue else None
+
+    def _servers(self) -> Servers:
+        """Return the identities of those that have the main service."""
+        found = self._ros.node.get_publishers_info_by_topic(
+            self._replies, no_mangle=True
+        )
+        servers = frozenset(bytes(one.endpoint_gid) for one in found)
+        if not servers and self._main_client.service_is_ready():
+            return frozenset({SOME_SERVER})
+        return servers
+
+    def _set_there(self, is_there: bool) -> None:
+        if is_there != self.is_there:
+            self.is_there = is_there
+            self.tell_there()
+
+    def _lose(self) -> None:
+        """Refuse what is lost, unless another one may get it."""
+        for call in list(self._running):
+            is_lost = not call.servers & self._current
+            if is_lost and (call.was_repeated or not self._current):
+                self._end(call)
+                call.refused(f'the {self._noun} has ended')
+
+    def _repeat(self) -> None:
+        """
+        Send again what only those have got that are no longer current.
+
+        They may have been gone when it was sent, as this is noticed late.
+        """
+        if not self.is_there:
+            return
+        for call in self._running:
+            if not call.servers & self._current:
+                self._forget(call)
+                call.was_repeated = True
+                self._transmit(call)
+
+    def _send_next(self) -> None:
+        head = self._queue_head
+        if self.is_there and head is not None and head.future is None:
+            self._send(head)
+
+    def _send(self, call: Call) -> None:
+        self._running.append(call)
+        self._transmit(call)
+
+    def _transmit(self, call: Call) -> None:
+        call.servers = self._current
+        call.future = self._clients[call.service].call_async(call.message)
+        call.future.add_done_callback(lambda future: self._done(call, future))
+
+    def _done(self, call: Call, future: Any) -> None:
+        if future is not call.future or call not in self._running:
+            return
+        self._end(call)
+        call.answered(future.result())
+        self._send_next()
+
+    def _end(self, call: Call) -> None:
+        self._forget(call)
+        self._running.remove(call)
+        if call is self._queue_head:
+            self._queue.popleft()
+
+    def _forget(self, call: Call) -> None:
+        future, call.future = call.future, None
+        self._clients[call.service].remove_pending_request(future)
+
+
+class Container(Peer):
+    """A component container."""
+
+    def __init__(self, ros: Ros, name: str) -> None:
+        kinds = importlib.import_module('composition_interfaces.srv')
+        self._kinds = kinds
+        services = {
+            '_container/load_node': kinds.LoadNode,
+            '_container/unload_node': kinds.UnloadNode,
+            '_container/list_nodes': kinds.ListNodes,
+        }
+        super().__init__(ros, name, 'container', services)
+
+    def tell_there(self) -> None:
+        """Tell the engine."""
+        self._ros.output.tell(
+            event='container', container=self.name, there=self.is_there
+        )
+
+    def load(self, request: Json) -> None:
+        """Load a component, after those before."""
+        message = self._kinds.LoadNode.Request()
+        message.package_name = request['package']
+        message.plugin_name = request['plugin']
+        message.node_name = request.get('name', '')
+        message.node_namespace = request.get('namespace', '')
+        message.remap_rules = request.get('remaps', [])
+        message.parameters = parameters(request.get('parameters', []))
+        message.extra_arguments = parameters(
+            request.get('extra_arguments', [])
+        )
+        call = self._ros.call(request, '_container/load_node', message)
+        answer = call.answered
+
+        def answered(response: Any) -> None:
+            if call.request is not None:
+                answer(response)
+            elif response.success:
+                self._unload_unwanted(response.unique_id)
+
+        call.answered = answered
+        self.call_in_order(call)
+
+    def unload(self, request: Json) -> None:
+        """Unload a component at once."""
+        message = self._kinds.UnloadNode.Request()
+        message.unique_id = request['unique_id']
+        self.call(self._ros.call(request, '_container/unload_node', message))
+
+    def list(self, request: Json) -> None:
+        """List what is loaded."""
+        message = self._kinds.ListNodes.Request()
+        self.call(self._ros.call(request, '_container/list_nodes', message))
+
+    def _unload_unwanted(self, unique_id: int) -> None:
+        message = self._kinds.UnloadNode.Request()
+        message.unique_id = unique_id
+        self.call(
+            Call(None, '_container/unload_node', message, _nothing, _nothing)
+        )
+
+
+class LifecycleNode(Peer):
+    """A node with states."""
+
+    def __init__(self, ros: Ros, name: str) -> None:
+        kinds = importlib.import_module('lifecycle_msgs.srv')
+        self._kinds = kinds
+        services = {
+            'get_state': kinds.GetState,
+            'change_state': kinds.ChangeState,
+        }
+        super().__init__(ros, name, 'node', services)
+        self._state: str | None = None
+        self._subscription: Any = None
+        #: How often a transition was told, to know what is news.
+        self._transitions = 0
+
+    def tell_there(self) -> None:
+        """Ask for the state of one that comes."""
+        self._state = None
+        if self.is_there:
+            self._refresh()
+
+    def follow(self, request: Json) -> None:
+        """Tell the states from now on."""
+        if self._subscription is None:
+            messages = importlib.import_module('lifecycle_msgs.msg')
+            self._subscription = self._ros.node.create_subscription(
+                messages.TransitionEvent,
+                f'{self.name}/transition_event',
+                self._on_transition,
+                10,
+            )
+            self._refresh()
+        self._ros.answer(request['id'], ok=True)
+
+    def change_state(self, request: Json) -> None:
+        """Change the state, after the changes before."""
+        transition = request['transition']
+        if transition not in TRANSITIONS:
+            raise Refused(f'there is no transition {transition!r}')
+        message = self._kinds.ChangeState.Request()
+        message.transition.id = TRANSITIONS[transition][0]
+        message.transition.label = transition
+        call = self._ros.call(request, 'change_state', message)
+
+        def answered(response: Any) -> None:
+            if response.success:
+                self._ros.answer(call.request, ok=True)
+                self._refresh()
+            else:
+                self._explain(call.request, transition, self._state)
+
+        call.answered = answered
+        self.call_in_order(call)
+
+    def _explain(
+        self, request: int | None, transition: str, before: str | None
+    ) -> None:
+        """Answer that a change was refused, with a state for the reason."""
+
+        def refused(reason: str = '') -> None:
+            text = reason or f'{transition!r} failed'
+            self._ros.answer(request, ok=False, reason=text)
+
+        def answered(response: Any) -> None:
+            state = response.current_state.label
+            self._tell_state(state, None)
+            start = before or state
+            if start in TRANSITIONS[transition][1]:
+                refused(f'{transition!r} failed, the node is {state!r}')
+            else:
+                refused(f'{transition!r} is not possible in {state!r}')
+
+        message = self._kinds.GetState.Request()
+        self.call(Call(None, 'get_state', message, answered, refused))
+
+    def _refresh(self) -> None:
+        """Ask for the state, and tell it unless there is later news."""
+        if self._subscription is None or not self.is_there:
+            return
+        known = self._transitions
+
+        def answered(response: Any) -> None:
+            if known == self._transitions:
+                self._tell_state(response.current_state.label, None)
+
+        message = self._kinds.GetState.Request()
+        self.call(Call(None, 'get_state', message, answered, _nothing))
+
+    def _on_transition(self, event: Any) -> None:
+        self._transitions += 1
+        self._tell_state(event.goal_state.label, event.start_state.label)
+
+    def _tell_state(self, state: str, before: str | None) -> None:
+        if self._subscription is None or state == self._state:
+            return
+        if before is None:
+            before = self._state
+        self._state = state
+        # `from` is a word of Python
+        fields = {'node': self.name, 'state': state, 'from': before}
+        self._ros.output.tell(event='state', **fields)
+
+
+class Clock:
+    """Tells the time of /clock, and sleeps between two messages told."""
+
+    def __init__(self, ros: Ros) -> None:
+        groups = importlib.import_module('rclpy.callback_groups')
+        qos = importlib.import_module('rclpy.qos')
+        messages = importlib.import_module('rosgraph_msgs.msg')
+        self.due = 0.0
+        self._output = ros.output
+        clock = self
+
+        class Group(groups.MutuallyExclusiveCallbackGroup):  # type: ignore
+            """Takes no message before one is due, so that none wakes us."""
+
+            def can_execute(self, entity: Any) -> bool:
+                is_due = time.monotonic() >= clock.due
+                return is_due and bool(super().can_execute(entity))
+
+        ros.node.create_subscription(
+            messages.Clock,
+            '/clock',
+            self._on_clock,
+            qos.QoSProfile(
+                depth=1, reliability=qos.ReliabilityPolicy.BEST_EFFORT
+            ),
+            callback_group=Group(),
+        )
+
+    def _on_clock(self, message: Any) -> None:
+        self.due = time.monotonic() + CLOCK_PERIOD
+        seconds = message.clock.sec + message.clock.nanosec / 1e9
+        self._output.tell(event='clock', seconds=seconds)
+
+
+class Ros:
+    """
+    What this program is in ROS, and its loop.
+
+    :param output: Where answers and events go
+    :param requests: Where requests come from
+    """
+
+    def __init__(self, output: Output, requests: Input) -> None:
+        rclpy = importlib.import_module('rclpy')
+        executors = importlib.import_module('rclpy.executors')
+        signals = importlib.import_module('rclpy.signals')
+        rclpy.init(
+            args=[], signal_handler_options=signals.SignalHandlerOptions.NO
+        )
+        self.output = output
+        self.node = _make_node()
+        self._rclpy = rclpy
+        self._requests = requests
+        self._executor = executors.SingleThreadedExecutor()
+        self._executor.add_node(self.node)
+        self._containers: dict[str, Container] = {}
+        self._nodes: dict[str, LifecycleNode] = {}
+        self._clock: Clock | None = None
+        self._next_look: float | None = None
+        self._pause = FIRST_LOOK
+        self._is_told = _watch_graph(self.node, self._on_graph)
+        wake = self.node.create_guard_condition(bool)
+        requests.wake = wake.trigger
+
+    def run(self) -> None:
+        """Serve until there are no requests any more."""
+        self.output.tell(event='ready')
+        while not self._requests.has_ended:
+            line = self._requests.take()
+            if line is not None:
+                self._take(line)
+                continue
+            self._look()
+            self._executor.spin_once(timeout_sec=self._seconds_to_wait())
+        self._rclpy.shutdown()
+
+    def call(self, request: Json, service: str, message: Any) -> Call:
+        """Return a call that answers a request in the usual way."""
+        call: Call
+
+        def answered(response: Any) -> None:
+            fields = _fields(response)
+            self.answer(call.request, **fields)
+
+        def refused(reason: str) -> None:
+            self.answer(request['id'], ok=False, reason=reason)
+
+        call = Call(request['id'], service, message, answered, refused)
+        return call
+
+    def answer(self, request: int | None, **fields: Any) -> None:
+        """Answer a request, unless nobody wants to know any more."""
+        if request is not None:
+            self.output.tell(id=request, **fields)
+
+    def _take(self, line: bytes) -> None:
+        try:
+            request = json.loads(line)
+            number, does = request['id'], _DOES[request['do']]
+        except (ValueError, LookupError, TypeError):
+            text = line.decode(errors='replace')
+            self.output.tell(event='trouble', text=f'strange request: {text}')
+            return
+        try:
+            does(self, request)
+        except Refused as e:
+            self.answer(number, ok=False, reason=str(e))
+        except Exception as e:  # noqa: BLE001 - ROS has many for bad names
+            reason = f'{type(e).__name__}: {e}'
+            self.answer(number, ok=False, reason=reason)
+
+    def _load(self, request: Json) -> None:
+        self._container(request).load(request)
+
+    def _unload(self, request: Json) -> None:
+        self._container(request).unload(request)
+
+    def _list(self, request: Json) -> None:
+        self._container(request).list(request)
+
+    def _follow(self, request: Json) -> None:
+        self._lifecycle_node(request).follow(request)
+
+    def _change_state(self, request: Json) -> None:
+        self._lifecycle_node(request).change_state(request)
+
+    def _cancel(self, request: Json) -> None:
+        any(peer.cancel(request['request']) for peer in self._peers())
+
+    def _gone(self, request: Json) -> None:
+        for peer in self._peers():
+            if peer.name in (request.get('container'), request.get('node')):
+                peer.lose()
+        self.answer(request['id'], ok=True)
+
+    def _follow_clock(self, request: Json) -> None:
+        if self._clock is None:
+            self._clock = Clock(self)
+        self.answer(request['id'], ok=True)
+
+    def _container(self, request: Json) -> Container:
+        name = request['container']
+        if name not in self._containers:
+            self._containers[name] = Container(self, name)
+            self._look_now()
+        return self._containers[name]
+
+    def _lifecycle_node(self, request: Json) -> LifecycleNode:
+        name = request['node']
+        if name not in self._nodes:
+            self._nodes[name] = LifecycleNode(self, name)
+            self._look_now()
+        return self._nodes[name]
+
+    def _peers(self) -> list[Peer]:
+        return [*self._containers.values(), *self._nodes.values()]
+
+    def _on_graph(self) -> None:
+        self._pause = FIRST_LOOK
+        self._next_look = 0.0
+
+    def _look_now(self) -> None:
+        self._on_graph()
+        self._look()
+
+    def _look(self) -> None:
+        """Look at the graph if that is due."""
+        now = time.monotonic()
+        if self._next_look is None or now < self._next_look:
+            return
+        peers = self._peers()
+        for peer in peers:
+            peer.look(now)
+        self._next_look = None
+        is_unsettled = any(peer.is_unsettled for peer in peers)
+        if is_unsettled and self._pause <= LAST_LOOK:
+            self._next_look = now + self._pause
+            self._pause *= 2
+        if peers and not self._is_told and self._next_look is None:
+            self._next_look = now + POLL_PERIOD
+
+    def _seconds_to_wait(self) -> float | None:
+        now = time.monotonic()
+        moments = [] if self._next_look is None else [self._next_look]
+        if self._clock is not None and self._clock.due > now:
+            moments.append(self._clock.due)
+        # zero would be a poll of ROS, less means forever
+        return max(0.0005, min(moments) - now) if moments else None
+
+
+_DOES: dict[str, Callable[[Ros, Json], None]] = {
+    'load': Ros._load,
+    'unload': Ros._unload,
+    'list': Ros._list,
+    'cancel': Ros._cancel,
+    'follow': Ros._follow,
+    'change_state': Ros._change_state,
+    'clock': Ros._follow_clock,
+    'gone': Ros._gone,
+}
+
+
+def parameters(pairs: list[tuple[str, Any]]) -> list[Any]:
+    """
+    Return parameters as messages.
+
+    :raises Refused: if there is no type for a value
+    """
+    messages = importlib.import_module('rcl_interfaces.msg')
+    made = []
+    for name, value in pairs:
+        field, number = _parameter_type(name, value)
+        message = messages.Parameter(name=name)
+        message.value.type = number
+        setattr(message.value, field, _parameter_value(value, field))
+        made.append(message)
+    return made
+
+
+def _parameter_type(name: str, value: Any) -> tuple[str, int]:
+    """Return the field and the number (rcl_interfaces/msg/ParameterType)."""
+    types = {
+        bool: ('bool', 1),
+        int: ('integer', 2),
+        float: ('double', 3),
+        dict: ('double', 3),
+        str: ('string', 4),
+    }
+    if not isinstance(value, list):
+        if type(value) in types:
+            field, number = types[type(value)]
+            return f'{field}_value', number
+        raise Refused(f'the parameter {name!r} cannot be {value!r}')
+    if not value:
+        # as ROS 2's launcher has it
+        return 'byte_array_value', 5
+    kinds = {float if type(v) is dict else type(v) for v in value}
+    if kinds == {int, float}:
+        kinds = {float}
+    kind = kinds.pop()
+    if kinds or kind not in types:
+        raise Refused(f'the parameter {name!r} cannot be {value!r}')
+    field, number = types[kind]
+    return f'{field}_array_value', number + 5
+
+
+def _parameter_value(value: Any, field: str) -> Any:
+    if isinstance(value, list):
+        return [_parameter_value(one, field) for one in value]
+    if isinstance(value, dict):
+        return float(value['double'])
+    return float(value) if field.startswith('double') else value
+
+
+def _fields(response: Any) -> Json:
+    """Return the fields of an answer for a response of a container."""
+    if hasattr(response, 'unique_ids'):
+        pairs = zip(  # noqa: B905 - `strict` needs 3.10
+            response.full_node_names, response.unique_ids
+        )
+        return {'ok': True, 'nodes': [list(pair) for pair in pairs]}
+    if not response.success:
+        return {'ok': False, 'reason': response.error_message}
+    if hasattr(response, 'unique_id'):
+        return {
+            'ok': True,
+            'full_name': response.full_node_name,
+            'unique_id': response.unique_id,
+        }
+    return {'ok': True}
+
+
+def _make_node() -> Any:
+    """Return a hidden node with nothing that it does not need."""
+    parameter = importlib.import_module('rclpy.parameter').Parameter
+    return importlib.import_module('rclpy.node').Node(
+        f'_colcon_launch_{os.getpid()}',
+        use_global_arguments=False,
+        enable_rosout=False,
+        start_parameter_services=False,
+        parameter_overrides=[
+            parameter('start_type_description_service', value=False)
+        ],
+    )
+
+
+def _watch_graph(node: Any, changed: Callable[[], None]) -> bool:
+    """
+    Have the executor wake up when a node or service comes or goes.
+
+    rclpy has no name for the condition that rcl has for it, but what it makes
+    of wait sets and nodes lets it be added.
+
+    :returns: whether that works here
+    """
+    waitables = importlib.import_module('rclpy.waitable')
+    binding = importlib.import_module('rclpy.impl.implementation_singleton')
+    try:
+        # what the binding is linked with is found by its handle, too
+        rcl = ctypes.CDLL(binding.rclpy_implementation.__file__)
+        get_condition = rcl.rcl_node_get_graph_guard_condition
+        add_condition = rcl.rcl_wait_set_add_guard_condition
+        get_condition.restype = ctypes.c_void_p
+        get_condition.argtypes = [ctypes.c_void_p]
+        add_condition.argtypes = [ctypes.c_void_p] * 3
+        condition = get_condition(node.handle.pointer)
+    except (AttributeError, OSError) as e:
+        print(f'Changes of the graph are polled: {e}', file=sys.stderr)
+        return False
+
+    class Graph(waitables.Waitable):  # type: ignore
+        """The condition that the graph has changed."""
+
+        def __init__(self) -> None:
+            super().__init__(node.default_callback_group)
+            self._index = ctypes.c_size_t()
+
+        def __enter__(self) -> None:
+            node.handle.__enter__()
+
+        def __exit__(self, *arguments: Any) -> None:
+            node.handle.__exit__(*arguments)
+
+        def get_num_entities(self) -> Any:
+            return waitables.NumberOfEntities(num_gcs=1)
+
+        def add_to_wait_set(self, wait_set: Any) -> None:
+            index = ctypes.byref(self._index)
+            add_condition(wait_set.pointer, condition, index)
+
+        def is_ready(self, wait_set: Any) -> bool:
+            index = self._index.value
+            return bool(wait_set.is_ready('guard_condition', index))
+
+        def take_data(self) -> None:
+            """Take nothing: a condition has no data."""
+
+        async def execute(self, _: None) -> None:
+            changed()
+
+    node.add_waitable(Graph())
+    return True
+
+
+def _nothing(_: Any) -> None:
+    """Do nothing with a response or a reason."""
+
+
+def main(needed: list[str]) -> int:
+    """Say what is missing, and serve if nothing is."""
+    if '__file__' in globals():
+        # nothing beside it may be taken for a module of the same name
+        folder = os.path.dirname(os.path.abspath(__file__))
+        sys.path[:] = [p for p in sys.path if os.path.abspath(p) != folder]
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    output = Output()
+    requests = Input()
+    missing = [name for name in needed if not importlib.util.find_spec(name)]
+    output.tell(event='found', missing=missing)
+    if not missing:
+        Ros(output, requests).run()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))
