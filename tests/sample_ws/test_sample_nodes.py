@@ -7,6 +7,7 @@ from pathlib import Path
 import signal
 
 import pytest
+from support.ros_talk import talking
 
 from .conftest import Environment
 from .conftest import Start
@@ -17,6 +18,7 @@ pytestmark = [pytest.mark.full, pytest.mark.xdist_group('sample_ws')]
 
 COUNTER = 'install/my_pkg/lib/my_pkg/counter.py'
 DOUBLE = 'install/my_pkg/lib/my_pkg/double.py'
+GAUGE = 'install/my_pkg/lib/my_pkg/gauge.py'
 SQUARE = 'install/my_py_pkg/lib/my_py_pkg/square'
 
 
@@ -156,3 +158,42 @@ def test_installed_files_are_links_to_the_sources(
     workspace: Workspace, installed: str, source: str
 ) -> None:
     assert (workspace.root / installed).samefile(workspace.root / source)
+
+
+def test_gauge_measures_only_while_it_is_active(
+    workspace: Workspace, ros_environment: Environment, start: Start
+) -> None:
+    def change(transition: str) -> bool:
+        node = {'node': '/gauge', 'transition': transition}
+        return talk.result('change_state', **node)['ok']
+
+    with talking(ros_environment, ('rclpy', 'lifecycle_msgs')) as talk:
+        argv = (workspace.root / GAUGE, '--ros-args', '-p', 'period:=0.01')
+        gauge = start(ros_environment, *argv)
+        assert not change('activate')
+        assert change('configure')
+        gauge.wait_for('Configured for a measurement every 0.01 s')
+        assert change('activate')
+        gauge.wait_for('Measured 2')
+        assert change('deactivate')
+        assert change('cleanup')
+        gauge.wait_for('Cleaned up')
+        assert gauge.stop(signal.SIGINT) == 0
+    assert gauge.lines.index('Activated') < gauge.lines.index('Measured 1')
+    assert gauge.lines[-2:] == ['Deactivated', 'Cleaned up']
+
+
+def test_gauge_refuses_a_period_that_is_none(
+    workspace: Workspace, ros_environment: Environment, start: Start
+) -> None:
+    with talking(ros_environment, ('rclpy', 'lifecycle_msgs')) as talk:
+        argv = (workspace.root / GAUGE, '--ros-args', '-p', 'period:=0.0')
+        gauge = start(ros_environment, *argv)
+        assert talk.result(
+            'change_state', node='/gauge', transition='configure'
+        ) == {
+            'ok': False,
+            'reason': "'configure' failed, the node is 'unconfigured'",
+        }
+        gauge.wait_for('The period is 0.0 s, which is none')
+        assert gauge.stop(signal.SIGTERM) == 0

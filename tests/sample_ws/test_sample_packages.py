@@ -14,11 +14,13 @@ PROGRAMS = (
     'flow/scripts/inspect.sh',
     'src/my_pkg/scripts/counter.py',
     'src/my_pkg/scripts/double.py',
+    'src/my_pkg/scripts/gauge.py',
     'src/my_pkg/scripts/throttle.py',
 )
 LAUNCH_FILES = (
     'flow/launch/flow.yaml',
     'src/my_pkg/launch/demo.yaml',
+    'src/my_pkg/launch/gauge.yaml',
     'src/my_pkg/launch/throttle.yaml',
     'src/my_py_pkg/launch/square.yaml',
 )

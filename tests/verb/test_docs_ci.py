@@ -66,9 +66,10 @@ def test_the_script_of_our_own_ci(workspace: User) -> None:
     run(workspace, 'bash', str(ROOT / '.ci/launch_sample_ws'))
     reports = sorted((workspace.root / 'log/reports').iterdir())
     assert [report.stem for report in reports] == [
+        'demo',
         'flow',
-        'my_pkg',
-        'my_py_pkg',
+        'gauge',
+        'square',
     ]
     for report in reports:
         assert 'failures="0" errors="0"' in report.read_text()
