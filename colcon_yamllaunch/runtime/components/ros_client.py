@@ -195,6 +195,8 @@ class Call:
         self.answered = answered
         self.refused = refused
         self.future: Any = None
+        #: The state that the node had then, if that is known.
+        self.state: str | None = None
         #: Who has got it.
         self.servers: Servers = frozenset()
         self.was_repeated = False
@@ -219,6 +221,8 @@ class Peer:
     ) -> None:
         self.name = name
         self.is_there = False
+        #: The state that a lifecycle node is known to have.
+        self.state: str | None = None
         self._ros = ros
         self._noun = noun
         self._clients = {
@@ -230,7 +234,7 @@ class Peer:
         #: What is called one after the other.
         self._queue: deque[Call] = deque()
         self._running: list[Call] = []
-        self._seen: Servers = frozenset()
+        #: Those that are still visible, but have ended.
         self._gone: Servers = frozenset()
         self._current: Servers = frozenset()
         self._connected_at = 0.0
@@ -247,13 +251,13 @@ class Peer:
     def look(self, now: float) -> None:
         """Find out who is there now, and do what depends on it."""
         present = self._servers()
-        self._gone &= present
-        candidates = present - self._gone
-        fresh = candidates - self._seen
-        self._seen = candidates
         before = self._current
-        self._current = fresh or before & candidates or candidates
-        if fresh and present - fresh:
+        candidates = present - self._gone
+        fresh = candidates - before
+        # one that comes takes the place of those before
+        self._current = fresh or before & candidates
+        self._gone = present - self._current
+        if fresh and self._gone:
             self._connected_at = now + CONNECTING
         if before and not before & self._current:
             self._set_there(False)
@@ -357,6 +361,7 @@ class Peer:
         self._transmit(call)
 
     def _transmit(self, call: Call) -> None:
+        call.state = self.state
         call.servers = self._current
         call.future = self._clients[call.service].call_async(call.message)
         call.future.add_done_callback(lambda future: self._done(call, future))
@@ -452,14 +457,13 @@ class LifecycleNode(Peer):
             'change_state': kinds.ChangeState,
         }
         super().__init__(ros, name, 'node', services)
-        self._state: str | None = None
         self._subscription: Any = None
         #: How often a transition was told, to know what is news.
         self._transitions = 0
 
     def tell_there(self) -> None:
         """Ask for the state of one that comes."""
-        self._state = None
+        self.state = None
         if self.is_there:
             self._refresh()
 
@@ -491,7 +495,7 @@ class LifecycleNode(Peer):
                 self._ros.answer(call.request, ok=True)
                 self._refresh()
             else:
-                self._explain(call.request, transition, self._state)
+                self._explain(call.request, transition, call.state)
 
         call.answered = answered
         self.call_in_order(call)
@@ -535,11 +539,11 @@ class LifecycleNode(Peer):
         self._tell_state(event.goal_state.label, event.start_state.label)
 
     def _tell_state(self, state: str, before: str | None) -> None:
-        if self._subscription is None or state == self._state:
+        if self._subscription is None or state == self.state:
             return
         if before is None:
-            before = self._state
-        self._state = state
+            before = self.state
+        self.state = state
         # `from` is a word of Python
         fields = {'node': self.name, 'state': state, 'from': before}
         self._ros.output.tell(event='state', **fields)

@@ -9,6 +9,7 @@ import time
 from rclpy.lifecycle import LifecycleNode
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 
@@ -117,3 +118,29 @@ class Lifecycle(LifecycleNode):
         if _value(self, 'fails', '') == transition:
             return TransitionCallbackReturn.FAILURE
         return TransitionCallbackReturn.SUCCESS
+
+
+class Ticking(Node):
+    """Publishes the time of a simulation on /clock, from second 10 on."""
+
+    def __init__(self, **options):
+        super().__init__('ticking', **options)
+        self._ticks = 0
+        self._publisher = self.create_publisher(Clock, '/clock', 10)
+        self.create_timer(0.005, self._tick)
+
+    def _tick(self):
+        self._ticks += 1
+        clock = Clock()
+        clock.clock.sec, milliseconds = divmod(10_000 + 5 * self._ticks, 1000)
+        clock.clock.nanosec = milliseconds * 1_000_000
+        self._publisher.publish(clock)
+
+
+class Parameters(Node):
+    """Prints its parameters, one a line."""
+
+    def __init__(self, **options):
+        super().__init__('parameters', **options)
+        for name, one in sorted(self._parameters.items()):
+            print(f'{name}: {one.type_.name} {one.value}', flush=True)
