@@ -85,6 +85,9 @@ POLL_PERIOD = 0.25
 #: what counts the connections still counts those of the other one.
 CONNECTING = 0.05
 READ_SIZE = 1 << 16
+#: Neither a log file nor a topic for what ROS says of this program: its
+#: standard error does.
+QUIET = ('--disable-external-lib-logs', '--disable-rosout-logs')
 
 #: The number of a transition, where it has one whatever the state is
 #: (lifecycle_msgs/msg/Transition), and the states that it starts from.
@@ -596,7 +599,8 @@ class Ros:
         executors = importlib.import_module('rclpy.executors')
         signals = importlib.import_module('rclpy.signals')
         rclpy.init(
-            args=[], signal_handler_options=signals.SignalHandlerOptions.NO
+            args=['--ros-args', *QUIET],
+            signal_handler_options=signals.SignalHandlerOptions.NO,
         )
         self.output = output
         self.node = _make_node()
