@@ -1,0 +1,234 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Who gets a call, when containers end and others take their places."""
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+from colcon_yamllaunch.runtime.components.ros_client import Call
+from colcon_yamllaunch.runtime.components.ros_client import CONNECTING
+from colcon_yamllaunch.runtime.components.ros_client import Peer
+import pytest
+
+
+class Future:
+    """The response to one message."""
+
+    def __init__(self, message: str) -> None:
+        self.message = message
+        self._callbacks: list[Callable[[Future], None]] = []
+        self._response: object = None
+
+    def add_done_callback(self, callback: Callable[['Future'], None]) -> None:
+        self._callbacks.append(callback)
+
+    def respond(self, response: object) -> None:
+        self._response = response
+        for callback in self._callbacks:
+            callback(self)
+
+    def result(self) -> object:
+        return self._response
+
+
+class Graph:
+    """A node of ROS, and what it sees."""
+
+    def __init__(self) -> None:
+        self.servers: list[int] = []
+        self.tells_servers = True
+        self.is_ready: bool | None = None
+        self.sent: list[Future] = []
+
+    def create_client(self, kind: object, name: str) -> 'Graph':
+        return self
+
+    def get_publishers_info_by_topic(self, topic: str, **_: bool) -> list[Any]:
+        assert topic == 'rr/box/loadReply'
+        servers = self.servers if self.tells_servers else []
+        return [SimpleNamespace(endpoint_gid=[one]) for one in servers]
+
+    def service_is_ready(self) -> bool:
+        return bool(self.servers) if self.is_ready is None else self.is_ready
+
+    def call_async(self, message: str) -> Future:
+        self.sent.append(Future(message))
+        return self.sent[-1]
+
+    def remove_pending_request(self, future: Future) -> None:
+        future._callbacks.clear()
+
+
+class Box(Peer):
+    """A peer that keeps in mind what it told, and a clock for it."""
+
+    def __init__(self) -> None:
+        self.graph = Graph()
+        self.told: list[bool] = []
+        self.answers: dict[int, object] = {}
+        self.now = 100.0
+        ros: Any = SimpleNamespace(node=self.graph)
+        super().__init__(ros, '/box', 'container', {'load': None})
+
+    def tell_there(self) -> None:
+        self.told.append(self.is_there)
+
+    def has(self, *servers: int) -> None:
+        """Let these be visible."""
+        self.graph.servers = list(servers)
+        self.look(self.now)
+
+    def later(self) -> None:
+        """Let those that are visible be connected."""
+        self.now += 2 * CONNECTING
+        self.look(self.now)
+
+    def asked(self, number: int) -> None:
+        def answered(response: object) -> None:
+            self.answers[number] = response
+
+        message = f'load {number}'
+        self.call_in_order(Call(number, 'load', message, answered, answered))
+
+    @property
+    def sent(self) -> list[str]:
+        return [future.message for future in self.graph.sent]
+
+
+ENDED = 'the container has ended'
+
+
+@pytest.fixture
+def box(monkeypatch: pytest.MonkeyPatch) -> Box:
+    made = Box()
+    clock = SimpleNamespace(monotonic=lambda: made.now)
+    name = 'colcon_yamllaunch.runtime.components.ros_client.time'
+    monkeypatch.setattr(name, clock)
+    return made
+
+
+def test_calls_wait_and_go_one_after_the_other(box: Box) -> None:
+    box.asked(1)
+    box.asked(2)
+    assert box.is_unsettled
+    box.has(7)
+    assert box.told == [True]
+    assert not box.is_unsettled
+    assert box.sent == ['load 1']
+    box.graph.sent[0].respond('one')
+    assert box.sent == ['load 1', 'load 2']
+    box.graph.sent[1].respond('two')
+    assert box.answers == {1: 'one', 2: 'two'}
+    box.has(7)
+    assert len(box.sent) == 2
+
+
+def test_a_server_that_is_not_connected_yet_is_looked_at_again(
+    box: Box,
+) -> None:
+    box.graph.is_ready = False
+    box.has(7)
+    assert not box.told
+    assert box.is_unsettled
+    box.graph.is_ready = True
+    box.later()
+    assert box.told == [True]
+
+
+def test_one_that_says_good_bye_fails_its_call_only(box: Box) -> None:
+    box.asked(1)
+    box.asked(2)
+    box.has(7)
+    box.has()
+    assert box.told == [True, False]
+    assert box.answers == {1: ENDED}
+    box.has(8)
+    assert box.sent == ['load 1', 'load 2']
+
+
+def test_one_that_has_ended_is_ignored_while_it_is_visible(box: Box) -> None:
+    box.asked(1)
+    box.has(7)
+    box.lose()
+    assert box.answers == {1: ENDED}
+    box.asked(2)
+    box.has(7)
+    assert box.told == [True, False]
+    box.has(7, 8)
+    # the connections that are counted may be those of the other one
+    assert box.told == [True, False]
+    assert box.is_unsettled
+    box.later()
+    assert box.told == [True, False, True]
+    assert box.sent == ['load 1', 'load 2']
+    box.has(8)
+    assert box.told == [True, False, True]
+
+
+def test_what_went_to_one_that_was_gone_is_sent_again_once(box: Box) -> None:
+    box.has(7)
+    box.asked(1)
+    box.has(7, 8)
+    box.later()
+    assert box.told == [True, False, True]
+    assert box.sent == ['load 1', 'load 1']
+    box.has(7, 8, 9)
+    box.later()
+    assert box.answers == {1: ENDED}
+    assert box.sent == ['load 1', 'load 1']
+
+
+def test_a_late_response_to_what_was_sent_again_counts_once(box: Box) -> None:
+    box.has(7)
+    box.asked(1)
+    box.has(7, 8)
+    box.later()
+    box.graph.sent[0].respond('too late')
+    assert not box.answers
+    box.graph.sent[1].respond('one')
+    assert box.answers == {1: 'one'}
+
+
+def test_waiting_call_is_cancelled(box: Box) -> None:
+    box.asked(1)
+    box.asked(2)
+    assert box.cancel(2)
+    assert not box.cancel(2)
+    assert box.answers == {2: 'cancelled'}
+    box.has(7)
+    assert box.sent == ['load 1']
+
+
+def test_running_call_is_cancelled_and_makes_room(box: Box) -> None:
+    box.asked(1)
+    box.asked(2)
+    box.has(7)
+    assert box.cancel(1)
+    assert box.sent == ['load 1', 'load 2']
+    box.graph.sent[1].respond('two')
+    box.has()
+    assert box.answers == {1: 'cancelled', 2: 'two'}
+
+
+def test_middleware_that_does_not_tell_servers_apart(box: Box) -> None:
+    box.graph.tells_servers = False
+    box.asked(1)
+    box.has(7)
+    assert box.sent == ['load 1']
+    box.lose()
+    assert box.answers == {1: ENDED}
+    box.asked(2)
+    box.has(7)
+    assert box.told == [True, False]
+    box.has()
+    box.has(8)
+    assert box.told == [True, False, True]
+    assert box.sent == ['load 1', 'load 2']
+
+
+def test_call_at_once_of_one_that_is_not_there_is_refused(box: Box) -> None:
+    reasons: list[str] = []
+    box.call(Call(1, 'load', 'list', reasons.append, reasons.append))
+    assert reasons == ['not there']
