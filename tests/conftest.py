@@ -12,6 +12,7 @@ import random
 import signal
 import socket
 import sys
+import sysconfig
 from typing import Any
 
 import pytest
@@ -105,6 +106,8 @@ def ros_parts(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the install space of an underlay with component containers."""
     if importlib.util.find_spec('rclpy') is None:
         pytest.skip('rclpy is not installed (the extra "ros")')
+    if not Path(sysconfig.get_path('include'), 'Python.h').exists():
+        pytest.skip('Python.h is not installed (Debian: python3-dev)')
     folder = tmp_path_factory.getbasetemp()
     # below this, each worker has a folder of its own
     if 'PYTEST_XDIST_WORKER' in os.environ:

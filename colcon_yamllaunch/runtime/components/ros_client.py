@@ -786,14 +786,11 @@ def _parameter_type(name: str, value: Any) -> tuple[str, int]:
             field, number = types[type(value)]
             return f'{field}_value', number
         raise Refused(f'the parameter {name!r} cannot be {value!r}')
-    if not value:
-        # as ROS 2's launcher has it
-        return 'byte_array_value', 5
     kinds = {float if type(v) is dict else type(v) for v in value}
     if kinds == {int, float}:
         kinds = {float}
-    kind = kinds.pop()
-    if kinds or kind not in types:
+    kind = kinds.pop() if len(kinds) == 1 else None
+    if kind not in types:
         raise Refused(f'the parameter {name!r} cannot be {value!r}')
     field, number = types[kind]
     return f'{field}_array_value', number + 5

@@ -177,7 +177,7 @@ def test_parameters_have_the_types_of_their_values(
     parameters = [list(pair) for pair in values.items()]
     request = talk.load('Parameters', parameters=parameters)
     assert talk.answer(request)['ok']
-    for value in (None, [1, 'x'], [[1]], 1 << 70):
+    for value in (None, [], [1, 'x'], [[1]], 1 << 70):
         request = talk.load('Parameters', parameters=[['p', value]])
         assert not talk.answer(request)['ok'], value
     talk.write('{"id": 50, "do": "dance"}\nnonsense\n')
