@@ -98,8 +98,6 @@ TRANSITIONS = {
     'deactivate': (4, ('active',)),
     'shutdown': (0, ('unconfigured', 'inactive', 'active')),
 }
-#: The same for the one that has a number for each state.
-SHUTDOWNS = {'unconfigured': 5, 'inactive': 6, 'active': 7}
 #: What stands for a server where the middleware does not tell one from the
 #: other.
 SOME_SERVER = b'?'
@@ -202,7 +200,8 @@ class Call:
         self.state: str | None = None
         #: Who has got it.
         self.servers: Servers = frozenset()
-        self.was_repeated = False
+        #: Whether it is not sent again, to whoever takes their place.
+        self.is_final = False
 
 
 class Peer:
@@ -275,11 +274,12 @@ class Peer:
         """Take note that what had it has ended."""
         self._gone |= self._servers()
         for call in self._running:
-            call.was_repeated = True
+            call.is_final = True
         self.look(time.monotonic())
 
     def call(self, call: Call) -> None:
-        """Call a service at once."""
+        """Call a service at once, of nobody but the one that is there."""
+        call.is_final = True
         if not self.is_there:
             call.refused('not there')
         else:
@@ -336,7 +336,7 @@ class Peer:
         """Refuse what is lost, unless another one may get it."""
         for call in list(self._running):
             is_lost = not call.servers & self._current
-            if is_lost and (call.was_repeated or not self._current):
+            if is_lost and (call.is_final or not self._current):
                 self._end(call)
                 call.refused(f'the {self._noun} has ended')
 
@@ -351,7 +351,7 @@ class Peer:
         for call in self._running:
             if not call.servers & self._current:
                 self._forget(call)
-                call.was_repeated = True
+                call.is_final = True
                 self._transmit(call)
 
     def _send_next(self) -> None:
@@ -909,8 +909,14 @@ def main(needed: list[str]) -> int:
     requests = Input()
     missing = [name for name in needed if not importlib.util.find_spec(name)]
     output.tell(event='found', missing=missing)
-    if not missing:
-        Ros(output, requests).run()
+    if missing:
+        return 0
+    try:
+        ros = Ros(output, requests)
+    except Exception as e:
+        output.tell(event='trouble', text=f'ROS does not start: {e}')
+        raise
+    ros.run()
     return 0
 
 

@@ -107,6 +107,14 @@ def test_what_is_missing_is_its_first_line_and_its_last() -> None:
         assert talk.lines == []
 
 
+def test_why_ros_does_not_start_is_told(environment: Environment) -> None:
+    strange = environment | {'ROS_DOMAIN_ID': 'mine'}
+    with talking(strange, ('rclpy',)) as talk:
+        text = talk.event(event='trouble')['text']
+        assert text.startswith('ROS does not start: ')
+        assert talk.process.wait(DEADLINE) == 1
+
+
 def test_components_are_loaded_refused_listed_and_unloaded(
     talk: Talk, start: Start, environment: Environment
 ) -> None:

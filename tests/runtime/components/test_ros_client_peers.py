@@ -232,3 +232,13 @@ def test_call_at_once_of_one_that_is_not_there_is_refused(box: Box) -> None:
     reasons: list[str] = []
     box.call(Call(1, 'load', 'list', reasons.append, reasons.append))
     assert reasons == ['not there']
+
+
+def test_what_is_meant_for_one_is_not_sent_to_another(box: Box) -> None:
+    reasons: list[str] = []
+    box.has(7)
+    box.call(Call(1, 'load', 'unload 3', reasons.append, reasons.append))
+    box.has(7, 8)
+    box.later()
+    assert reasons == [ENDED]
+    assert box.sent == ['unload 3']
