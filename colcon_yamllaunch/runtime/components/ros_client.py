@@ -84,19 +84,23 @@ POLL_PERIOD = 0.25
 #: Seconds until one that comes in the place of another one is connected, when
 #: what counts the connections still counts those of the other one.
 CONNECTING = 0.05
+#: Seconds until a node is asked whether it has the state that it was brought
+#: to, if it has not said so.
+SILENCE = 0.3
 READ_SIZE = 1 << 16
 #: Neither a log file nor a topic for what ROS says of this program: its
 #: standard error does.
 QUIET = ('--disable-external-lib-logs', '--disable-rosout-logs')
 
 #: The number of a transition, where it has one whatever the state is
-#: (lifecycle_msgs/msg/Transition), and the states that it starts from.
+#: (lifecycle_msgs/msg/Transition), the states that it starts from, and the
+#: one that it leads to.
 TRANSITIONS = {
-    'configure': (1, ('unconfigured',)),
-    'cleanup': (2, ('inactive',)),
-    'activate': (3, ('inactive',)),
-    'deactivate': (4, ('active',)),
-    'shutdown': (0, ('unconfigured', 'inactive', 'active')),
+    'configure': (1, ('unconfigured',), 'inactive'),
+    'cleanup': (2, ('inactive',), 'unconfigured'),
+    'activate': (3, ('inactive',), 'active'),
+    'deactivate': (4, ('active',), 'inactive'),
+    'shutdown': (0, ('unconfigured', 'inactive', 'active'), 'finalized'),
 }
 #: What stands for a server where the middleware does not tell one from the
 #: other.
@@ -461,12 +465,27 @@ class LifecycleNode(Peer):
         }
         super().__init__(ros, name, 'node', services)
         self._subscription: Any = None
+        #: What it was brought to, but has not told.
+        self._expected: str | None = None
+        self._refresh_at = 0.0
         #: How often a transition was told, to know what is news.
         self._transitions = 0
 
+    @property
+    def is_unsettled(self) -> bool:
+        """Whether it is to be looked at again, without any news of it."""
+        return super().is_unsettled or self._expected is not None
+
+    def look(self, now: float) -> None:
+        """Ask for the state, too, if it should have been told."""
+        super().look(now)
+        if self._expected is not None and now >= self._refresh_at:
+            self._expected = None
+            self._refresh()
+
     def tell_there(self) -> None:
         """Ask for the state of one that comes."""
-        self.state = None
+        self.state = self._expected = None
         if self.is_there:
             self._refresh()
 
@@ -496,12 +515,19 @@ class LifecycleNode(Peer):
         def answered(response: Any) -> None:
             if response.success:
                 self._ros.answer(call.request, ok=True)
-                self._refresh()
+                self._expect(TRANSITIONS[transition][2])
             else:
                 self._explain(call.request, transition, call.state)
 
         call.answered = answered
         self.call_in_order(call)
+
+    def _expect(self, state: str) -> None:
+        """Ask for the state if the node does not tell it in a while."""
+        if self._subscription is not None and state != self.state:
+            self._expected = state
+            self._refresh_at = time.monotonic() + SILENCE
+            self._ros.look_soon()
 
     def _explain(
         self, request: int | None, transition: str, before: str | None
@@ -547,6 +573,8 @@ class LifecycleNode(Peer):
         if before is None:
             before = self.state
         self.state = state
+        if state == self._expected:
+            self._expected = None
         # `from` is a word of Python
         fields = {'node': self.name, 'state': state, 'from': before}
         self._ros.output.tell(event='state', **fields)
@@ -613,7 +641,7 @@ class Ros:
         self._clock: Clock | None = None
         self._next_look: float | None = None
         self._pause = FIRST_LOOK
-        self._is_told = _watch_graph(self.node, self._on_graph)
+        self._is_told = _watch_graph(self.node, self.look_soon)
         wake = self.node.create_guard_condition(bool)
         requests.wake = wake.trigger
 
@@ -710,12 +738,13 @@ class Ros:
     def _peers(self) -> list[Peer]:
         return [*self._containers.values(), *self._nodes.values()]
 
-    def _on_graph(self) -> None:
+    def look_soon(self) -> None:
+        """Look at the graph now, and often for a while."""
         self._pause = FIRST_LOOK
         self._next_look = 0.0
 
     def _look_now(self) -> None:
-        self._on_graph()
+        self.look_soon()
         self._look()
 
     def _look(self) -> None:

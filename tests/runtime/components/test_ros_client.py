@@ -284,7 +284,7 @@ def test_states_are_followed_and_changed(talk: Talk, start: Start) -> None:
     assert change('deactivate') == "'deactivate' failed, the node is 'active'"
     assert change('dance') == "there is no transition 'dance'"
     assert change('shutdown') == ''
-    assert talk.event(state='finalized')['from'] == 'shuttingdown'
+    assert talk.event(state='finalized')['node'] == '/lc'
     assert "not possible in 'finalized'" in change('configure')
     container.stop(signal.SIGKILL)
     talk.result('gone', node='/lc')
