@@ -3,7 +3,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Measure what loading components takes, and what the client of ROS costs.
+Measure what loading components takes, and what the ROS client costs.
 
 usage: python benchmarks/components.py [--runs N] [--parts FOLDER] [WORD ...]
 
