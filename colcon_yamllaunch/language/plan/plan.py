@@ -255,6 +255,22 @@ class Plan:
         """Iterate over all components, those behind timers too."""
         return (e for e in self._leaves() if isinstance(e, Component))
 
+    @property
+    def needs_ros(self) -> bool:
+        """Whether more is to be done in ROS than to start processes."""
+        pending = list(self.entries)
+        while pending:
+            match pending.pop():
+                case Component() | Process(is_lifecycle=True):
+                    return True
+                case Timer(on_ros_time=True):
+                    return True
+                case Timer(entries=entries):
+                    pending.extend(entries)
+                case _:
+                    pass
+        return False
+
     def _leaves(self) -> Iterator[Entry]:
         pending = list(reversed(self.entries))
         while pending:

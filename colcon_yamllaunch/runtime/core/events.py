@@ -11,12 +11,15 @@ no time of day: they are told at the moment when they happen.
 
 from abc import abstractmethod
 from collections.abc import Callable
+import os
 from pathlib import Path
 from typing import Any
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.outcome import Outcome
@@ -32,6 +35,8 @@ LAUNCHER = 'launch'
 MESSENGER = 'launch.user'
 #: The severities of what is shown even to those who want it quiet.
 LOUD = frozenset(('WARNING', 'ERROR', 'CRITICAL'))
+#: The states that a lifecycle node keeps until it is asked for another.
+LASTING_STATES = ('unconfigured', 'inactive', 'active', 'finalized')
 
 
 class Event:
@@ -244,9 +249,13 @@ class Signalled(Event):
 
 @dataclass(frozen=True, slots=True)
 class Requested(Event):
-    """Somebody asks to stop one process, or to start it anew."""
+    """
+    Somebody asks to stop one process, or to start it anew.
 
-    process: Process
+    For a component, that is to unload it, or to load it anew.
+    """
+
+    process: Process | Component
     action: Literal['stop', 'restart']
 
     def lines(self) -> tuple[str, ...]:
@@ -392,17 +401,197 @@ class Warned(Event):
 
 
 @dataclass(frozen=True, slots=True)
+class Loaded(Event):
+    """
+    A component was loaded into its container.
+
+    :param full_name: The full name of its node
+    :param unique_id: The number that the container gave it
+    :param seconds: How long that took once the container was there
+    """
+
+    component: Component
+    full_name: str
+    unique_id: int
+    seconds: float
+
+    def lines(self) -> tuple[str, ...]:
+        component = self.component
+        return (f'{component.label}: loaded into {component.container}',)
+
+    def record(self) -> dict[str, Any]:
+        return _record(
+            'loaded',
+            self.component,
+            container=self.component.container,
+            node=self.full_name,
+            unique_id=self.unique_id,
+            seconds=round(self.seconds, 6),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class LoadFailed(Event):
+    """
+    A component could not be loaded.
+
+    :param reason: Why, as the container said, or what became of that
+    :param again: Whether it is loaded again, as its container is respawned
+    """
+
+    component: Component
+    reason: str
+    again: bool = False
+
+    severity = 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        component = self.component
+        again = '; it is loaded again with that' if self.again else ''
+        return (
+            f'{component.label}: could not be loaded into '
+            f'{component.container}: {self.reason}{again} '
+            f'(from {shown(component.position)})',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return _record(
+            'load_failed',
+            self.component,
+            container=self.component.container,
+            reason=self.reason,
+            again=self.again,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Unloaded(Event):
+    """
+    A component is not loaded any more.
+
+    :param reason: Why, as a part of a sentence
+    """
+
+    component: Component
+    reason: str
+
+    def lines(self) -> tuple[str, ...]:
+        component = self.component
+        return (f'{component.label}: unloaded from {component.container}',)
+
+    def record(self) -> dict[str, Any]:
+        return _record(
+            'unloaded',
+            self.component,
+            container=self.component.container,
+            reason=self.reason,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class StateChanged(Event):
+    """
+    A lifecycle node has another state.
+
+    :param node: Its full name
+    :param state: The label of the state
+    :param before: That of the state before, None if it is the first one seen
+    """
+
+    process: Process | Component
+    node: str
+    state: str
+    before: str | None
+
+    def lines(self) -> tuple[str, ...]:
+        # those in between last a moment, and so every node begins
+        if self.state not in LASTING_STATES or self.before is None:
+            return ()
+        return (f'{self.process.label}: {self.state}',)
+
+    def record(self) -> dict[str, Any]:
+        return _record(
+            'state_changed',
+            self.process,
+            node=self.node,
+            state=self.state,
+            before=self.before,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class TransitionFailed(Event):
+    """
+    A lifecycle node could not be configured or activated at its start.
+
+    :param node: Its full name
+    :param transition: The name of the transition
+    """
+
+    process: Process | Component
+    node: str
+    transition: str
+    reason: str
+
+    severity = 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        position = shown(self.process.position)
+        return (f'{self.process.label}: {self.text} (from {position})',)
+
+    @property
+    def text(self) -> str:
+        """What happened, as a part of a sentence."""
+        return (
+            f"the transition '{self.transition}' of {self.node} failed: "
+            f'{self.reason}'
+        )
+
+    def record(self) -> dict[str, Any]:
+        return _record(
+            'transition_failed',
+            self.process,
+            node=self.node,
+            transition=self.transition,
+            reason=self.reason,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class RosLost(Event):
+    """
+    Nobody speaks with ROS for the launch any more.
+
+    :param reason: Why, as a sentence without its end
+    """
+
+    reason: str
+
+    severity = 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        return (
+            f'{self.reason}; no component is loaded and no lifecycle state '
+            'changed any more',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'ros_lost', 'reason': self.reason}
+
+
+@dataclass(frozen=True, slots=True)
 class FailureReport:
     """
-    What is known of a process that failed.
+    What is known of a failure.
 
+    :param process: What failed; None for the launch itself
     :param text: What happened, in one line
     :param tail: The last lines of its output
     :param log_file: The file that has all of its output, if there is one
     :param advice: The way out, if its last words tell one
     """
 
-    process: Process
+    process: Process | Component | None
     text: str
     tail: tuple[str, ...] = ()
     log_file: Path | None = None
@@ -460,8 +649,22 @@ def _starts_again(delay: float | None) -> str:
     return ', starts again' + (f' in {delay:g} s' if delay else '')
 
 
+def shown(position: Position) -> str:
+    """Return a place as a user looks at it, in his folder if it is there."""
+    try:
+        relative = os.path.relpath(position.path)
+    except (OSError, ValueError):
+        return str(position)
+    if relative.startswith('..'):
+        return str(position)
+    return str(Position(relative, position.line, position.column))
+
+
 def _record(
-    name: str, process: Process, pid: int | None = None, **fields: Any
+    name: str,
+    process: Process | Component,
+    pid: int | None = None,
+    **fields: Any,
 ) -> dict[str, Any]:
     who = {'label': process.label, 'name': process.ros_name}
     group = {} if pid is None else {'pid': pid}

@@ -107,5 +107,13 @@ GUARD_LOG = 64 * 1024 * 1024
 #: Seconds by which the time of a file may be before that of the clock.
 FILE_TIME_STEP = 1.0
 
+#: Seconds after which it is said what loading components, activating lifecycle
+#: nodes and timers on ROS time wait for; each pause after that is longer.
+PATIENCE = 5.0
+#: Seconds of the longest of these pauses.
+LONGEST_SILENCE = 600.0
+#: Seconds until a container that could not say what is loaded is asked again.
+LIST_PAUSE = 1.0
+
 #: Bytes typed at a process that wait until it reads them.
 KEYS = 64 * 1024

@@ -67,7 +67,14 @@ class ExitConditions:
                 if self._unseen and not self._timed_out:
                     self._search(event)
             case events.StartFailed() | events.Exited(failed=True):
-                self._take_failure(event)
+                again = event.respawn_delay is not None
+                self._take_failure(event.process.label, again=again)
+            case events.LoadFailed():
+                self._take_failure(event.component.label, again=event.again)
+            case events.TransitionFailed():
+                self._take_failure(event.process.label)
+            case events.RosLost():
+                self._take_failure('what speaks with ROS')
             case events.ShuttingDown():
                 self._stopping = True
             case _:
@@ -160,7 +167,7 @@ class ExitConditions:
                 self._given_up = pattern.text
             return False
 
-    def _take_failure(self, event: events.StartFailed | events.Exited) -> None:
+    def _take_failure(self, label: str, *, again: bool = False) -> None:
         """
         Give up at a failure where one decides everything.
 
@@ -168,9 +175,8 @@ class ExitConditions:
         """
         if not self._patterns and self._duration is None:
             return
-        respawns = getattr(event, 'respawn_delay', None) is not None
-        if self._failed is None and not (self._unseen and respawns):
-            self._failed = event.process.label
+        if self._failed is None and not (self._unseen and again):
+            self._failed = label
 
     def _found(self) -> str:
         if len(self._seen) == 1:

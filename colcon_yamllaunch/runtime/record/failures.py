@@ -6,17 +6,22 @@
 from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
-import os
 from pathlib import Path
 
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.output_modes import SHOWN
 from colcon_yamllaunch.runtime.process.core_dumps import find_core_dump
 from colcon_yamllaunch.runtime.streams.lines import bare
 
-Failure = events.Exited | events.StartFailed
+Failure = (
+    events.Exited
+    | events.StartFailed
+    | events.LoadFailed
+    | events.TransitionFailed
+)
 #: Returns the package that has a Python module and that another package does
 #: not declare, or None; it gets the module and that other package.
 OwnerOf = Callable[[str, str | None], str | None]
@@ -26,7 +31,8 @@ class Failures:
     """
     Listens for failures, and keeps the last output of each process.
 
-    A failure is forgotten when its process is started again.
+    A failure is forgotten when its process is started again, its component
+    loaded after all, or its lifecycle node activated.
 
     :param log_files: The log file of a process by its label, if it has one
     :param advise: Returns the way out of a failure, if it tells one; it gets
@@ -45,6 +51,7 @@ class Failures:
         self._failures: dict[str, Failure] = {}
         self._tails: dict[str, bytes] = {}
         self._core_dumps: dict[str, str | None] = {}
+        self._ros_lost: str | None = None
         self._left_behind: dict[int, events.LeftBehind] = {}
         # whose output was shown last, and how many lines of ours after it
         self._shown_last: str | None = None
@@ -65,6 +72,17 @@ class Failures:
             case events.Exited(failed=True) | events.StartFailed():
                 self._failures[event.process.label] = event
                 self._look_for_core_dump(event)
+            case events.LoadFailed():
+                self._failures[event.component.label] = event
+            case events.Loaded():
+                self._failures.pop(event.component.label, None)
+            case events.TransitionFailed():
+                # that its process failed says more
+                self._failures.setdefault(event.process.label, event)
+            case events.StateChanged(state='active'):
+                self._failures.pop(event.process.label, None)
+            case events.RosLost():
+                self._ros_lost = event.reason
             case events.LeftBehind():
                 self._left_behind[event.pid] = event
             case _:
@@ -73,7 +91,8 @@ class Failures:
     @property
     def exit_code(self) -> int:
         """1 if something failed, else 0."""
-        return int(bool(self._failures or self._left_behind))
+        failed = self._failures or self._left_behind or self._ros_lost
+        return int(bool(failed))
 
     def reports(self) -> tuple[events.FailureReport, ...]:
         """Return what is known of each process that failed, in order."""
@@ -86,36 +105,41 @@ class Failures:
             )
             for event in self._left_behind.values()
         ]
+        if self._ros_lost is not None:
+            reports.append(events.FailureReport(None, self._ros_lost))
         return tuple(reports)
 
     def summary(self) -> tuple[str, ...]:
         """Return the lines that name the first failure and those after it."""
+        lost = () if self._ros_lost is None else (f'failed: {self._ros_lost}',)
         if not self._failures:
-            return ()
+            return lost
         first, *others = self._failures.values()
+        label = _owner(first).label
         report = self._report(first)
         lines = [f'failed: {_description(first)}']
         # what stands right above is not shown again
         stands_above = (
-            self._shown_last == first.process.label
+            self._shown_last == label
             and self._lines_after <= limits.TAIL_LINES
         )
         if report.tail and not stands_above:
-            lines.append(f'  the last lines of {first.process.label}:')
+            lines.append(f'  the last lines of {label}:')
             lines.extend(f'  | {line}' for line in report.tail)
         if report.advice is not None:
             lines.append(f'  {report.advice}')
         if report.log_file is not None:
             lines.append(f'  all of its output: {report.log_file}')
-        if core_dump := self._core_dumps.get(first.process.label):
+        if core_dump := self._core_dumps.get(label):
             lines.append(f'  its core dump: {core_dump}')
         lines.extend(f'then failed: {_description(f)}' for f in others)
-        return tuple(lines)
+        return (*lines, *lost)
 
     def _report(self, failure: Failure) -> events.FailureReport:
+        if not isinstance(failure, events.Exited):
+            text = _what_failed(failure)
+            return events.FailureReport(_owner(failure), text)
         process = failure.process
-        if isinstance(failure, events.StartFailed):
-            return events.FailureReport(process, _what_failed(failure))
         tail = tuple(self._tail(process.label))
         return events.FailureReport(
             process,
@@ -125,7 +149,9 @@ class Failures:
             self._advise(failure, tail),
         )
 
-    def _look_for_core_dump(self, event: Failure) -> None:
+    def _look_for_core_dump(
+        self, event: events.Exited | events.StartFailed
+    ) -> None:
         found = None
         if isinstance(event, events.Exited) and event.outcome.core_dumped:
             cwd = event.process.cwd
@@ -148,24 +174,28 @@ class Failures:
         return lines[-limits.TAIL_LINES :] if data.strip() else []
 
 
+def _owner(failure: Failure) -> Process | Component:
+    if isinstance(failure, events.LoadFailed):
+        return failure.component
+    return failure.process
+
+
 def _description(failure: Failure) -> str:
-    return f'{_what_failed(failure)} (from {_shown(failure.process.position)})'
+    position = events.shown(_owner(failure).position)
+    return f'{_what_failed(failure)} (from {position})'
 
 
 def _what_failed(failure: Failure) -> str:
-    if isinstance(failure, events.StartFailed):
-        return (
-            f'{failure.process.label} could not be started: {failure.reason}'
-        )
-    label, outcome = failure.process.label, failure.outcome
-    return f'{label} {outcome} after {failure.seconds:.1f} s'
-
-
-def _shown(position: Position) -> str:
-    try:
-        relative = os.path.relpath(position.path)
-    except (OSError, ValueError):
-        return str(position)
-    if relative.startswith('..'):
-        return str(position)
-    return str(Position(relative, position.line, position.column))
+    label = _owner(failure).label
+    match failure:
+        case events.StartFailed():
+            return f'{label} could not be started: {failure.reason}'
+        case events.LoadFailed():
+            where = failure.component.container
+            return (
+                f'{label} could not be loaded into {where}: {failure.reason}'
+            )
+        case events.TransitionFailed():
+            return f'{label}: {failure.text}'
+        case events.Exited():
+            return f'{label} {failure.outcome} after {failure.seconds:.1f} s'

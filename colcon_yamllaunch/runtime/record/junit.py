@@ -16,6 +16,7 @@ import time
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
 
@@ -29,7 +30,8 @@ class JUnitReport:
     """
     Listens to a launch, and makes a report with one case a process.
 
-    The last run of a process that is respawned decides, as for the exit code.
+    A component has one, too. The last run of a process that is respawned
+    decides, as for the exit code.
     What the launch was to achieve follows in cases of its own.
 
     :param class_name: The name under which the cases are grouped, parts
@@ -41,13 +43,13 @@ class JUnitReport:
         self._name = name
         self._class_name = class_name
         self._started = started
-        self._processes: tuple[Process, ...] = ()
+        self._processes: tuple[Process | Component, ...] = ()
         self._seen: set[str] = set()
         self._seconds: dict[str, float] = {}
         self._ended: events.Ended | None = None
 
-    def expect(self, processes: Iterable[Process]) -> None:
-        """Take note of all that may be started."""
+    def expect(self, processes: Iterable[Process | Component]) -> None:
+        """Take note of all that may be started or loaded."""
         self._processes = tuple(processes)
 
     def handle(self, event: events.Event) -> None:
@@ -57,6 +59,11 @@ class JUnitReport:
                 self._seen.add(event.process.label)
             case events.Exited():
                 label = event.process.label
+                before = self._seconds.get(label, 0.0)
+                self._seconds[label] = before + event.seconds
+            case events.Loaded():
+                label = event.component.label
+                self._seen.add(label)
                 before = self._seconds.get(label, 0.0)
                 self._seconds[label] = before + event.seconds
             case events.Ended():
@@ -98,16 +105,23 @@ class JUnitReport:
             text = 'the launch failed before a process was started'
             yield self._case('launch', 0.0, _outcome('error', text, text))
             return
-        failures = {f.process.label: f for f in self._ended.failures}
+        failures = {
+            None if f.process is None else f.process.label: f
+            for f in self._ended.failures
+        }
         for process in self._processes:
             label = process.label
             outcome = None
             if label in failures:
                 outcome = _failure(failures[label])
             elif label not in self._seen:
-                message = {'message': 'it was never started'}
+                is_process = isinstance(process, Process)
+                what = 'started' if is_process else 'loaded'
+                message = {'message': f'it was never {what}'}
                 outcome = Element('skipped', message)
             yield self._case(label, self._seconds.get(label, 0.0), outcome)
+        if None in failures:
+            yield self._case('launch', 0.0, _failure(failures[None]))
         for verdict in self._ended.verdicts:
             missed = None
             if verdict.failure is not None:
@@ -129,7 +143,9 @@ class JUnitReport:
 
 
 def _failure(report: events.FailureReport) -> Element:
-    lines = [report.text, f'from {report.process.position}']
+    lines = [report.text]
+    if report.process is not None:
+        lines.append(f'from {report.process.position}')
     if report.tail:
         lines += ['', 'the last lines of its output:', *report.tail]
     if report.log_file is not None:

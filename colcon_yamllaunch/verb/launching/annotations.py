@@ -40,7 +40,9 @@ def failures_of(ended: Ended) -> Iterator[Diagnostic]:
     """Return what failed in a launch as problems of its launch files."""
     for failure in ended.failures:
         text = '\n'.join((failure.text, *failure.tail))
-        yield Diagnostic('error', text, failure.process.position)
+        process = failure.process
+        position = None if process is None else process.position
+        yield Diagnostic('error', text, position)
     for verdict in ended.verdicts:
         if verdict.failure is not None:
             yield Diagnostic('error', verdict.failure)

@@ -96,7 +96,7 @@ class PlanRun:
             when_started()
         observers: list[Listener] = [self._handle]
         if self._report is not None:
-            self._report.expect(plan.processes())
+            self._report.expect((*plan.processes(), *plan.components()))
             observers.insert(0, self._report.handle)
         options = self._options
         verbosity: Verbosity = 'verbose' if options.verbose else 'normal'

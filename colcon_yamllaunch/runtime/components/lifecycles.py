@@ -1,0 +1,299 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The course of lifecycle nodes: their states, and what activates them."""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from typing import Any
+
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.components.lifecycle_task import LifecycleTask
+from colcon_yamllaunch.runtime.components.patience import Patience
+from colcon_yamllaunch.runtime.components.requests import Requests
+from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core.tasks import RefusedError
+
+#: Is called with None for success, else with the reason of the failure.
+Reply = Callable[[str | None], None]
+
+#: The transitions that may be asked for, and the states that they lead to
+#: (https://design.ros2.org/articles/node_lifecycle.html).
+TRANSITIONS = {
+    'configure': 'inactive',
+    'activate': 'active',
+    'deactivate': 'inactive',
+    'cleanup': 'unconfigured',
+    'shutdown': 'finalized',
+}
+# what leads from a state to a goal
+_STEPS = {
+    ('unconfigured', 'active'): 'configure',
+    ('unconfigured', 'inactive'): 'configure',
+    ('inactive', 'active'): 'activate',
+}
+# the states that a transition passes through, and where it ends well
+_REACHED = {
+    ('configuring', 'inactive'),
+    ('activating', 'active'),
+    ('deactivating', 'inactive'),
+    ('cleaningup', 'unconfigured'),
+    ('shuttingdown', 'finalized'),
+}
+
+
+class Lifecycles:
+    """
+    The lifecycle nodes of a launch.
+
+    One that is to be activated is brought there step by step, by the state
+    that it has, so it does not matter where it was when a client died.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        requests: Requests,
+        tell: events.Listener,
+        clock: Callable[[], float],
+    ) -> None:
+        self._requests = requests
+        self._tell = tell
+        self._clock = clock
+        self._given_up: str | None = None
+        self._replies: dict[int, Reply] = {}
+        owners: list[Process | Component] = [
+            *plan.processes(),
+            *plan.components(),
+        ]
+        self.tasks = [
+            LifecycleTask(
+                owner,
+                owner.node_name,
+                'active' if owner.autostart else None,
+            )
+            for owner in owners
+            if owner.is_lifecycle
+        ]
+        self._by_label = {t.label: t for t in self.tasks}
+        self._patience = Patience(clock)
+
+    def of_label(self, label: str) -> LifecycleTask | None:
+        """Return the lifecycle node of a process or component, if it is."""
+        return self._by_label.get(label)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a node is on its way to its goal."""
+        return any(t.is_driven and t.is_running for t in self.tasks)
+
+    def process_started(self, process: Process) -> None:
+        """Follow the node of a process, and bring it to its goal."""
+        task = self._by_label.get(process.label)
+        if task is not None:
+            self.up(task, task.node)
+
+    def process_ended(
+        self, process: Process, ending: str, *, excused: bool
+    ) -> None:
+        """
+        Take the end of a process into account.
+
+        :param excused: Whether its end is no failure to reach the goal
+        """
+        task = self._by_label.get(process.label)
+        if task is None:
+            return
+        missed = task.is_driven and task.is_running and not excused
+        transition = _STEPS.get(
+            (task.state or 'unconfigured', task.goal or '')
+        )
+        self.down(task)
+        if missed:
+            self._fail(task, transition or 'configure', f'it {ending}')
+
+    def up(self, task: LifecycleTask, node: str | None) -> None:
+        """Follow a node that runs now, and bring it to its goal."""
+        task.node = node
+        task.state = None
+        task.is_running = True
+        task.is_driven = task.goal in ('inactive', 'active')
+        task.request = None
+        task.since = self._clock()
+        if self._given_up is not None:
+            self._fail_for_good(task, self._given_up)
+        elif self._requests.is_ready:
+            self._follow(task)
+
+    def down(self, task: LifecycleTask) -> None:
+        """Take into account that a node does not run any more."""
+        task.is_running = task.is_driven = False
+        task.state = None
+        self._drop(task, 'it ended')
+        self._patience.forget(task.label)
+
+    def changed(self, node: str, state: str, before: str | None) -> None:
+        """Take into account which state a node has, and had before."""
+        for task in self.tasks:
+            if task.node == node and task.is_running:
+                self._changed(task, node, state, before)
+
+    def change_state(self, name: str, transition: str, reply: Reply) -> None:
+        """Have a node make a transition; see `Composition.change_state`."""
+        task = self._named(name)
+        if transition not in TRANSITIONS:
+            raise RefusedError(f"there is no transition '{transition}'")
+        if not task.is_running or task.node is None:
+            raise RefusedError(f'{task.label} does not run')
+        if not self._requests.is_ready:
+            raise RefusedError(
+                self._given_up or 'what speaks with ROS is still starting'
+            )
+        self._drop(task, 'somebody asked for something else')
+        # who decides on the states from now on is the user
+        task.is_driven = False
+        self._ask(task, transition, reply)
+
+    def client_is_ready(self) -> None:
+        """Follow the nodes that run."""
+        for task in self.tasks:
+            if task.is_running:
+                self._follow(task)
+
+    def client_died(self) -> None:
+        """Take into account that requests have been lost."""
+        for task in self.tasks:
+            self._drop(task, 'what speaks with ROS ended, and starts again')
+
+    def client_given_up(self, reason: str) -> None:
+        """Give up with the client."""
+        self._given_up = reason
+        for task in self.tasks:
+            self._drop(task, reason)
+            self._fail_for_good(task, reason)
+
+    def advance(self) -> None:
+        """Say of which nodes nothing comes."""
+        for task in self.tasks:
+            if not (task.is_driven and task.is_running):
+                self._patience.forget(task.label)
+            elif self._patience.is_over(task.label, task.since):
+                text = (
+                    f'{task.label}: waiting for {task.node} to become '
+                    f'{task.goal}'
+                )
+                if task.state is None:
+                    text += (
+                        '; it does not offer the services of a lifecycle node'
+                    )
+                else:
+                    text += f'; it is {task.state}'
+                self._tell(events.Warned(text))
+
+    def seconds_to_wait(self) -> float | None:
+        """Return when to look again."""
+        return self._patience.seconds_to_wait(
+            (t.label, t.since)
+            for t in self.tasks
+            if t.is_driven and t.is_running
+        )
+
+    def _named(self, name: str) -> LifecycleTask:
+        for task in self.tasks:
+            if name in (task.label, task.node):
+                return task
+        raise RefusedError(f"there is no lifecycle node '{name}'")
+
+    def _follow(self, task: LifecycleTask) -> None:
+        if task.node is not None:
+            self._requests.ask('follow', lambda _: None, node=task.node)
+
+    def _changed(
+        self,
+        task: LifecycleTask,
+        node: str,
+        state: str,
+        before: str | None,
+    ) -> None:
+        if before is None and state == task.state:
+            # it was only looked at once more
+            self._drive(task)
+            return
+        task.state = state
+        if (before, state) in _REACHED:
+            task.goal = state
+        self._tell(events.StateChanged(task.owner, node, state, before))
+        self._drive(task)
+
+    def _drive(self, task: LifecycleTask) -> None:
+        """Take the next step to the goal, unless one is under way."""
+        if not task.is_driven or task.request is not None:
+            return
+        if task.state == task.goal:
+            task.is_driven = False
+            return
+        step = _STEPS.get((task.state or '', task.goal or ''))
+        if step is not None:
+            task.since = self._clock()
+            self._ask(task, step, None)
+
+    def _ask(
+        self, task: LifecycleTask, transition: str, reply: Reply | None
+    ) -> None:
+        def answered(answer: Mapping[str, Any]) -> None:
+            task.request = None
+            self._replies.pop(number, None)
+            self._answered(task, transition, reply, answer)
+
+        number = self._requests.ask(
+            'change_state', answered, node=task.node, transition=transition
+        )
+        task.request = number
+        if reply is not None:
+            self._replies[number] = reply
+
+    def _answered(
+        self,
+        task: LifecycleTask,
+        transition: str,
+        reply: Reply | None,
+        answer: Mapping[str, Any],
+    ) -> None:
+        if answer.get('ok'):
+            # the event may come later
+            is_wish = reply is not None
+            task.reached(TRANSITIONS[transition], is_wish=is_wish)
+            self._drive(task)
+            if reply is not None:
+                reply(None)
+            return
+        reason = str(answer.get('reason') or 'it was refused')
+        if reply is not None:
+            reply(reason)
+        else:
+            task.is_driven = False
+            self._fail(task, transition, reason)
+
+    def _drop(self, task: LifecycleTask, reason: str) -> None:
+        """Take the transition back that is under way, if one is."""
+        number, task.request = task.request, None
+        if number is not None:
+            self._requests.cancel(number)
+            reply = self._replies.pop(number, None)
+            if reply is not None:
+                reply(reason)
+
+    def _fail(self, task: LifecycleTask, transition: str, reason: str) -> None:
+        self._tell(
+            events.TransitionFailed(
+                task.owner, task.node or task.label, transition, reason
+            )
+        )
+
+    def _fail_for_good(self, task: LifecycleTask, reason: str) -> None:
+        if task.is_driven and task.is_running:
+            step = _STEPS.get((task.state or 'unconfigured', task.goal or ''))
+            self._fail(task, step or 'configure', reason)
+        task.is_driven = False
