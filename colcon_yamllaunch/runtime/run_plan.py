@@ -36,6 +36,7 @@ from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.process.spawn import Spawn
 from colcon_yamllaunch.runtime.record.failures import Failures
 from colcon_yamllaunch.runtime.record.failures import OwnerOf
+from colcon_yamllaunch.runtime.record.launch_logs import CLIENT_LOG
 from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
 from colcon_yamllaunch.runtime.record.launch_logs import Logs
 from colcon_yamllaunch.runtime.record.launch_logs import Store
@@ -103,6 +104,8 @@ def run_plan(
     :param attach: The label of a process that the keyboard, which is standard
       input, is connected to; it must have a terminal
     :param owner_of: Tells which package has a Python module that is missing
+    :raises UserError: before anything is started, when the environment lacks
+      what the plan needs
     :raises OutputError: at the end, when output could not be shown; not when
       nobody reads it any more
     """
@@ -125,6 +128,7 @@ def run_plan(
             clock,
             spawn,
             adoption,
+            None if log_folder is None else log_folder / CLIENT_LOG,
         )
         troubles: list[str] = []
         processes = tuple(plan.processes())

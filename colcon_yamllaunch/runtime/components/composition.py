@@ -16,12 +16,12 @@ from typing import Any
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.components.client_requests import Requests
 from colcon_yamllaunch.runtime.components.component_task import ComponentTask
 from colcon_yamllaunch.runtime.components.containers import Containers
 from colcon_yamllaunch.runtime.components.lifecycle_task import LifecycleTask
 from colcon_yamllaunch.runtime.components.lifecycles import Lifecycles
 from colcon_yamllaunch.runtime.components.lifecycles import Reply
-from colcon_yamllaunch.runtime.components.requests import Requests
 from colcon_yamllaunch.runtime.components.ros_timers import RosTimers
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.schedule import TimerHandle
@@ -51,9 +51,8 @@ class Composition:
             plan, self._requests, self._lifecycles, tell, clock
         )
         self._timers = RosTimers(self._requests, tell, clock)
-        self._is_stopping = False
-        #: Why there is no client any more, if it was given up.
-        self._given_up: str | None = None
+        #: Whether the launch is being stopped, and so nothing more is done.
+        self.is_stopping = False
 
     @property
     def tasks(self) -> list[ComponentTask]:
@@ -158,7 +157,7 @@ class Composition:
         :param failed: Whether its end is a failure of its own
         :param again: Whether it will be started again
         """
-        if self._is_stopping:
+        if self.is_stopping:
             return
         # its components stand for their own states
         self._containers.ended(process, ending, asked=asked, again=again)
@@ -171,7 +170,7 @@ class Composition:
 
         That is asked when no process runs.
         """
-        return not self._is_stopping and (
+        return not self.is_stopping and (
             self._containers.is_busy or self._lifecycles.is_busy
         )
 
@@ -181,12 +180,13 @@ class Composition:
 
     def stop(self) -> None:
         """Do nothing more, as the launch is being stopped."""
-        self._is_stopping = True
+        self.is_stopping = True
         self._requests.reset()
+        self._timers.cancel()
 
     def advance(self) -> None:
         """Do what is due."""
-        if not self._is_stopping:
+        if not self.is_stopping:
             self._containers.advance()
             self._lifecycles.advance()
             self._timers.advance()
@@ -197,7 +197,7 @@ class Composition:
 
         None means not before something happens.
         """
-        if self._is_stopping:
+        if self.is_stopping:
             return None
         waits = (
             self._containers.seconds_to_wait(),
@@ -210,7 +210,7 @@ class Composition:
 
     def take(self, message: Mapping[str, Any]) -> None:
         """Take one message of the client into account."""
-        if self._is_stopping:
+        if self.is_stopping:
             return
         match message:
             case {'id': int()}:
@@ -236,7 +236,7 @@ class Composition:
     def client_died(self) -> None:
         """Take into account that the client died; another one follows."""
         self._requests.reset()
-        if not self._is_stopping:
+        if not self.is_stopping:
             self._containers.client_died()
             self._lifecycles.client_died()
             self._timers.client_died()
@@ -248,12 +248,12 @@ class Composition:
         :param reason: Why, as a sentence without its end
         """
         self._requests.reset()
-        if not self._is_stopping:
+        if not self.is_stopping:
             self._tell(events.RosLost(reason))
             self._containers.client_given_up(reason)
             self._lifecycles.client_given_up(reason)
-            self._timers.client_given_up()
+            self._timers.cancel()
 
     def _refuse_while_stopping(self) -> None:
-        if self._is_stopping:
+        if self.is_stopping:
             raise RefusedError('the whole launch is being stopped')

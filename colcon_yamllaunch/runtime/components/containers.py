@@ -14,12 +14,12 @@ from typing import Literal
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.components.client_requests import Requests
 from colcon_yamllaunch.runtime.components.component_task import ComponentTask
 from colcon_yamllaunch.runtime.components.component_task import LoadPhase
 from colcon_yamllaunch.runtime.components.lifecycles import Lifecycles
 from colcon_yamllaunch.runtime.components.load_request import load_request
 from colcon_yamllaunch.runtime.components.patience import Patience
-from colcon_yamllaunch.runtime.components.requests import Requests
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.schedule import Schedule

@@ -10,9 +10,9 @@ from typing import Any
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.components.client_requests import Requests
 from colcon_yamllaunch.runtime.components.lifecycle_task import LifecycleTask
 from colcon_yamllaunch.runtime.components.patience import Patience
-from colcon_yamllaunch.runtime.components.requests import Requests
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 

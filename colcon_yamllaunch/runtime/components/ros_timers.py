@@ -5,8 +5,8 @@
 
 from collections.abc import Callable
 
+from colcon_yamllaunch.runtime.components.client_requests import Requests
 from colcon_yamllaunch.runtime.components.patience import Patience
-from colcon_yamllaunch.runtime.components.requests import Requests
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.schedule import Schedule
 from colcon_yamllaunch.runtime.core.schedule import TimerHandle
@@ -65,8 +65,8 @@ class RosTimers:
         """Take into account that nobody follows the clock."""
         self._is_followed = False
 
-    def client_given_up(self) -> None:
-        """Give the timers up; the launch ends without them."""
+    def cancel(self) -> None:
+        """Give the timers up, as nobody tells the time any more."""
         for handle in self._pending():
             handle.cancel()
 

@@ -114,6 +114,14 @@ PATIENCE = 5.0
 LONGEST_SILENCE = 600.0
 #: Seconds until a container that could not say what is loaded is asked again.
 LIST_PAUSE = 1.0
+#: How often the process that speaks with ROS is started again in a row.
+CLIENT_RESTARTS = 5
+#: Seconds that it must have run for an end to be the first of a row.
+CLIENT_STEADY = 60.0
+#: Seconds that it gets to end by itself at the end of a launch.
+CLIENT_PATIENCE = 0.5
+#: How many Pythons of the environment are tried.
+PYTHONS = 4
 
 #: Bytes typed at a process that wait until it reads them.
 KEYS = 64 * 1024

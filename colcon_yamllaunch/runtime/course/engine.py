@@ -10,13 +10,17 @@ from collections.abc import Mapping
 from contextlib import suppress
 import errno
 import os
+from pathlib import Path
 import select
 import signal
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.adoption import Adoption
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import send
 from colcon_yamllaunch.common.escalation import Target
+from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import is_alive
 from colcon_yamllaunch.common.process_scan import read_process
@@ -56,8 +60,13 @@ from colcon_yamllaunch.runtime.streams.terminals import Terminals
 from colcon_yamllaunch.runtime.streams.watches import Watches
 from colcon_yamllaunch.runtime.streams.writer import Writer
 
+if TYPE_CHECKING:
+    from colcon_yamllaunch.runtime.components.ros_link import RosLink
+
 _STREAMS = ('stdout', 'stderr')
 _GONE = select.EPOLLERR | select.EPOLLHUP
+# how long the guard lets the process that speaks with ROS end by itself
+_CLIENT_TIMEOUTS = Timeouts(0.5, 0.5)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +81,8 @@ class Settings:
     :param clock: Returns seconds that never go back
     :param spawn: Starts a program as :func:`os.posix_spawn` does
     :param adoption: The children that others started
+    :param client_log: The file for what the process that speaks with ROS
+      writes to standard error, if the launch needs one, or None
     """
 
     identity: str
@@ -80,6 +91,7 @@ class Settings:
     clock: Callable[[], float]
     spawn: Spawn
     adoption: Adoption
+    client_log: Path | None = None
 
 
 class Engine:
@@ -123,8 +135,13 @@ class Engine:
         #: The keyboards of processes.
         self.terminals = Terminals(self.watches, self._relay)
         self._listeners = [*listeners, self.terminals.handle]
+        self._ros = self._ros_link(plan) if plan.needs_ros else None
+        #: The course of what happens in ROS, if anything is to.
+        self.composition = None if self._ros is None else self._ros.composition
         #: The course of the launch.
-        self.supervisor = Supervisor(plan, self, settings.clock)
+        self.supervisor = Supervisor(
+            plan, self, settings.clock, self.composition
+        )
         self._limit = DescriptorLimit(sum(1 for _ in plan.processes()))
         self._session = os.getsid(0)
         # whose output each descriptor has
@@ -144,6 +161,8 @@ class Engine:
         Run to the end.
 
         :param signals: Where signals arrive, see `signals.caught`
+        :raises UserError: before anything is started, when the environment
+          lacks what the plan needs
         """
         self.watches.add(
             signals, lambda _: self._take_signals(received(signals))
@@ -152,15 +171,20 @@ class Engine:
             # an ordinary file is always ready
             with suppress(PermissionError):
                 self.watches.add(self._writer.descriptor, self._mind_screen, 0)
+        if self._ros is not None:
+            self._await_ros(self._ros)
         self._conditions.begin()
         while True:
             self._mind_conditions()
+            if self._ros is not None:
+                self._ros.advance()
             self.supervisor.advance()
             if self.supervisor.done:
                 break
             more = self._end_turn()
             self.watches.wait(0.0 if more else self._seconds_to_wait())
         self.watches.remove(signals)
+        self._end_ros()
         self._cgroup.remove()
         self._relay.close()
         self._conditions.end()
@@ -179,6 +203,7 @@ class Engine:
 
     def close(self) -> None:
         """Free what the engine holds."""
+        self._end_ros()
         self.terminals.close()
         self.watches.close()
         self._limit.restore()
@@ -283,15 +308,69 @@ class Engine:
                 environment.pop(name, None)
             else:
                 environment[name] = value
+        streams = stdin, stdout.writer, stderr.writer
+        return self._spawn_in(number, argv, environment, process.cwd, streams)
+
+    def _spawn_in(
+        self,
+        number: int,
+        argv: list[str],
+        environment: dict[str, str],
+        cwd: str,
+        streams: tuple[int, int, int],
+    ) -> int:
         environment[LAUNCH_ID_VARIABLE] = f'{self._settings.identity}.{number}'
         with self._cgroup.entered(number):
             return spawn_process(
                 argv,
                 environment,
-                process.cwd,
-                (stdin, stdout.writer, stderr.writer),
+                cwd,
+                streams,
                 self._limit.wrapped(self._settings.spawn),
             )
+
+    def _ros_link(self, plan: Plan) -> 'RosLink':
+        # few launches need it
+        from colcon_yamllaunch.runtime.components.ros_link import RosLink
+
+        # as if it was the process after the last one
+        number = sum(1 for _ in plan.processes())
+
+        def start(argv: list[str], streams: tuple[int, int, int]) -> int:
+            environment = dict(self._settings.environment)
+            group = self._spawn_in(number, argv, environment, '/', streams)
+            self._guard.started(number, group, _CLIENT_TIMEOUTS)
+            return group
+
+        return RosLink(
+            plan,
+            self._settings.environment,
+            self.watches,
+            start,
+            self.tell,
+            self._settings.clock,
+            self._settings.client_log,
+        )
+
+    def _await_ros(self, ros: 'RosLink') -> None:
+        """
+        Start the client, and wait until it is known what the environment has.
+
+        :raises UserError: when it lacks something
+        """
+        ros.start()
+        while not (ros.is_found or self.supervisor.is_stopping):
+            if ros.error is not None:
+                raise UserError(ros.error)
+            self._end_turn()
+            self.watches.wait(ros.seconds_to_wait())
+            ros.advance()
+
+    def _end_ros(self) -> None:
+        if self._ros is not None and self._ros.pid:
+            group = self._ros.pid
+            self._ros.close()
+            self._guard.ended(group)
 
     def _adopter(self) -> Adopter:
         """Return what is known of our children."""
@@ -305,7 +384,8 @@ class Engine:
         self._guard.closed(descriptor)
 
     def _children_of_ours(self) -> set[int]:
-        return {*self.supervisor.groups, self._guard.pid} - {0}
+        client = 0 if self._ros is None else self._ros.pid
+        return {*self.supervisor.groups, self._guard.pid, client} - {0}
 
     def _look_for_adopted(self) -> set[int]:
         """Return the children that we adopted, and tell the guard of them."""
@@ -327,6 +407,10 @@ class Engine:
 
     def _seconds_to_wait(self) -> float | None:
         wait = self.supervisor.seconds_to_wait()
+        if self._ros is not None:
+            left_of_it = self._ros.seconds_to_wait()
+            if left_of_it is not None:
+                wait = left_of_it if wait is None else min(wait, left_of_it)
         due = self._conditions.due()
         if due is not None:
             left = max(0.0, due - self._settings.clock())
@@ -427,6 +511,9 @@ class Engine:
                 self._guard.reaped(pid)
             elif pid == self._guard.pid:
                 self._replace_guard()
+            elif self._ros is not None and pid == self._ros.pid:
+                self._guard.ended(pid)
+                self._ros.ended(Outcome.from_status(status))
             else:
                 self._relay.drain(pid)
                 # the last line of a process counts before its exit code

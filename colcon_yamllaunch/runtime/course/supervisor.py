@@ -17,7 +17,9 @@ from itertools import count
 import math
 from typing import Literal
 from typing import Protocol
+from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -39,6 +41,9 @@ from colcon_yamllaunch.runtime.core.tasks import Task
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.runtime.stopping.launch_stop import Stop
 from colcon_yamllaunch.runtime.stopping.launch_stop import StopHost
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.runtime.components.composition import Composition
 
 
 class Host(StopHost, Protocol):
@@ -87,12 +92,21 @@ class _Respawn:
 
 
 class Supervisor:
-    """Runs a plan."""
+    """
+    Runs a plan.
+
+    :param composition: The course of what happens in ROS, if anything is to
+    """
 
     def __init__(
-        self, plan: Plan, host: Host, clock: Callable[[], float]
+        self,
+        plan: Plan,
+        host: Host,
+        clock: Callable[[], float],
+        composition: 'Composition | None' = None,
     ) -> None:
         self._host = host
+        self._composition = composition
         self._clock = clock
         #: The processes of the plan, in its order.
         self.tasks = [Task(n, p) for n, p in enumerate(plan.processes())]
@@ -134,6 +148,8 @@ class Supervisor:
     def advance(self) -> None:
         """Do what is due; return soon, so that others get their turn."""
         self._schedule.run_due(self._clock())
+        if self._composition is not None:
+            self._composition.advance()
         for _ in range(limits.STARTS_PER_TURN):
             if self._agenda:
                 self._take(self._agenda.popleft())
@@ -151,7 +167,11 @@ class Supervisor:
         if self._agenda or self.done:
             return 0.0
         due = self._schedule.next_due()
-        return None if due is None else max(0.0, due - self._clock())
+        wait = None if due is None else max(0.0, due - self._clock())
+        if self._composition is None:
+            return wait
+        waits = (wait, self._composition.seconds_to_wait())
+        return min((w for w in waits if w is not None), default=None)
 
     def exited(self, group: int, outcome: Outcome) -> None:
         """Take into account that the leader of a group ended."""
@@ -181,6 +201,14 @@ class Supervisor:
                 respawn_delay=delay,
             )
         )
+        if self._composition is not None:
+            self._composition.ended(
+                process,
+                task.ending,
+                asked=asked,
+                failed=failed,
+                again=delay is not None or task.number in self._restarting,
+            )
         if delay is not None:
             self._respawn_later(task, delay, is_clean=False)
         elif step == 'shutdown':
@@ -229,6 +257,11 @@ class Supervisor:
         """
         task = self._asked_for(name, 'stop')
         self._restarting.discard(task.number)
+        if self._composition is not None and task.group is None:
+            # one that was to be respawned
+            self._composition.ended(
+                task.process, 'stopped', asked=True, failed=False, again=False
+            )
         if task.number in self._single_stops:
             self._single_stops[task.number].hurry()
         else:
@@ -296,6 +329,9 @@ class Supervisor:
                 self._host.tell(events.Said(entry.level, entry.text))
             case Timer():
                 self._set(entry)
+            case Component():
+                if self._composition is not None:
+                    self._composition.due(entry)
             case Shutdown():
                 reason = entry.reason or 'the launch file says so'
                 self.stop(reason)
@@ -311,6 +347,14 @@ class Supervisor:
             step = after_exit(process, task.respawns, self.is_stopping)
             delay = _delay_after(task, 0.0) if step == 'respawn' else None
             self._host.tell(events.StartFailed(process, str(error), delay))
+            if self._composition is not None:
+                self._composition.ended(
+                    process,
+                    task.ending,
+                    asked=False,
+                    failed=True,
+                    again=delay is not None,
+                )
             if delay is not None:
                 self._respawn_later(task, delay, is_clean=True)
             elif step == 'shutdown':
@@ -324,6 +368,8 @@ class Supervisor:
         self._running[group] = task
         self._groups[group] = task.number
         self._host.tell(events.Started(process, group))
+        if self._composition is not None:
+            self._composition.started(process)
 
     def _respawn_later(
         self, task: Task, delay: float, *, is_clean: bool
@@ -398,9 +444,14 @@ class Supervisor:
 
     def _set(self, timer: Timer) -> None:
         key = next(self._timer_keys)
-        handle = self._schedule.add(
-            self._clock() + timer.period, lambda: self._fire(key)
-        )
+        if timer.on_ros_time and self._composition is not None:
+            handle = self._composition.at_ros_time(
+                timer.period, lambda: self._fire(key)
+            )
+        else:
+            handle = self._schedule.add(
+                self._clock() + timer.period, lambda: self._fire(key)
+            )
         self._timers[key] = (timer, handle)
 
     def _fire(self, key: int) -> None:
@@ -415,6 +466,12 @@ class Supervisor:
             ):
                 self._take(entry)
 
+    def _forget_cancelled(self) -> None:
+        """Forget the timers that nobody tells the ROS time any more."""
+        for key, (_, handle) in list(self._timers.items()):
+            if handle.action is None:
+                del self._timers[key]
+
     def _drop_timers(self, *, all_of_them: bool) -> None:
         for key, (timer, handle) in list(self._timers.items()):
             if all_of_them or timer.cancel_on_shutdown:
@@ -427,6 +484,8 @@ class Supervisor:
         for respawn in self._respawns.values():
             respawn.cancel()
         self._respawns.clear()
+        if self._composition is not None:
+            self._composition.stop()
         for single_stop in self._single_stops.values():
             single_stop.cancel()
         self._single_stops.clear()
@@ -471,11 +530,17 @@ class Supervisor:
                     self._start(task)
 
     def _end_if_idle(self) -> None:
+        if self._composition is not None:
+            self._forget_cancelled()
         if self._agenda or self._timers or self._respawns:
             return
         if self._stop is None:
             if self._running or self._single_stops:
                 return
+            if self._composition is not None:
+                if self._composition.is_busy:
+                    return
+                self._composition.end()
             # what processes left running ends with the launch
             self._begin_stopping()
         assert self._stop is not None

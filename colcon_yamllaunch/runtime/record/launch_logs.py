@@ -39,6 +39,8 @@ from colcon_yamllaunch.runtime.streams.lines import prefixed
 COMMON_LOG = 'launch.log'
 #: The events of the launch, one JSON object a line.
 EVENT_LOG = 'events.jsonl'
+#: The log file of the process that speaks with ROS, where there is one.
+CLIENT_LOG = 'ros_client.log'
 #: The log file of a process that has both of its streams, as colcon names it.
 COMBINED_LOG = 'stdout_stderr.log'
 
@@ -285,15 +287,12 @@ def folder_names(processes: Iterable[Process]) -> dict[str, str]:
     label holds that a file name cannot is replaced. Names differ all the same.
     """
     names: dict[str, str] = {}
-    taken = {COMMON_LOG, EVENT_LOG}
-    for process in processes:
-        label = text = process.label
-        number = _NUMBER.search(process.ros_name)
-        if number is not None and not text.endswith(number[0]):
-            text += number[0]
-        text = text.replace('/', '.').lstrip('.')
-        base = ''.join(c if c.isprintable() else '_' for c in text)
-        base = _shortened(base) or '_'
+    taken = {COMMON_LOG, EVENT_LOG, CLIENT_LOG}
+    for label in labels:
+        base = ''.join(
+            '_' if c == '/' or not c.isprintable() else c for c in label
+        )
+        base = _shortened(base) if base.strip('.') else '_'
         name = base
         count = 1
         while name in taken:

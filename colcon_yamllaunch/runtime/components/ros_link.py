@@ -1,0 +1,291 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The process that speaks with ROS for a launch, and the pipes to it.
+
+It runs `ros_client` with the Python of the sourced environment, which may be
+another than ours. What passes are JSON objects, one a line.
+"""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from contextlib import suppress
+import json
+import os
+from pathlib import Path
+import select
+import signal
+import time
+from typing import Any
+
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.runtime.components.composition import Composition
+from colcon_yamllaunch.runtime.components.ros_needs import missing_packages
+from colcon_yamllaunch.runtime.components.ros_needs import needed_packages
+from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.process.spawn import StartError
+from colcon_yamllaunch.runtime.streams.watches import Watches
+
+#: What the process runs; it imports nothing of this package.
+PROGRAM = Path(__file__).with_name('ros_client.py')
+
+# the folder of a program would stand before those of ROS where Python looks
+# for modules
+_START = (
+    'import sys; path = sys.argv.pop(1); sys.path[:] = filter(None, sys.path);'
+    ' exec(compile(open(path).read(), path, "exec"))'
+)
+_PYTHON = 'python3'
+
+#: Starts a program with standard streams; returns its process group.
+Start = Callable[[list[str], tuple[int, int, int]], int]
+
+
+class RosLink:
+    """
+    The client process of a launch.
+
+    :param environment: The environment that it runs in
+    :param watches: What waits for what it says
+    :param start: Starts it as a process of the launch
+    :param tell: Is told what happens
+    :param log: The file for its standard error, or None
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        environment: Mapping[str, str],
+        watches: Watches,
+        start: Start,
+        tell: events.Listener,
+        clock: Callable[[], float],
+        log: Path | None,
+    ) -> None:
+        self._environment = environment
+        self._watches = watches
+        self._start = start
+        self._tell = tell
+        self._clock = clock
+        self._log = log
+        self._packages = needed_packages(plan)
+        self._pythons = _pythons(environment.get('PATH', os.defpath))
+        self._python = 0
+        #: The course of what it is asked for.
+        self.composition = Composition(plan, self._send, tell, clock)
+        #: The process group of the client, or 0 while there is none.
+        self.pid = 0
+        #: Whether the environment has what is needed.
+        self.is_found = False
+        #: Why no launch is possible in this environment, if so.
+        self.error: str | None = None
+        self._is_ready = False
+        self._begun = 0.0
+        self._ends = 0
+        self._due: float | None = None
+        self._input = self._output = -1
+        self._unsent = b''
+        self._read = b''
+
+    def start(self) -> None:
+        """Start the client; it comes up while the caller goes on."""
+        self._due = None
+        self._begun = self._clock()
+        self._is_ready = False
+        its_input, self._input = os.pipe()
+        self._output, its_output = os.pipe()
+        error = self._open_log()
+        try:
+            argv = [
+                self._pythons[self._python],
+                *('-c', _START, str(PROGRAM)),
+                *self._packages,
+            ]
+            self.pid = self._start(argv, (its_input, its_output, error))
+        except StartError as reason:
+            self._close_pipes()
+            self._lost(f'could not be started: {reason}')
+            return
+        finally:
+            for descriptor in (its_input, its_output, error):
+                os.close(descriptor)
+        os.set_blocking(self._input, False)
+        os.set_blocking(self._output, False)
+        self._watches.add(self._output, self._readable)
+        self._watches.add(self._input, lambda _: self._write(), 0)
+
+    def ended(self, outcome: Outcome) -> None:
+        """Take into account that the client ended."""
+        # what it said last counts
+        while self._take():
+            continue
+        self._close_pipes()
+        self.pid = 0
+        if self.error is None:
+            self._lost(str(outcome))
+
+    def advance(self) -> None:
+        """Start the client again when that is due."""
+        if self._due is not None and self._due <= self._clock():
+            self.start()
+
+    def seconds_to_wait(self) -> float | None:
+        """Return the seconds until :meth:`advance` is to be called again."""
+        if self._due is None:
+            return None
+        return max(0.0, self._due - self._clock())
+
+    def close(self) -> None:
+        """End the client, at the latest after a moment."""
+        self._due = None
+        self._close_pipes()
+        if not self.pid:
+            return
+        deadline = time.monotonic() + limits.CLIENT_PATIENCE
+        while not _reaped(self.pid) and time.monotonic() < deadline:
+            time.sleep(0.002)
+        with suppress(ProcessLookupError, PermissionError):
+            # what it started, too
+            os.killpg(self.pid, signal.SIGKILL)
+        with suppress(ChildProcessError):
+            os.waitpid(self.pid, 0)
+        self.pid = 0
+
+    def _lost(self, ending: str) -> None:
+        """Take into account that there is no client, and what follows."""
+        was_ready = self._is_ready
+        self._is_ready = False
+        self.composition.client_died()
+        if not was_ready and self._python + 1 < len(self._pythons):
+            # another one may have what is needed
+            self._python += 1
+            self._due = self._clock()
+            return
+        if not self.is_found:
+            self._python = 0
+            self.error = f'what speaks with ROS {ending}{self._last_words()}'
+            return
+        if self._clock() - self._begun > limits.CLIENT_STEADY:
+            self._ends = 0
+        self._ends += 1
+        if self._ends > limits.CLIENT_RESTARTS:
+            self.composition.client_given_up(
+                f'what speaks with ROS ended {self._ends} times, at last it '
+                f'{ending}{self._last_words()}'
+            )
+            return
+        pause = limits.SHORTEST_PAUSE * 2.0 ** (self._ends - 1)
+        self._due = self._clock() + pause
+        if not self.composition.is_stopping:
+            text = f'what speaks with ROS {ending}, and is started again'
+            self._tell(events.Warned(text))
+
+    def _last_words(self) -> str:
+        if self._log is None:
+            return ''
+        with suppress(OSError):
+            text = self._log.read_bytes()[-limits.TAIL_BYTES :]
+            lines = text.decode(errors='replace').split('\n')
+            last = next((s for s in reversed(lines) if s.strip()), '')
+            return f': {last.strip()}; see {self._log}' if last else ''
+        return ''
+
+    def _open_log(self) -> int:
+        if self._log is not None:
+            with suppress(OSError):
+                flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
+                return os.open(self._log, flags, 0o666)
+        return os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)
+
+    def _close_pipes(self) -> None:
+        for descriptor in (self._input, self._output):
+            if descriptor != -1:
+                self._watches.remove(descriptor)
+                os.close(descriptor)
+        self._input = self._output = -1
+        self._unsent = self._read = b''
+
+    def _send(self, request: Mapping[str, Any]) -> None:
+        if self._input != -1:
+            # the engine's loop writes before it waits
+            self._unsent += json.dumps(request).encode() + b'\n'
+            self._write()
+
+    def _write(self) -> None:
+        try:
+            while self._unsent:
+                count = os.write(self._input, self._unsent)
+                self._unsent = self._unsent[count:]
+        except BlockingIOError:
+            pass
+        except OSError:
+            # its end is noticed soon
+            self._unsent = b''
+        waits = select.EPOLLOUT if self._unsent else 0
+        self._watches.change(self._input, waits)
+
+    def _readable(self, _: int) -> None:
+        self._take()
+
+    def _take(self) -> bool:
+        """Take what the client said; return whether there was anything."""
+        if self._output == -1:
+            return False
+        try:
+            data = os.read(self._output, limits.READ_SIZE)
+        except BlockingIOError:
+            return False
+        if not data:
+            # it is reported as a child, or closed its output for good
+            self._watches.change(self._output, 0)
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self.pid, signal.SIGKILL)
+            return False
+        *lines, self._read = (self._read + data).split(b'\n')
+        for line in lines:
+            self._take_line(line)
+        return True
+
+    def _take_line(self, line: bytes) -> None:
+        try:
+            message = json.loads(line)
+        except (ValueError, RecursionError):
+            return
+        match message:
+            case {'event': 'found', 'missing': [*missing]}:
+                self._found([str(name) for name in missing])
+            case {'event': 'ready'}:
+                self._is_ready = True
+                self.composition.take(message)
+            case dict():
+                self.composition.take(message)
+
+    def _found(self, missing: list[str]) -> None:
+        is_last = self._python + 1 == len(self._pythons)
+        if not missing:
+            self.is_found = True
+        elif is_last and not self.is_found:
+            self.error = missing_packages(
+                missing, self._pythons[0], self._environment
+            )
+
+
+def _pythons(path: str) -> list[str]:
+    """Return the Pythons of an environment; the first one counts most."""
+    found: dict[str, str] = {}
+    for folder in path.split(':'):
+        candidate = os.path.join(folder, _PYTHON)
+        if os.path.isfile(candidate) and os.access(candidate, os.X_OK):
+            found.setdefault(os.path.realpath(candidate), candidate)
+    # whose lack is reported when it is started
+    return list(found.values())[: limits.PYTHONS] or [_PYTHON]
+
+
+def _reaped(pid: int) -> bool:
+    try:
+        return os.waitpid(pid, os.WNOHANG)[0] == pid
+    except ChildProcessError:
+        return True

@@ -1,0 +1,85 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What a launch needs of the ROS environment, and what to do without it."""
+
+from collections.abc import Mapping
+from collections.abc import Sequence
+
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Timer
+
+#: What each Python package is needed for.
+_PURPOSES = {
+    'rclpy': 'components, lifecycle nodes and ROS time',
+    'composition_interfaces': 'components',
+    'lifecycle_msgs': 'lifecycle nodes',
+    'rosgraph_msgs': 'timers on ROS time',
+}
+
+
+def needed_packages(plan: Plan) -> list[str]:
+    """Return the Python packages of ROS that a launch cannot do without."""
+    needs = {
+        'rclpy': True,
+        'composition_interfaces': any(True for _ in plan.components()),
+        'lifecycle_msgs': any(p.is_lifecycle for p in plan.processes())
+        or any(c.is_lifecycle for c in plan.components()),
+        'rosgraph_msgs': _has_ros_timer(plan),
+    }
+    return [name for name, is_needed in needs.items() if is_needed]
+
+
+def missing_packages(
+    missing: Sequence[str], python: str, environment: Mapping[str, str]
+) -> str:
+    """
+    Say what the environment lacks, and how to get it.
+
+    :param python: The path of the environment's Python
+    """
+    names = ' and '.join(missing)
+    purposes = ', '.join(dict.fromkeys(_PURPOSES.get(m, m) for m in missing))
+    lacking = (
+        f"the Python packages '{names}'"
+        if len(missing) > 1
+        else f"the Python package '{names}'"
+    )
+    text = (
+        f'this launch needs {lacking}, for {purposes}, but the environment '
+        f'that was sourced has none of that name for {python}. '
+    )
+    distribution = environment.get('ROS_DISTRO')
+    dashed = [name.replace('_', '-') for name in missing]
+    if distribution:
+        packages = ' '.join(f'ros-{distribution}-{n}' for n in dashed)
+        text += f'Install it: sudo apt install {packages}'
+    else:
+        wheels = ' '.join(f'ros-{name}' for name in dashed if name in _WHEELS)
+        source = [m for m in missing if m.replace('_', '-') not in _WHEELS]
+        ways = []
+        if wheels:
+            ways.append(f'pip install {wheels}')
+        if source:
+            ways.append(f'build {" and ".join(source)} in the workspace')
+        text += (
+            'Source ROS 2 (source /opt/ros/DISTRO/setup.bash), or, with the '
+            f'wheels: {", and ".join(ways)}'
+        )
+    depends = ''.join(f'<exec_depend>{m}</exec_depend>' for m in missing)
+    return f'{text}. In package.xml: {depends}'
+
+
+# what there is on PyPI
+_WHEELS = ('rclpy', 'lifecycle-msgs', 'rosgraph-msgs')
+
+
+def _has_ros_timer(plan: Plan) -> bool:
+    pending = list(plan.entries)
+    while pending:
+        entry = pending.pop()
+        if isinstance(entry, Timer):
+            if entry.on_ros_time:
+                return True
+            pending.extend(entry.entries)
+    return False
