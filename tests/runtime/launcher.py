@@ -11,6 +11,7 @@ from typing import Any
 
 from colcon_yamllaunch.common import temporary_folders
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
@@ -21,6 +22,7 @@ from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.control import socket_folder
 from colcon_yamllaunch.runtime.control.launch_states import About
+from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.run_plan import run_plan
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
@@ -37,6 +39,9 @@ def entry_of(data: dict[str, Any]) -> Entry:
     if kind == 'timer':
         entries = tuple(entry_of(e) for e in data.pop('entries'))
         return Timer(entries=entries, **data)
+    if kind == 'component':
+        position = Position('/ws/demo.yaml', 7, 9)
+        return Component(position=position, **data)
     data['argv'] = tuple(
         a if isinstance(a, str) else ParameterFile(a['content'])
         for a in data['argv']
@@ -52,6 +57,11 @@ def main() -> int:
     socket_folder.USER_FOLDERS = '/does/not/exist'
     temporary_folders.SHARED_FOLDERS = ()
     data = json.loads(Path(sys.argv[1]).read_text(encoding='utf-8'))
+    if 'FAKE_ROS' in os.environ:
+        from colcon_yamllaunch.runtime.components import ros_link
+
+        limits.CLIENT_RESTARTS = 2
+        ros_link.PROGRAM = Path(__file__).with_name('fake_ros_client.py')
     log_folder = data.get('log_folder')
     return run_plan(
         Plan(tuple(entry_of(e) for e in data['entries'])),

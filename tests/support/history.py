@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.runtime.components.composition import Composition
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
@@ -61,8 +62,16 @@ class History:
     def __init__(self, *entries):
         self.now = 100.0
         self.host = FakeHost()
+        plan = Plan(entries)
+        self.asked = []
+        self.composition = Composition(
+            plan, self.asked.append, self.host.tell, lambda: self.now
+        )
         self.supervisor = Supervisor(
-            Plan(entries), self.host, lambda: self.now
+            plan,
+            self.host,
+            lambda: self.now,
+            self.composition if plan.needs_ros else None,
         )
 
     def turn(self, turns=20):
@@ -84,6 +93,50 @@ class History:
     def exit(self, label, outcome=FINE):
         self.supervisor.exited(self.host.by_label[label], outcome)
         self.turn()
+
+    def says(self, **message):
+        """Have the client that speaks with ROS say something."""
+        self.composition.take(message)
+        self.turn()
+
+    def ready(self, *containers):
+        self.says(event='ready')
+        for name in containers:
+            self.there(name)
+
+    def there(self, container, there=True):
+        self.says(event='container', container=container, there=there)
+
+    def open(self, do):
+        """Return the requests of a kind that nobody answered or cancelled."""
+        cancelled = [r['request'] for r in self.asked if 'request' in r]
+        return [
+            r for r in self.asked if r['do'] == do and r['id'] not in cancelled
+        ]
+
+    def answer(self, do, reason=None, **fields):
+        """Answer the oldest open request of a kind."""
+        request = self.open(do)[0]
+        self.asked.remove(request)
+        fields |= (
+            {'ok': True}
+            if reason is None
+            else {
+                'ok': False,
+                'reason': reason,
+            }
+        )
+        self.says(id=request['id'], **fields)
+        return request
+
+    def loads(self, *ids):
+        """Have the oldest loads succeed, and return their names."""
+        names = []
+        for unique_id in ids:
+            name = f'/{self.open("load")[0]["name"]}'
+            self.answer('load', full_name=name, unique_id=unique_id)
+            names.append(name)
+        return names
 
     def stop(self, label):
         self.supervisor.stop_process(label)

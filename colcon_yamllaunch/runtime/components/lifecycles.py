@@ -222,7 +222,8 @@ class Lifecycles:
             self._drive(task)
             return
         task.state = state
-        if (before, state) in _REACHED:
+        if (before, state) in _REACHED and not task.is_driven:
+            # somebody else decided so
             task.goal = state
         self._tell(events.StateChanged(task.owner, node, state, before))
         self._drive(task)

@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 import re
 
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
@@ -37,7 +38,10 @@ def kinds():
 @pytest.fixture
 def records(process, tmp_path):
     """Return what is written about one event of each type."""
-    talker = process('kitchen', name='talker-1')
+    talker = process('talker-1')
+    component = Component(
+        'talker', 'demo', 'demo::Talker', '/box', talker.position
+    )
     crash = Outcome(signal=11, core_dumped=True)
     happened = [
         events.Started(talker, 4711),
@@ -56,6 +60,12 @@ def records(process, tmp_path):
         events.LeftBehind(talker, 4711),
         events.Said('INFO', 'hello'),
         events.Warned('trouble'),
+        events.Loaded(component, '/demo/talker', 1, 0.05),
+        events.LoadFailed(component, 'reason'),
+        events.Unloaded(component, 'requested'),
+        events.StateChanged(talker, '/lc', 'inactive', 'configuring'),
+        events.TransitionFailed(talker, '/lc', 'configure', 'reason'),
+        events.RosLost('reason'),
         events.Ended(1),
     ]
     assert {type(event) for event in happened} == kinds()

@@ -1,0 +1,205 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Launches with components, whose containers and client are made up."""
+
+import json
+import os
+import signal
+
+import pytest
+
+
+@pytest.fixture
+def ros(tmp_path):
+    """Return the folder that stands for what goes on in ROS."""
+    folder = tmp_path / 'ros'
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture
+def start(launch, ros):
+    """Return a function that starts a launch with the made up client."""
+
+    def begin(*entries, **settings):
+        environment = settings.pop('environment', {})
+        environment['FAKE_ROS'] = str(ros)
+        return launch(*entries, environment=environment, **settings)
+
+    return begin
+
+
+@pytest.fixture
+def box(ros, sh):
+    """Return a function that describes a container."""
+
+    def describe(**more):
+        script = (
+            f'cd {ros}; rm -f box.loaded; echo $$ > box.there; '
+            'echo up; exec sleep 99'
+        )
+        return sh('box-1', script, node_name='/box', is_container=True, **more)
+
+    return describe
+
+
+def component(label, plugin='It', **more):
+    return {
+        'kind': 'component',
+        'label': label,
+        'package': 'demo',
+        'plugin': plugin,
+        'container': '/box',
+        'name': label,
+        **more,
+    }
+
+
+def client(ros, wait_until):
+    return int(wait_until(lambda: read(ros / 'pid')))
+
+
+def read(path):
+    try:
+        return path.read_text()
+    except FileNotFoundError:
+        return ''
+
+
+def loaded(ros):
+    lines = read(ros / 'box.loaded').splitlines()
+    return [json.loads(line)[0] for line in lines]
+
+
+def test_components_are_loaded_and_belong_to_the_launch(
+    start, box, ros, is_running, wait_until
+):
+    running = start(box(), component('a'), component('b', namespace='/ns'))
+    running.shows('b: loaded into /box')
+    assert loaded(ros) == ['/a', '/ns/b']
+    pid = client(ros, wait_until)
+    assert is_running(pid)
+    running.sends(signal.SIGINT)
+    assert running.ends() == 0
+    assert not is_running(pid)
+    assert [e['label'] for e in running.events('loaded')] == ['a', 'b']
+    assert 'left running' not in running.screen
+    assert 'failed' not in running.screen
+
+
+def test_a_failed_load_is_a_failure_and_the_rest_goes_on(start, box, ros):
+    running = start(box(), component('a', 'Nope'), component('b'))
+    running.shows('b: loaded into /box').sends(signal.SIGINT)
+    assert running.ends() == 1
+    assert (
+        'failed: a could not be loaded into /box: there is no such plugin '
+        '(from /ws/demo.yaml:7:9)'
+    ) in running.screen
+    (event,) = running.events('load_failed')
+    assert event['reason'] == 'there is no such plugin'
+
+
+def test_until_ends_with_a_failed_load(start, box):
+    running = start(box(), component('a', 'Nope'), until=['never'])
+    assert running.ends() == 1
+    assert 'stopping: a failed' in running.screen
+
+
+def test_what_the_environment_lacks_is_said_before_anything_starts(start, box):
+    running = start(
+        box(),
+        component('a'),
+        environment={
+            'FAKE_MISSING': 'composition_interfaces',
+            'ROS_DISTRO': 'jazzy',
+        },
+    )
+    assert running.ends() == 1
+    assert 'sudo apt install ros-jazzy-composition-interfaces' in (
+        running.screen
+    )
+    assert '<exec_depend>composition_interfaces</exec_depend>' in (
+        running.screen
+    )
+    assert running.events('started') == []
+    assert running.screen.count('\n') == 1
+
+
+def test_a_client_that_cannot_run_is_one_error(start, box, ros):
+    (ros / 'broken').touch()
+    running = start(box(), component('a'))
+    assert running.ends() == 1
+    assert 'it is broken' in running.screen
+    assert running.events('started') == []
+
+
+@pytest.mark.hostile
+def test_a_killed_client_is_replaced_and_loads_nothing_twice(
+    start, box, ros, wait_until, is_running
+):
+    running = start(box(), component('a'), component('b', 'Slow'))
+    wait_until((ros / 'loading').exists)
+    first = client(ros, wait_until)
+    (ros / 'pid').unlink()
+    os.kill(first, signal.SIGKILL)
+    running.shows('is started again')
+    second = client(ros, wait_until)
+    assert second != first
+    (ros / 'slow').touch()
+    running.shows('b: loaded into /box')
+    assert loaded(ros) == ['/a', '/b']
+    running.sends(signal.SIGINT)
+    assert running.ends() == 0
+    assert not is_running(second)
+
+
+@pytest.mark.hostile
+def test_a_client_that_always_dies_is_given_up(start, box, ros):
+    (ros / 'unready').touch()
+    running = start(box(), component('a'))
+    running.shows('a: could not be loaded into /box: what speaks with ROS')
+    running.sends(signal.SIGINT)
+    assert running.ends() == 1
+    assert 'it does not get ready; see ' in running.screen
+    assert running.events('ros_lost')
+    assert b'it does not get ready' in running.log('ros_client.log')
+
+
+@pytest.mark.hostile
+def test_nothing_is_left_of_a_killed_launcher(start, box, ros, wait_until):
+    running = start(box(), component('a'))
+    running.shows('a: loaded into /box')
+    running.popen.kill()
+    wait_until(lambda: not running.processes())
+
+
+def test_respawn_brings_the_components_back(start, box, ros, wait_until):
+    running = start(box(respawn=True), component('a'), component('b'))
+    running.shows('b: loaded into /box')
+    os.kill(int(read(ros / 'box.there')), signal.SIGKILL)
+    wait_until(lambda: running.screen.count('b: loaded into /box') == 2)
+    assert loaded(ros) == ['/a', '/b']
+    running.sends(signal.SIGINT)
+    assert running.ends() == 0
+
+
+def test_lifecycle_nodes_are_activated_or_that_is_a_failure(start, sh, ros):
+    node = sh(
+        'lc-1',
+        f'touch {ros}/lc.there; exec sleep 99',
+        node_name='/lc',
+        is_lifecycle=True,
+        autostart=True,
+    )
+    running = start(node)
+    running.shows('lc-1: active')
+    running.sends(signal.SIGINT)
+    assert running.ends() == 0
+    states = [e['state'] for e in running.events('state_changed')]
+    assert states == ['unconfigured', 'inactive', 'active']
+    (ros / 'bad').touch()
+    running = start(node)
+    running.shows("lc-1: the transition 'configure' of /lc failed: it is bad")
+    running.sends(signal.SIGINT)
+    assert running.ends() == 1
