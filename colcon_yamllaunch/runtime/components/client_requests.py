@@ -12,6 +12,11 @@ from typing import Any
 Answered = Callable[[Mapping[str, Any]], None]
 
 
+def has_ended(answer: Mapping[str, Any]) -> bool:
+    """Tell whether there is no answer, as who was asked has ended."""
+    return str(answer.get('reason')).endswith('has ended')
+
+
 class Requests:
     """
     Requests that are under way.
@@ -45,6 +50,15 @@ class Requests:
         answered = self._open.pop(answer['id'], None)
         if answered is not None:
             answered(answer)
+
+    def gone(self, **who: str) -> None:
+        """
+        Tell that the process of a container or node has ended.
+
+        One that crashed stays visible in ROS for a while.
+        """
+        if self.is_ready:
+            self.ask('gone', lambda _: None, **who)
 
     def reset(self) -> None:
         """Forget what a client was asked that is gone."""

@@ -14,6 +14,7 @@ from typing import Literal
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.components.client_requests import has_ended
 from colcon_yamllaunch.runtime.components.client_requests import Requests
 from colcon_yamllaunch.runtime.components.component_task import ComponentTask
 from colcon_yamllaunch.runtime.components.component_task import LoadPhase
@@ -217,6 +218,7 @@ class Containers:
         container.since = self._clock()
         self._requests.cancel(container.listing)
         container.listing = None
+        self._requests.gone(container=container.name)
         for task in container.tasks:
             if task.is_due:
                 self._went_with(container, task, asked=asked, again=again)
@@ -343,6 +345,11 @@ class Containers:
             task.was_sent = False
             # those behind it go on from now
             container.since = self._clock()
+            if container.runs and has_ended(answer):
+                # the end of its process, which comes soon, says more
+                container.must_list = True
+                self._enter(task, 'waiting')
+                return
             if not answer.get('ok'):
                 self._refused(task, str(answer.get('reason') or 'no reason'))
                 return

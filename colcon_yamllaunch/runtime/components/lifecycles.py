@@ -10,6 +10,7 @@ from typing import Any
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.components.client_requests import has_ended
 from colcon_yamllaunch.runtime.components.client_requests import Requests
 from colcon_yamllaunch.runtime.components.lifecycle_task import LifecycleTask
 from colcon_yamllaunch.runtime.components.patience import Patience
@@ -129,6 +130,8 @@ class Lifecycles:
 
     def down(self, task: LifecycleTask) -> None:
         """Take into account that a node does not run any more."""
+        if task.is_running and task.node is not None:
+            self._requests.gone(node=task.node)
         task.is_running = task.is_driven = False
         task.state = None
         self._drop(task, 'it ended')
@@ -273,7 +276,8 @@ class Lifecycles:
         reason = str(answer.get('reason') or 'it was refused')
         if reply is not None:
             reply(reason)
-        else:
+        elif not has_ended(answer):
+            # or else its end says more
             task.is_driven = False
             self._fail(task, transition, reason)
 

@@ -32,12 +32,6 @@ from colcon_yamllaunch.runtime.streams.watches import Watches
 #: What the process runs; it imports nothing of this package.
 PROGRAM = Path(__file__).with_name('ros_client.py')
 
-# the folder of a program would stand before those of ROS where Python looks
-# for modules
-_START = (
-    'import sys; path = sys.argv.pop(1); sys.path[:] = filter(None, sys.path);'
-    ' exec(compile(open(path).read(), path, "exec"))'
-)
 _PYTHON = 'python3'
 
 #: Starts a program with standard streams; returns its process group.
@@ -99,11 +93,8 @@ class RosLink:
         self._output, its_output = os.pipe()
         error = self._open_log()
         try:
-            argv = [
-                self._pythons[self._python],
-                *('-c', _START, str(PROGRAM)),
-                *self._packages,
-            ]
+            python = self._pythons[self._python]
+            argv = [python, str(PROGRAM), *self._packages]
             self.pid = self._start(argv, (its_input, its_output, error))
         except StartError as reason:
             self._close_pipes()

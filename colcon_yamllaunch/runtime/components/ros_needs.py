@@ -13,6 +13,7 @@ from colcon_yamllaunch.language.plan.plan import Timer
 _PURPOSES = {
     'rclpy': 'components, lifecycle nodes and ROS time',
     'composition_interfaces': 'components',
+    'rcl_interfaces': 'components',
     'lifecycle_msgs': 'lifecycle nodes',
     'rosgraph_msgs': 'timers on ROS time',
 }
@@ -20,9 +21,11 @@ _PURPOSES = {
 
 def needed_packages(plan: Plan) -> list[str]:
     """Return the Python packages of ROS that a launch cannot do without."""
+    has_components = any(True for _ in plan.components())
     needs = {
         'rclpy': True,
-        'composition_interfaces': any(True for _ in plan.components()),
+        'composition_interfaces': has_components,
+        'rcl_interfaces': has_components,
         'lifecycle_msgs': any(p.is_lifecycle for p in plan.processes())
         or any(c.is_lifecycle for c in plan.components()),
         'rosgraph_msgs': _has_ros_timer(plan),
@@ -71,7 +74,7 @@ def missing_packages(
 
 
 # what there is on PyPI
-_WHEELS = ('rclpy', 'lifecycle-msgs', 'rosgraph-msgs')
+_WHEELS = ('rclpy', 'rcl-interfaces', 'lifecycle-msgs', 'rosgraph-msgs')
 
 
 def _has_ros_timer(plan: Plan) -> bool:

@@ -419,3 +419,16 @@ def test_a_plain_node_of_that_name_counts_as_the_container(process):
     )
     h.exit('plain', CRASH)
     assert [label for label, _ in failed(h)] == ['a']
+
+
+@pytest.mark.hostile
+def test_an_end_that_ros_tells_first_is_the_end_of_the_process(box):
+    h = begin(box(respawn=True), component('a'))
+    h.ready('/box')
+    h.answer('load', 'the container has ended')
+    assert not failed(h)
+    h.exit('box-1', CRASH)
+    ((_, reason),) = failed(h)
+    assert 'box-1 died by SIGSEGV' in reason
+    assert [r['container'] for r in h.open('gone')] == ['/box']
+    assert h.loads(1) == ['/a']
