@@ -417,7 +417,7 @@ class Containers:
         def answered(answer: Mapping[str, Any]) -> None:
             task.request = None
             if answer.get('ok'):
-                self._gone(task, 'requested')
+                self._gone(task, events.REQUESTED)
             else:
                 self._kept(task, str(answer.get('reason') or 'no reason'))
 
@@ -467,7 +467,7 @@ class Containers:
         task.is_wanted |= task.is_again
         task.is_again = False
         if task.unique_id is not None:
-            self._gone(task, 'its container ended')
+            self._gone(task, events.CONTAINER_ENDED)
         reason = f'its container {container.ending}'
         if was_open and not asked:
             self._fail(task, reason, again=again)

@@ -77,6 +77,7 @@ class RosLink:
         #: Why no launch is possible in this environment, if so.
         self.error: str | None = None
         self._is_ready = False
+        self._is_wanted = True
         self._begun = 0.0
         self._ends = 0
         self._due: float | None = None
@@ -115,7 +116,7 @@ class RosLink:
             continue
         self._close_pipes()
         self.pid = 0
-        if self.error is None:
+        if self._is_wanted and self.error is None:
             self._lost(str(outcome))
 
     def advance(self) -> None:
@@ -129,10 +130,15 @@ class RosLink:
             return None
         return max(0.0, self._due - self._clock())
 
+    def hang_up(self) -> None:
+        """Have the client end, as nothing is asked of it any more."""
+        self._due = None
+        self._is_wanted = False
+        self._close_pipes()
+
     def close(self) -> None:
         """End the client, at the latest after a moment."""
-        self._due = None
-        self._close_pipes()
+        self.hang_up()
         if not self.pid:
             return
         deadline = time.monotonic() + limits.CLIENT_PATIENCE
@@ -170,9 +176,8 @@ class RosLink:
             return
         pause = limits.SHORTEST_PAUSE * 2.0 ** (self._ends - 1)
         self._due = self._clock() + pause
-        if not self.composition.is_stopping:
-            text = f'what speaks with ROS {ending}, and is started again'
-            self._tell(events.Warned(text))
+        text = f'what speaks with ROS {ending}, and is started again'
+        self._tell(events.Warned(text))
 
     def _last_words(self) -> str:
         if self._log is None:

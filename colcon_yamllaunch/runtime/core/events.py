@@ -35,6 +35,9 @@ LAUNCHER = 'launch'
 MESSENGER = 'launch.user'
 #: The severities of what is shown even to those who want it quiet.
 LOUD = frozenset(('WARNING', 'ERROR', 'CRITICAL'))
+#: Why a component is unloaded, as a rule.
+REQUESTED = 'requested'
+CONTAINER_ENDED = 'its container ended'
 #: The states that a lifecycle node keeps until it is asked for another.
 LASTING_STATES = ('unconfigured', 'inactive', 'active', 'finalized')
 
@@ -476,8 +479,14 @@ class Unloaded(Event):
     reason: str
 
     def lines(self) -> tuple[str, ...]:
+        if self.reason == CONTAINER_ENDED:
+            # which has a line of its own
+            return ()
         component = self.component
-        return (f'{component.label}: unloaded from {component.container}',)
+        text = f'{component.label}: unloaded from {component.container}'
+        return (
+            text + ('' if self.reason == REQUESTED else f': {self.reason}'),
+        )
 
     def record(self) -> dict[str, Any]:
         return _record(

@@ -178,6 +178,9 @@ class Engine:
             self._mind_conditions()
             if self._ros is not None:
                 self._ros.advance()
+                if self.supervisor.is_stopping:
+                    # it takes as long as a process to come to its end
+                    self._ros.hang_up()
             self.supervisor.advance()
             if self.supervisor.done:
                 break
