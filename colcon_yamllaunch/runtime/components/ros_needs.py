@@ -9,9 +9,8 @@ from collections.abc import Sequence
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Timer
 
-#: What each Python package is needed for.
+#: What the Python packages are needed for; rclpy is for all of it.
 _PURPOSES = {
-    'rclpy': 'components, lifecycle nodes and ROS time',
     'composition_interfaces': 'components',
     'rcl_interfaces': 'components',
     'lifecycle_msgs': 'lifecycle nodes',
@@ -41,22 +40,19 @@ def missing_packages(
 
     :param python: The path of the environment's Python
     """
-    names = ' and '.join(missing)
-    purposes = ', '.join(dict.fromkeys(_PURPOSES.get(m, m) for m in missing))
-    lacking = (
-        f"the Python packages '{names}'"
-        if len(missing) > 1
-        else f"the Python package '{names}'"
-    )
+    names = ' and '.join(f"'{name}'" for name in missing)
+    purposes = {_PURPOSES[m]: None for m in missing if m in _PURPOSES}
+    purpose = ' and '.join(purposes) or 'what it does in ROS'
+    packages = 'packages' if len(missing) > 1 else 'package'
     text = (
-        f'this launch needs {lacking}, for {purposes}, but the environment '
-        f'that was sourced has none of that name for {python}. '
+        f'for {purpose} this launch needs the Python {packages} {names}, '
+        f'which {python} does not find in the environment that was sourced. '
     )
     distribution = environment.get('ROS_DISTRO')
     dashed = [name.replace('_', '-') for name in missing]
     if distribution:
         packages = ' '.join(f'ros-{distribution}-{n}' for n in dashed)
-        text += f'Install it: sudo apt install {packages}'
+        text += f'Install what is missing: sudo apt install {packages}'
     else:
         wheels = ' '.join(f'ros-{name}' for name in dashed if name in _WHEELS)
         source = [m for m in missing if m.replace('_', '-') not in _WHEELS]
