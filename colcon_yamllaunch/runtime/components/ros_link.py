@@ -67,13 +67,15 @@ class RosLink:
         self._log = log
         self._packages = needed_packages(plan)
         self._pythons = _pythons(environment.get('PATH', os.defpath))
-        self._python = 0
+        self._python = self._first_found = 0
         #: The course of what it is asked for.
         self.composition = Composition(plan, self._send, tell, clock)
         #: The process group of the client, or 0 while there is none.
         self.pid = 0
         #: Whether the environment has what is needed.
         self.is_found = False
+        # of the first Python
+        self._missing: list[str] | None = None
         #: Why no launch is possible in this environment, if so.
         self.error: str | None = None
         self._is_ready = False
@@ -117,7 +119,7 @@ class RosLink:
         self._close_pipes()
         self.pid = 0
         if self._is_wanted and self.error is None:
-            self._lost(str(outcome))
+            self._lost(str(outcome), was_killed=outcome.signal is not None)
 
     def advance(self) -> None:
         """Start the client again when that is due."""
@@ -151,18 +153,25 @@ class RosLink:
             os.waitpid(self.pid, 0)
         self.pid = 0
 
-    def _lost(self, ending: str) -> None:
-        """Take into account that there is no client, and what follows."""
+    def _lost(self, ending: str, *, was_killed: bool = False) -> None:
+        """
+        Take into account that there is no client, and what follows.
+
+        :param was_killed: Whether a signal ended it, so that its Python may
+          be right all the same
+        """
         was_ready = self._is_ready
         self._is_ready = False
         self.composition.client_died()
-        if not was_ready and self._python + 1 < len(self._pythons):
-            # another one may have what is needed
+        is_last = self._python + 1 == len(self._pythons)
+        if not (was_ready or was_killed or is_last):
+            # what it cannot import may be there for another one
             self._python += 1
             self._due = self._clock()
             return
+        if not was_ready and not was_killed:
+            self._python = self._first_found
         if not self.is_found:
-            self._python = 0
             self.error = f'what speaks with ROS {ending}{self._last_words()}'
             return
         if self._clock() - self._begun > limits.CLIENT_STEADY:
@@ -260,12 +269,18 @@ class RosLink:
                 self.composition.take(message)
 
     def _found(self, missing: list[str]) -> None:
-        is_last = self._python + 1 == len(self._pythons)
         if not missing:
+            if not self.is_found:
+                self._first_found = self._python
             self.is_found = True
-        elif is_last and not self.is_found:
+            return
+        if self._missing is None:
+            # what the others lack matters less
+            self._missing = missing
+        is_last = self._python + 1 == len(self._pythons)
+        if is_last and not self.is_found:
             self.error = missing_packages(
-                missing, self._pythons[0], self._environment
+                self._missing, self._pythons[0], self._environment
             )
 
 
@@ -275,7 +290,8 @@ def _pythons(path: str) -> list[str]:
     for folder in path.split(':'):
         candidate = os.path.join(folder, _PYTHON)
         if os.path.isfile(candidate) and os.access(candidate, os.X_OK):
-            found.setdefault(os.path.realpath(candidate), candidate)
+            # not that of the program: each virtual environment is one
+            found.setdefault(os.path.realpath(folder), candidate)
     # whose lack is reported when it is started
     return list(found.values())[: limits.PYTHONS] or [_PYTHON]
 

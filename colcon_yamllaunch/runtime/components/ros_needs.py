@@ -40,7 +40,7 @@ def missing_packages(
 
     :param python: The path of the environment's Python
     """
-    names = ' and '.join(f"'{name}'" for name in missing)
+    names = ', '.join(f"'{name}'" for name in missing)
     purposes = {_PURPOSES[m]: None for m in missing if m in _PURPOSES}
     purpose = ' and '.join(purposes) or 'what it does in ROS'
     packages = 'packages' if len(missing) > 1 else 'package'
