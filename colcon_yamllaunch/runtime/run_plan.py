@@ -191,6 +191,7 @@ def run_plan(
             conditions,
         )
         stack.callback(engine.close)
+        engine.start_client()
         for text in troubles:
             engine.tell(events.Warned(text))
         with ExitStack() as control:

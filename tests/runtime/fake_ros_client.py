@@ -4,10 +4,11 @@
 """
 A client that speaks with no ROS, but with files in the folder `FAKE_ROS`.
 
-The container `/box` is there while the file `box.there` is, and a line of
-`box.loaded` is a component that it has loaded. The plugin `Nope` is none, and
-`Slow` is loaded once there is a file `slow`. A node `/lc` is there while
-`lc.there` is; its transition `bad` fails. `broken` has a client die at once.
+The container `/box` is there while the process runs whose id is in the file
+`box.there`, and a line of `box.loaded` is a component that it has loaded. The
+plugin `Nope` is none, and `Slow` is loaded once there is a file `slow`. A node
+`/lc` is there alike; while there is a file `bad`, its transitions fail. With a
+file `broken` a client dies at once, with `unready` a bit later.
 """
 
 import json
@@ -114,7 +115,12 @@ class Client:
 
     @staticmethod
     def is_there(name: str) -> bool:
-        return (FOLDER / f'{name[1:]}.there').exists()
+        try:
+            pid = (FOLDER / f'{name[1:]}.there').read_text()
+            os.kill(int(pid), 0)
+        except (FileNotFoundError, ProcessLookupError, ValueError):
+            return False
+        return True
 
     def nodes(self, container: str) -> list[list[Any]] | None:
         if not self.is_there(container):

@@ -5,7 +5,9 @@
 
 import json
 import os
+from pathlib import Path
 import signal
+import sys
 
 import pytest
 
@@ -25,6 +27,8 @@ def start(launch, ros):
     def begin(*entries, **settings):
         environment = settings.pop('environment', {})
         environment['FAKE_ROS'] = str(ros)
+        # no wrapper of it, which takes long
+        environment['PATH'] = f'{Path(sys.executable).parent}:{os.defpath}'
         return launch(*entries, environment=environment, **settings)
 
     return begin
@@ -187,7 +191,7 @@ def test_respawn_brings_the_components_back(start, box, ros, wait_until):
 def test_lifecycle_nodes_are_activated_or_that_is_a_failure(start, sh, ros):
     node = sh(
         'lc-1',
-        f'touch {ros}/lc.there; exec sleep 99',
+        f'echo $$ > {ros}/lc.there; exec sleep 99',
         node_name='/lc',
         is_lifecycle=True,
         autostart=True,

@@ -156,6 +156,11 @@ class Engine:
         #: with False when it goes on.
         self.suspended: Callable[[bool], None] | None = None
 
+    def start_client(self) -> None:
+        """Start what speaks with ROS if need be; it comes up meanwhile."""
+        if self._ros is not None:
+            self._ros.start()
+
     def run(self, signals: int) -> None:
         """
         Run to the end.
@@ -357,11 +362,10 @@ class Engine:
 
     def _await_ros(self, ros: 'RosLink') -> None:
         """
-        Start the client, and wait until it is known what the environment has.
+        Wait until it is known what the environment has.
 
         :raises UserError: when it lacks something
         """
-        ros.start()
         while not (ros.is_found or self.supervisor.is_stopping):
             if ros.error is not None:
                 raise UserError(ros.error)
