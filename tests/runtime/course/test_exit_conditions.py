@@ -5,11 +5,16 @@
 
 import signal
 
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import LoadFailed
 from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.core.events import RosLost
 from colcon_yamllaunch.runtime.core.events import ShuttingDown
 from colcon_yamllaunch.runtime.core.events import StartFailed
+from colcon_yamllaunch.runtime.core.events import TransitionFailed
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
@@ -219,3 +224,16 @@ def test_a_line_that_takes_too_long_is_passed_over(says):
     assert replay.hears(says('x' * 300_000 + '\n')) is None
     assert replay.hears(says('already\n')) == "'[a-z]+ready' was seen"
     assert replay.ends() == ()
+
+
+def test_what_fails_in_ros_decides_as_a_failed_process(process):
+    position = Position('/ws/demo.yaml', 7, 9)
+    component = Component('a', 'demo', 'demo::A', '/box', position)
+    failed = LoadFailed(component, 'reason')
+    assert Replay('ready').hears(failed) == 'a failed'
+    assert Replay().hears(failed) is None
+    again = LoadFailed(component, 'reason', again=True)
+    assert Replay('ready').hears(again) is None
+    node = TransitionFailed(process('lc-1'), '/lc', 'configure', 'reason')
+    assert Replay('ready').hears(node) == 'lc-1 failed'
+    assert 'ROS' in Replay('ready').hears(RosLost('reason'))

@@ -4,12 +4,18 @@
 from pathlib import Path
 import signal
 
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.events import LeftBehind
+from colcon_yamllaunch.runtime.core.events import Loaded
+from colcon_yamllaunch.runtime.core.events import LoadFailed
 from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.core.events import RosLost
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import StartFailed
+from colcon_yamllaunch.runtime.core.events import StateChanged
+from colcon_yamllaunch.runtime.core.events import TransitionFailed
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.record.failures import Failures
 
@@ -139,3 +145,40 @@ def test_what_was_not_shown_or_is_far_above_is_told(process):
     told = [Output(first, 'stderr', b'one\n'), exited(first, code=3)]
     told += [exited(process(f'p{n}'), code=0) for n in range(20)]
     assert '  | one' in heard(*told).summary()
+
+
+def test_a_component_that_was_loaded_after_all_is_no_failure():
+    position = Position('/ws/demo.yaml', 7, 9)
+    component = Component('a', 'demo', 'demo::A', '/box', position)
+    refused = LoadFailed(component, 'no such plugin')
+    failures = heard(refused)
+    assert failures.exit_code == 1
+    assert failures.summary() == (
+        'failed: a could not be loaded into /box: no such plugin '
+        '(from /ws/demo.yaml:7:9)',
+    )
+    (report,) = failures.reports()
+    assert report.process is component
+    failures = heard(refused, Loaded(component, '/a', 1, 0.1))
+    assert failures.exit_code == 0
+
+
+def test_a_node_that_was_activated_after_all_is_no_failure(process):
+    node = process('lc-1')
+    failed = TransitionFailed(node, '/lc', 'configure', 'it would not')
+    assert heard(failed).summary() == (
+        "failed: lc-1: the transition 'configure' of /lc failed: "
+        'it would not (from /ws/demo.yaml:14:5)',
+    )
+    active = StateChanged(node, '/lc', 'active', 'activating')
+    assert heard(failed, active).exit_code == 0
+    # the end of its process says more
+    (report,) = heard(exited(node, code=3), failed).reports()
+    assert 'exited with code 3' in report.text
+
+
+def test_that_nobody_speaks_with_ros_is_a_failure_of_the_launch():
+    failures = heard(RosLost('it died'))
+    assert failures.exit_code == 1
+    assert failures.summary() == ('failed: it died',)
+    assert [r.process for r in failures.reports()] == [None]

@@ -7,9 +7,12 @@ from pathlib import Path
 import re
 from xml.etree import ElementTree
 
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.events import FailureReport
+from colcon_yamllaunch.runtime.core.events import Loaded
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import Verdict
 from colcon_yamllaunch.runtime.core.outcome import Outcome
@@ -154,3 +157,29 @@ def test_what_xml_cannot_say_is_left_out(report, process):
     assert case.get('name') == 'odd'
     assert case[0].get('message') == 'ab'
     assert '<c> & "d"\n' in case[0].text + '\n'
+
+
+def test_one_case_a_component(report):
+    good, bad, late = (
+        Component(label, 'demo', 'It', '/box', Position('/ws/a.yaml', 1, 1))
+        for label in ('good', 'bad', 'late')
+    )
+    suite = report(
+        Loaded(good, '/good', 1, 0.25),
+        Ended(
+            1,
+            (),
+            (
+                FailureReport(bad, 'bad could not be loaded'),
+                FailureReport(None, 'ROS is lost'),
+            ),
+        ),
+        processes=(good, bad, late),
+    )
+    cases = {case.get('name'): case for case in suite.iter('testcase')}
+    assert list(cases) == ['good', 'bad', 'late', 'launch']
+    assert cases['good'].get('time') == '0.250'
+    assert cases['bad'][0].tag == 'failure'
+    assert '/ws/a.yaml:1:1' in cases['bad'][0].text
+    assert cases['late'][0].get('message') == 'it was never loaded'
+    assert cases['launch'][0].get('message') == 'ROS is lost'
