@@ -162,7 +162,7 @@ def test_a_killed_client_is_replaced_and_loads_nothing_twice(
 def test_a_client_that_always_dies_is_given_up(start, box, ros):
     (ros / 'unready').touch()
     running = start(box(), component('a'))
-    running.shows('a: could not be loaded into /box: what speaks with ROS')
+    running.shows('a: could not be loaded into /box: the ROS client')
     running.sends(signal.SIGINT)
     assert running.ends() == 1
     assert 'it does not get ready; see ' in running.screen

@@ -221,7 +221,9 @@ class Composition:
                 self._lifecycles.client_is_ready()
                 self._timers.client_is_ready()
             case {'event': 'container', 'container': str(name)}:
-                self._containers.seen(name, is_there=bool(message['there']))
+                self._containers.seen(
+                    name, is_there=bool(message.get('there'))
+                )
             case {'event': 'state', 'node': str(node), 'state': str(state)}:
                 before = message.get('from') or None
                 self._lifecycles.changed(node, state, before)

@@ -152,7 +152,7 @@ class Lifecycles:
             raise RefusedError(f'{task.label} does not run')
         if not self._requests.is_ready:
             raise RefusedError(
-                self._given_up or 'what speaks with ROS is still starting'
+                self._given_up or 'the ROS client is still starting'
             )
         self._drop(task, 'somebody asked for something else')
         # who decides on the states from now on is the user
@@ -168,7 +168,7 @@ class Lifecycles:
     def client_died(self) -> None:
         """Take into account that requests have been lost."""
         for task in self.tasks:
-            self._drop(task, 'what speaks with ROS ended, and starts again')
+            self._drop(task, 'the ROS client ended, and starts again')
 
     def client_given_up(self, reason: str) -> None:
         """Give up with the client."""

@@ -172,20 +172,20 @@ class RosLink:
         if not was_ready and not was_killed:
             self._python = self._first_found
         if not self.is_found:
-            self.error = f'what speaks with ROS {ending}{self._last_words()}'
+            self.error = f'the ROS client {ending}{self._last_words()}'
             return
         if self._clock() - self._begun > limits.CLIENT_STEADY:
             self._ends = 0
         self._ends += 1
         if self._ends > limits.CLIENT_RESTARTS:
             self.composition.client_given_up(
-                f'what speaks with ROS ended {self._ends} times, at last it '
+                f'the ROS client ended {self._ends} times, at last it '
                 f'{ending}{self._last_words()}'
             )
             return
         pause = limits.SHORTEST_PAUSE * 2.0 ** (self._ends - 1)
         self._due = self._clock() + pause
-        text = f'what speaks with ROS {ending}, and is started again'
+        text = f'the ROS client {ending}, and is started again'
         self._tell(events.Warned(text))
 
     def _last_words(self) -> str:

@@ -37,6 +37,7 @@ class RosTimers:
         self._told: float | None = None
         self._passed = 0.0
         self._is_followed = False
+        self._is_over = False
         self._since = 0.0
         self._set: list[TimerHandle] = []
         self._patience = Patience(clock)
@@ -47,6 +48,8 @@ class RosTimers:
             self._since = self._real_clock()
         handle = self._schedule.add(self._passed + seconds, action)
         self._set.append(handle)
+        if self._is_over:
+            handle.cancel()
         self._follow()
         return handle
 
@@ -67,6 +70,7 @@ class RosTimers:
 
     def cancel(self) -> None:
         """Give the timers up, as nobody tells the time any more."""
+        self._is_over = True
         for handle in self._pending():
             handle.cancel()
 

@@ -157,7 +157,7 @@ class Engine:
         self.suspended: Callable[[bool], None] | None = None
 
     def start_client(self) -> None:
-        """Start what speaks with ROS if need be; it comes up meanwhile."""
+        """Start the ROS client if one is needed; it comes up meanwhile."""
         if self._ros is not None:
             self._ros.start()
 
@@ -383,7 +383,8 @@ class Engine:
         """Return what is known of our children."""
         links = {writer_link(d) or '': n for d, n in self._outputs.items()}
         is_exact = self._settings.adoption.is_exact
-        others = {self._guard.pid} if is_exact else None
+        client = 0 if self._ros is None else self._ros.pid
+        others = {self._guard.pid, client} if is_exact else None
         return Adopter(os.getpid(), links, others)
 
     def _forget_output(self, descriptor: int) -> None:

@@ -74,7 +74,7 @@ class ExitConditions:
             case events.TransitionFailed():
                 self._take_failure(event.process.label)
             case events.RosLost():
-                self._take_failure('what speaks with ROS')
+                self._take_failure('the ROS client')
             case events.ShuttingDown():
                 self._stopping = True
             case _:

@@ -89,3 +89,13 @@ def test_a_shutdown_does_not_wait_for_the_clock(process):
     h.supervisor.stop('interrupted')
     h.exit('a')
     assert h.supervisor.done
+
+
+def test_a_timer_after_the_last_client_is_dropped(process):
+    later = Timer(3.0, (process('b'),), on_ros_time=True)
+    h = History(process('a'), Timer(1.0, (later,)))
+    h.turn()
+    h.composition.client_given_up('it died')
+    h.after(1.1)
+    h.exit('a')
+    assert h.supervisor.done
