@@ -20,6 +20,8 @@ from colcon_yamllaunch.runtime.control.socket_address import peer_pid
 #: Seconds that a launch may take to answer; one that is suspended,
 #: does not answer.
 PATIENCE = 3.0
+#: Seconds after which it is said what is waited for.
+PROGRESS_INTERVAL = 1.0
 _CHUNK = 64 * 1024
 
 
@@ -58,13 +60,23 @@ class RunningLaunch:
         except ProtocolError as error:
             raise ControlError(str(error)) from error
 
-    def request(self, name: str, **more: Any) -> dict[str, Any]:
+    def request(
+        self,
+        name: str,
+        *,
+        waiting: Callable[[], None] | None = None,
+        **more: Any,
+    ) -> dict[str, Any]:
         """
         Have something done, and return the answer; see `protocol`.
 
+        :param waiting: For what may take any time: is called when the answer
+          does not come at once
         :raises ControlError: when it refuses, or does not answer
         """
         self.send(protocol.request(name, **more))
+        if waiting is not None:
+            self._wait(waiting)
         answer = self.receive()
         if not answer.get('ok'):
             raise ControlError(str(answer.get('error')))
@@ -124,6 +136,13 @@ class RunningLaunch:
         if not data:
             raise LaunchEndedError
         self._received += data
+
+    def _wait(self, waiting: Callable[[], None]) -> None:
+        """Wait for an answer, however long it takes."""
+        connections = [self.connection]
+        if not select.select(connections, (), (), PROGRESS_INTERVAL)[0]:
+            waiting()
+            select.select(connections, (), ())
 
     def wait_for_end(self, pid: int) -> None:
         """Wait until the launch ended, its launcher included."""

@@ -18,6 +18,7 @@ from colcon_yamllaunch.runtime.streams.watches import Watches
 # so that a client with many requests does not keep others from their turn
 _REQUESTS_PER_TURN = 8
 _CHUNK = 64 * 1024
+_GONE = select.EPOLLERR | select.EPOLLHUP
 
 
 class Client:
@@ -25,8 +26,8 @@ class Client:
     A connection to a client.
 
     No client makes the launch wait or need more memory: as long as one does
-    not take its answers, its requests are not read, and output that it is too
-    slow for is skipped.
+    not take its answers, or waits for one, its requests are not read, and
+    output that it is too slow for is skipped.
 
     :param connection: The connection, which does not block
     :param left: Is called when it is gone
@@ -47,6 +48,8 @@ class Client:
         self._outgoing = bytearray()
         self._skipped = 0
         self._label: str | None = None
+        # for the answer to a request that takes its time
+        self._is_waiting = False
         self._is_last = False
         self._is_open = True
         watches.add(connection.fileno(), self._ready)
@@ -80,6 +83,9 @@ class Client:
         self._left(self)
 
     def _ready(self, mask: int) -> None:
+        if self._is_waiting and mask & _GONE:
+            self.close()
+            return
         if mask & select.EPOLLOUT:
             self._send()
         if self._is_open and mask & ~select.EPOLLOUT and self._may_read():
@@ -107,7 +113,7 @@ class Client:
     def _serve(self) -> None:
         """Do what was asked for, as far as its answers find room."""
         for _ in range(_REQUESTS_PER_TURN):
-            if self._outgoing and self._label is None:
+            if self._is_waiting or (self._outgoing and self._label is None):
                 break
             line, end, rest = self._received.partition(b'\n')
             if not end:
@@ -127,14 +133,22 @@ class Client:
                 keys = protocol.bytes_of(message.get('keys', ''))
                 self._service.type(self._label, keys)
                 return
-            answer, label = self._service.answer(message)
+            self._is_waiting = True
+            label = self._service.answer(message, self._answer)
         except ProtocolError as error:
+            self._is_waiting = False
             self._refuse(str(error))
             return
-        self.tell(answer)
         if label is not None and self._is_open:
             self._label = label
             self._service.attach(label, self)
+
+    def _answer(self, answer: Mapping[str, Any]) -> None:
+        """Send the answer to a request, which others may follow."""
+        if self._is_open:
+            self._is_waiting = False
+            self.tell(answer)
+            self._watch()
 
     def _refuse(self, reason: str) -> None:
         self._received = b''
@@ -159,6 +173,11 @@ class Client:
 
     def _watch(self) -> None:
         if not self._is_open:
+            return
+        if self._is_waiting:
+            # it may go away meanwhile
+            mask = select.EPOLLIN if self._may_read() else 0
+            self._watches.change(self._connection.fileno(), mask)
             return
         has_request = b'\n' in self._received
         if self._is_last and not self._outgoing and not has_request:

@@ -3,6 +3,7 @@
 
 """A running launch at one moment, as its server describes it."""
 
+from collections.abc import Iterator
 from collections.abc import Mapping
 from dataclasses import fields
 from dataclasses import MISSING
@@ -10,6 +11,9 @@ from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
+
+#: The state of a lifecycle node that has not told it (lifecycle_msgs/State).
+UNKNOWN = 'unknown'
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +50,8 @@ class ProcessState:
     :param package: The package that the program belongs to, if any
     :param log: The path of the log with all of its output, if it has one
     :param terminal: Whether keys can be typed at it now
-    :param name: What ROS 2 calls it, its program and number, as
-      `talker.py-2`; None where that is not known
+    :param lifecycle: The state of its lifecycle node, such as `active`;
+      `unknown` until that is heard of, None for any other process
     """
 
     label: str
@@ -61,7 +65,44 @@ class ProcessState:
     package: str | None
     log: str | None
     terminal: bool
-    name: str | None = None
+    lifecycle: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ComponentState:
+    """
+    A component of a launch.
+
+    :param label: Its name in output and logs
+    :param phase: `waiting`, `loading`, `loaded`, `unloading`, `unloaded` or
+      `failed`, see `component_task.LoadPhase`
+    :param seconds: For how long that has been so
+    :param ending: Why it could not be loaded or unloaded; empty otherwise
+    :param plugin: The class of its node
+    :param node: The full name of its node as far as it is known
+    :param package: The package that has the plugin
+    :param container: The full name of the node of its container
+    :param process: The label of the container, None where that is not one of
+      the launch's processes
+    :param log: The path of the container's log, if it has one
+    :param lifecycle: As that of a process
+    """
+
+    label: str
+    phase: str
+    seconds: float
+    ending: str
+    plugin: str
+    node: str | None
+    package: str
+    container: str
+    process: str | None
+    log: str | None
+    lifecycle: str | None
+
+
+#: What a launch consists of, and what has a name.
+Part = ProcessState | ComponentState
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +115,7 @@ class LaunchState(About):
     :param stopping: Whether everything is being stopped
     :param log_folder: The folder with its logs, if it writes any
     :param processes: Its processes, in the order of the plan
+    :param components: Its components, likewise
     """
 
     pid: int
@@ -81,13 +123,30 @@ class LaunchState(About):
     stopping: bool
     log_folder: str | None
     processes: tuple[ProcessState, ...]
+    components: tuple[ComponentState, ...] = ()
+
+    def parts(self) -> Iterator[Part]:
+        """Iterate over all that has a name, components below containers."""
+        for process in self.processes:
+            yield process
+            yield from self.components_of(process.label)
+        yield from self.components_of(None)
+
+    def components_of(self, process: str | None) -> Iterator[ComponentState]:
+        """
+        Iterate over the components of a container.
+
+        :param process: Its label; None for containers of others
+        """
+        return (c for c in self.components if c.process == process)
 
 
 def from_json(data: object) -> LaunchState:
     """
     Read a launch from a JSON object with the names of its attributes.
 
-    What is not known here is left out.
+    What is not known here is left out. What came with a later version may
+    be missing.
 
     :raises ProtocolError: when something is missing
     """
@@ -96,6 +155,10 @@ def from_json(data: object) -> LaunchState:
         launch['processes'] = tuple(
             ProcessState(**_known(ProcessState, p))
             for p in launch['processes']
+        )
+        launch['components'] = tuple(
+            ComponentState(**_known(ComponentState, c))
+            for c in launch.get('components', ())
         )
         return LaunchState(**launch)
     except (AttributeError, KeyError, TypeError) as error:
@@ -106,9 +169,7 @@ def _known(kind: type[Any], data: object) -> dict[str, Any]:
     if not isinstance(data, Mapping):
         raise TypeError
     return {
-        f.name: data[f.name]
-        for f in fields(kind)
-        # what has a default came later than others: who wrote the data may
-        # not know it
-        if f.name in data or f.default is MISSING
+        field.name: data[field.name]
+        for field in fields(kind)
+        if field.name in data or field.default is MISSING
     }

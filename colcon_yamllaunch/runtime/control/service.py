@@ -11,16 +11,24 @@ from pathlib import Path
 from typing import Any
 from typing import Protocol
 
+from colcon_yamllaunch.runtime.components.component_task import ComponentTask
+from colcon_yamllaunch.runtime.components.lifecycle_task import LifecycleTask
+from colcon_yamllaunch.runtime.components.transitions import TRANSITIONS
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.launch_states import About
+from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.launch_states import UNKNOWN
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.core.tasks import Task
 from colcon_yamllaunch.runtime.course.engine import Engine
+
+#: Takes the answer to a request.
+Reply = Callable[[Mapping[str, Any]], None]
 
 
 class Viewer(Protocol):
@@ -51,6 +59,10 @@ class Service:
         self._about = about
         self._engine = engine
         self._supervisor = engine.supervisor
+        self._composition = engine.composition
+        self._lifecycles = {
+            task.label: task for task in engine.composition.lifecycle_tasks
+        }
         self._terminals = engine.terminals
         self._log_folder = log_folder
         self._log_files = log_files
@@ -69,14 +81,12 @@ class Service:
                     again = event.respawn_delay is not None
                     viewer.tell({'ended': ending, 'again': again})
 
-    def answer(
-        self, message: Mapping[str, Any]
-    ) -> tuple[dict[str, Any], str | None]:
+    def answer(self, message: Mapping[str, Any], reply: Reply) -> str | None:
         """
-        Return the answer to a request.
+        Answer a request, at once unless `protocol` says otherwise.
 
-        Beside it stands the label of the process to :meth:`attach` the client
-        to, or None.
+        Return the label of the process to :meth:`attach` the client to, or
+        None.
 
         :raises ProtocolError: when it has a wrong form
         """
@@ -85,23 +95,30 @@ class Service:
                 f'this launch speaks version {protocol.VERSION} of the '
                 'protocol; use the same colcon-yamllaunch as it does'
             )
+        attached = None
+        answer = protocol.success()
         try:
             match message.get('request'):
                 case 'status':
-                    return protocol.success(launch=asdict(self.state())), None
+                    answer = protocol.success(launch=asdict(self.state()))
                 case 'shutdown':
                     self._supervisor.stop('requested', drop_timers=True)
                 case 'stop':
-                    self._supervisor.stop_process(_name(message))
+                    self._stop(_label(message))
                 case 'restart':
-                    self._supervisor.restart_process(_name(message))
+                    self._restart(_label(message))
+                case 'change_state':
+                    self._change_state(message, reply)
+                    return None
                 case 'attach':
-                    return self._may_attach(_name(message))
+                    attached = _label(message)
+                    answer = protocol.success(pid=self._group_of(attached))
                 case _:
                     raise ProtocolError('there is no such request')
         except RefusedError as error:
-            return protocol.failure(str(error)), None
-        return protocol.success(), None
+            answer, attached = protocol.failure(str(error)), None
+        reply(answer)
+        return attached
 
     def state(self) -> LaunchState:
         """Return the state of the launch."""
@@ -114,6 +131,9 @@ class Service:
             if self._log_folder is None
             else str(self._log_folder),
             processes=tuple(map(self._state, self._supervisor.tasks)),
+            components=tuple(
+                map(self._component_state, self._composition.tasks)
+            ),
         )
 
     def type(self, label: str, keys: bytes) -> None:
@@ -136,16 +156,48 @@ class Service:
             events.Detached(self._supervisor.task(label).process)
         )
 
-    def _may_attach(self, name: str) -> tuple[dict[str, Any], str | None]:
-        task = self._supervisor.task(name)
-        label = task.process.label
+    def _stop(self, label: str) -> None:
+        if self._component(label) is None:
+            self._supervisor.stop_process(label)
+        else:
+            self._composition.unload(label)
+
+    def _restart(self, label: str) -> None:
+        if self._component(label) is None:
+            self._supervisor.restart_process(label)
+        else:
+            self._composition.reload(label)
+
+    def _change_state(self, message: Mapping[str, Any], reply: Reply) -> None:
+        transition = message.get('transition')
+        if transition not in TRANSITIONS:
+            known = ', '.join(TRANSITIONS)
+            raise ProtocolError(f"the 'transition' is one of {known}")
+
+        def tell(reason: str | None) -> None:
+            """Answer once the node has done it (None), or has not."""
+            reply(
+                protocol.success()
+                if reason is None
+                else protocol.failure(reason)
+            )
+
+        self._composition.change_state(_label(message), transition, tell)
+
+    def _component(self, label: str) -> ComponentTask | None:
+        tasks = self._composition.tasks
+        return next((t for t in tasks if t.label == label), None)
+
+    def _group_of(self, label: str) -> int | None:
+        """Return the process group of a process to be attached to."""
+        task = self._supervisor.task(label)
         if not task.process.emulate_tty:
             raise RefusedError(
                 f'{label} has no keyboard, as it has no terminal: give it '
                 "'emulate_tty: true' in the launch file, or start the "
                 f'launch with --attach {label}'
             )
-        return protocol.success(pid=task.group), label
+        return task.group
 
     def _state(self, task: Task) -> ProcessState:
         process = task.process
@@ -162,8 +214,31 @@ class Service:
             process.package,
             None if log is None else str(log),
             self._terminals.has_keyboard(process.label),
-            process.ros_name,
+            _lifecycle(self._lifecycles.get(process.label)),
         )
+
+    def _component_state(self, task: ComponentTask) -> ComponentState:
+        component = task.component
+        container = self._composition.container_process(task)
+        process = None if container is None else container.label
+        log = None if process is None else self._log_files.get(process)
+        return ComponentState(
+            component.label,
+            task.phase,
+            round(self._composition.seconds(task), 3),
+            task.ending,
+            component.plugin,
+            task.full_name or component.node_name,
+            component.package,
+            component.container,
+            process,
+            None if log is None else str(log),
+            _lifecycle(task.lifecycle),
+        )
+
+
+def _lifecycle(task: LifecycleTask | None) -> str | None:
+    return None if task is None else task.state or UNKNOWN
 
 
 def _name(message: Mapping[str, Any]) -> str:

@@ -31,12 +31,14 @@ class ControlOptions:
     """
     What the user asks of running launches.
 
-    :param action: `status`, `stop`, `restart`, `logs` or `attach`
-    :param names: The processes, by name or glob
+    :param action: `status`, `stop`, `restart`, `lifecycle`, `logs` or
+      `attach`
+    :param names: The processes and components, by name or glob
     :param launch: Which launch is meant: its package, launch file, title or
       process id; None when that is clear
     :param follow: Whether `logs` waits for more
     :param status_format: How `status` is shown
+    :param transition: What `lifecycle` has nodes do
     """
 
     action: str
@@ -44,6 +46,7 @@ class ControlOptions:
     launch: str | None = None
     follow: bool = False
     status_format: str = TEXT
+    transition: str = ''
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,15 +167,43 @@ def _control_options(
         )
     if action == 'restart' and not (values.restart or positionals):
         raise UserError(
-            "--restart needs the NAME of a process; '*' means all of them"
+            "--restart needs the NAME of a process or component; '*' means "
+            'all of them'
         )
     names: Sequence[str] = ()
     if action == 'attach':
         names = (values.attach,)
     elif action != 'status':
         names = (*getattr(values, action), *positionals)
+    transition = ''
+    if action == 'lifecycle':
+        names, transition = _read_transition(names)
     return ControlOptions(
-        action, tuple(names), values.of, values.follow, values.status or TEXT
+        action,
+        tuple(names),
+        values.of,
+        values.follow,
+        values.status or TEXT,
+        transition,
+    )
+
+
+def _read_transition(words: Sequence[str]) -> tuple[Sequence[str], str]:
+    """Tell the names of nodes from the transition behind them."""
+    from colcon_yamllaunch.common.suggestions import one_of
+    from colcon_yamllaunch.runtime.components.transitions import TRANSITIONS
+
+    *names, last = words or ('',)
+    if last in TRANSITIONS and names:
+        return names, last
+    if len(words) < 2:
+        raise UserError(
+            '--lifecycle needs the NAME of a lifecycle node and a transition: '
+            f'{", ".join(TRANSITIONS)}'
+        )
+    raise UserError(
+        f"--lifecycle: there is no transition '{last}': "
+        f'{one_of(last, TRANSITIONS)}'
     )
 
 

@@ -31,9 +31,10 @@ Completer = Literal[
     'folders',
     'launches',
     'licenses',
+    'lifecycles',
     'nothing',
     'packages',
-    'processes',
+    'parts',
     'terminals',
 ]
 
@@ -45,7 +46,7 @@ NO_LIMIT = 'none'
 #: The options that show something of a launch instead of running it.
 INSPECTIONS = ('--show-args', '--check', '--plan', '--schema')
 #: The options that ask something of launches that run already.
-REQUESTS = ('--status', '--stop', '--restart', '--logs')
+REQUESTS = ('--status', '--stop', '--restart', '--lifecycle', '--logs')
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,27 +303,38 @@ _ENDING = (
 _SESSIONS = (
     Option(
         '--status',
-        'Show all running launches and their processes; --status=json for '
-        'programs',
+        'Show all running launches with their processes and components; '
+        '--status=json for programs',
         _formats('json'),
-        excludes=_not('--stop', '--restart', '--logs', '--attach'),
+        excludes=_not(
+            *('--stop', '--restart', '--lifecycle', '--logs', '--attach')
+        ),
     ),
     Option(
         '--stop',
-        'Stop processes, by name or glob; without a name, the launch',
-        Value('NAME', 'processes', arity='any'),
-        excludes=_not('--restart', '--logs', '--attach'),
+        'Stop processes and unload components, by name or glob; without a '
+        'name, the launch',
+        Value('NAME', 'parts', arity='any'),
+        excludes=_not('--restart', '--lifecycle', '--logs', '--attach'),
     ),
     Option(
         '--restart',
-        'Start processes anew, by name or glob',
-        Value('NAME', 'processes', arity='any'),
+        'Start processes and load components anew, by name or glob',
+        Value('NAME', 'parts', arity='any'),
+        excludes=_not('--lifecycle', '--logs', '--attach'),
+    ),
+    Option(
+        '--lifecycle',
+        'Change the state of lifecycle nodes, by name or glob: configure, '
+        'activate, deactivate, cleanup or shutdown',
+        Value('NAME TRANSITION', 'lifecycles', arity='any'),
         excludes=_not('--logs', '--attach'),
     ),
     Option(
         '--logs',
-        'Show what processes wrote, by name or glob',
-        Value('NAME', 'processes', arity='any'),
+        'Show what processes wrote, by name or glob; for a component, what '
+        'its container did',
+        Value('NAME', 'parts', arity='any'),
         excludes=_not('--attach'),
     ),
     Option(

@@ -58,6 +58,12 @@ class _Cursor:
         given = getattr(self.known, 'workspace', None) or None
         return scan_packages(find_workspace(given, words), self.environment)
 
+    @property
+    def asked(self) -> tuple[Mapping[str, str], str | None, str]:
+        """The environment, the launch that is meant, and what is begun."""
+        launch = getattr(self.known, 'of', None)
+        return self.environment, launch, self.prefix
+
 
 _Find = Callable[[_Cursor], Candidates]
 
@@ -167,8 +173,10 @@ def _launch_positionals(cursor: _Cursor) -> Candidates:
     given = given_options(values, 'launch')
     if '--status' in given or '--from-plan' in given:
         return {}
+    if '--lifecycle' in given:
+        return _lifecycles(cursor, words)
     if given.keys() & set(REQUESTS):
-        return _processes(cursor)
+        return _parts(cursor)
     return _launched(cursor, words, arguments)
 
 
@@ -229,15 +237,29 @@ def _finder(option: Option) -> _Find:
     return COMPLETERS[option.value.completer]
 
 
-def _processes(cursor: _Cursor, *, only_terminals: bool = False) -> Candidates:
-    from colcon_yamllaunch.verb.completion.process_candidates import processes
+def _parts(cursor: _Cursor) -> Candidates:
+    from colcon_yamllaunch.verb.completion import process_candidates
 
-    return processes(
-        cursor.environment,
-        getattr(cursor.known, 'of', None),
-        cursor.prefix,
-        only_terminals=only_terminals,
-    )
+    return process_candidates.parts(*cursor.asked)
+
+
+def _terminals(cursor: _Cursor) -> Candidates:
+    from colcon_yamllaunch.verb.completion import process_candidates
+
+    only = process_candidates.has_keyboard
+    return process_candidates.parts(*cursor.asked, only)
+
+
+def _lifecycles(cursor: _Cursor, more: Sequence[str] = ()) -> Candidates:
+    """Find lifecycle nodes, then transitions."""
+    from colcon_yamllaunch.verb.completion import process_candidates
+
+    names = (*(getattr(cursor.known, 'lifecycle', None) or ()), *more)
+    if names:
+        environment, launch, _ = cursor.asked
+        return process_candidates.transitions(environment, launch, names)
+    only = process_candidates.has_lifecycle
+    return process_candidates.parts(*cursor.asked, only)
 
 
 def _launches(cursor: _Cursor) -> Candidates:
@@ -266,8 +288,9 @@ COMPLETERS: Mapping[Completer, _Find] = {
     'folders': lambda cursor: candidates.paths(cursor.prefix, ()),
     'launches': _launches,
     'licenses': _licenses,
+    'lifecycles': _lifecycles,
     'nothing': _nothing,
     'packages': lambda c: candidates.packages(c.locator(), c.prefix),
-    'processes': _processes,
-    'terminals': lambda c: _processes(c, only_terminals=True),
+    'parts': _parts,
+    'terminals': _terminals,
 }

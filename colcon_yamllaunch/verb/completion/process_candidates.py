@@ -4,62 +4,102 @@
 """Running launches and their processes, for completion."""
 
 from collections import Counter
+from collections.abc import Callable
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 
+from colcon_yamllaunch.runtime.components.transitions import TRANSITIONS
+from colcon_yamllaunch.runtime.components.transitions import transitions_of
 from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import running_launches
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import Part
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.launch_states import UNKNOWN
 from colcon_yamllaunch.runtime.control.orphaned_launches import (
     orphaned_launches,
 )
 from colcon_yamllaunch.runtime.control.process_names import ProcessNames
 from colcon_yamllaunch.verb.completion.candidates import Candidates
 from colcon_yamllaunch.verb.sessions.selecting import is_selected
+from colcon_yamllaunch.verb.sessions.selecting import matches
+from colcon_yamllaunch.verb.sessions.selecting import program_of
 
 #: Seconds that a running launch may take to answer: one that is suspended
 #: must not hold up the user.
 PATIENCE = 0.2
 
 
-def processes(
+def anything(part: Part) -> bool:  # noqa: ARG001
+    """Whatever has a name."""
+    return True
+
+
+def has_keyboard(part: Part) -> bool:
+    """Tell whether keys get there."""
+    return isinstance(part, ProcessState) and part.terminal
+
+
+def has_lifecycle(part: Part) -> bool:
+    """Tell whether it has a lifecycle node."""
+    return part.lifecycle is not None
+
+
+def parts(
     environment: Mapping[str, str],
     launch: str | None,
     prefix: str,
-    *,
-    only_terminals: bool = False,
+    only: Callable[[Part], bool] = anything,
 ) -> Candidates:
     """
-    Return the names of the processes of running launches.
+    Return the names of processes and components of running launches.
 
     They are those of their output, shortened where that is clear; other names
     when none of those is begun.
 
     :param launch: Which launch is meant, as `--of` takes it
-    :param prefix: What the names begin with
-    :param only_terminals: Whether keys must be able to get there
+    :param only: Tells which of them are meant
     """
     found = [
-        (state, process)
-        for state in _running(environment)
-        if launch is None or is_selected(state, launch)
-        for process in state.processes
-        if process.terminal or not only_terminals
+        (state, part)
+        for state in _chosen(environment, launch)
+        for part in state.parts()
+        if only(part)
     ]
-    named = [(ProcessNames.of_state(p), p, state) for state, p in found]
-    shared = Counter(names.program for names, _, _ in named)
-    texts: dict[str, str] = {}
-    others: dict[str, str] = {}
-    for names, process, state in named:
-        text = f'{process.phase} in {state.title}'
-        best = names.label
-        if best == names.name and shared[names.program] == 1:
-            best = names.program
-        texts[best] = text
-        others |= dict.fromkeys(names, text)
-    begun = any(name.startswith(prefix) for name in texts)
-    return texts if begun else others
+    named = [
+        (tuple(names_of(p.label, program_of(p), p.node)), p, state)
+        for state, p in found
+    ]
+    shared = Counter(names[1] for names, _, _ in named)
+    texts = {}
+    for (label, short, *more), part, state in named:
+        phase = part.phase
+        if part.lifecycle not in (None, UNKNOWN):
+            phase = f'{phase}, {part.lifecycle}'
+        text = f'{phase} in {state.title}'
+        texts[short if shared[short] == 1 else label] = text
+        if prefix.startswith('/'):
+            texts |= dict.fromkeys(more, text)
+    return texts
+
+
+def transitions(
+    environment: Mapping[str, str], launch: str | None, names: Sequence[str]
+) -> Candidates:
+    """
+    Return the transitions that the states of lifecycle nodes have.
+
+    :param names: The nodes that are meant
+    """
+    texts = {}
+    for state in _chosen(environment, launch):
+        for part in filter(has_lifecycle, chain(*matches(state, names))):
+            for name in transitions_of(part.lifecycle) or TRANSITIONS:
+                texts[name] = f'{part.label} is {part.lifecycle}'
+    return texts
 
 
 def launches(environment: Mapping[str, str]) -> Candidates:
@@ -71,6 +111,16 @@ def launches(environment: Mapping[str, str]) -> Candidates:
         if state.package is not None:
             found[state.package] = state.title
     return found
+
+
+def _chosen(
+    environment: Mapping[str, str], launch: str | None
+) -> list[LaunchState]:
+    return [
+        state
+        for state in _running(environment)
+        if launch is None or is_selected(state, launch)
+    ]
 
 
 def _running(environment: Mapping[str, str]) -> list[LaunchState]:

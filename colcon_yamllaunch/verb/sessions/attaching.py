@@ -19,9 +19,9 @@ from colcon_yamllaunch.runtime.control.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.client import RunningLaunch
 from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.control.process_names import meant_by
-from colcon_yamllaunch.runtime.control.process_names import ProcessNames
+from colcon_yamllaunch.runtime.control.launch_states import ComponentState
+from colcon_yamllaunch.runtime.control.launch_states import Part
+from colcon_yamllaunch.runtime.control.process_names import matches_process
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.streams.signals import caught
 from colcon_yamllaunch.runtime.streams.signals import received
@@ -72,19 +72,24 @@ def with_terminal(plan: Plan, name: str) -> tuple[Plan, str]:
     return with_terminals(plan, meant[0]), meant[0]
 
 
-def attach(chosen: Candidate, processes: Sequence[ProcessState]) -> int:
+def attach(chosen: Candidate, parts: Sequence[Part]) -> int:
     """
     Connect the terminal to a process of a launch; return the exit code.
 
-    :param processes: The process that is meant
+    :param parts: The process that is meant
     :raises UserError: when there are more of them, or no keyboard
     :raises ControlError: when the launch refuses
     """
-    if len(processes) != 1:
-        names = listing(p.label for p in processes)
+    if len(parts) != 1:
+        names = listing(p.label for p in parts)
         raise UserError(f'--attach takes one process, not {names}')
+    process = parts[0]
+    if isinstance(process, ComponentState):
+        raise UserError(
+            f'{process.label} is a component: --attach takes a process, such '
+            f'as its container {process.process or process.container}'
+        )
     keyboard = Keyboard(need_terminal())
-    process = processes[0]
     chosen.launch.request('attach', process=process.label)
     # one without a launcher refuses
     assert isinstance(chosen.launch, RunningLaunch)

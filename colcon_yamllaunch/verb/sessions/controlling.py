@@ -15,6 +15,9 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
+from colcon_yamllaunch.runtime.control.client import PROGRESS_INTERVAL
+from colcon_yamllaunch.runtime.control.launch_states import ComponentState
+from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.resource_usage import Usage
 from colcon_yamllaunch.runtime.control.resource_usage import usage_of
@@ -24,14 +27,15 @@ from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.cli.messages import show_json
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 from colcon_yamllaunch.verb.sessions.selecting import choose_launch
+from colcon_yamllaunch.verb.sessions.selecting import choose_parts
 from colcon_yamllaunch.verb.sessions.selecting import choose_processes
 from colcon_yamllaunch.verb.sessions.selecting import find_launches
 from colcon_yamllaunch.verb.sessions.status_table import table
 
 #: Seconds between two questions to a launch that was asked for something.
 POLL_INTERVAL = 0.05
-#: Seconds after which it is said what is waited for.
-PROGRESS_INTERVAL = 1.0
+#: The phases in which a process or a component stays for a while.
+_SETTLING = ('stopping', 'waiting', 'loading', 'unloading')
 
 
 def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
@@ -47,13 +51,18 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
     try:
         if options.action == 'stop' and not options.names:
             return _stop_launch(chosen)
-        processes = choose_processes(chosen.state, options.names)
         if options.action in ('stop', 'restart'):
-            return _end(chosen, processes, options.action)
+            parts = choose_parts(chosen.state, options.names)
+            return _end(chosen, _without_contents(parts), options.action)
+        if options.action == 'lifecycle':
+            from colcon_yamllaunch.verb.sessions.lifecycle import change_states
+
+            return change_states(chosen, options.names, options.transition)
         if options.action == 'attach':
             from colcon_yamllaunch.verb.sessions.attaching import attach
 
-            return attach(chosen, processes)
+            return attach(chosen, choose_parts(chosen.state, options.names))
+        processes = choose_processes(chosen.state, options.names)
         from colcon_yamllaunch.verb.sessions.reading_logs import show_logs
 
         return show_logs(chosen, processes, follow=options.follow)
@@ -101,27 +110,73 @@ def _stop_launch(chosen: Candidate) -> int:
     return 0
 
 
-def _end(
-    chosen: Candidate, processes: Sequence[ProcessState], action: str
-) -> int:
-    """Stop processes, or start them anew."""
-    for process in processes:
-        chosen.launch.request(action, process=process.label)
+def _without_contents(parts: Sequence[Part]) -> list[Part]:
+    """Leave out components that go with their container."""
+    labels = {part.label for part in parts}
+    return [
+        part
+        for part in parts
+        if not isinstance(part, ComponentState) or part.process not in labels
+    ]
+
+
+def _end(chosen: Candidate, parts: Sequence[Part], action: str) -> int:
+    """Stop processes and components, or start them anew."""
     failed = False
-    for process in processes:
-        now = _wait_for(chosen, process)
-        ending = 'the launch has ended' if now is None else now.ending
-        if action == 'restart':
-            if now is not None and now.pid is not None:
-                ending = f'started anew, pid {now.pid}'
-            else:
-                failed = True
-        say_line(f'{process.label}: {ending}')
+    waited = []
+    for part in parts:
+        try:
+            chosen.launch.request(action, process=part.label)
+        except LaunchEndedError:
+            raise
+        except ControlError as e:
+            if len(parts) == 1:
+                raise
+            # of many that a pattern means, some may be as they should be
+            failed = True
+            say_line(f'{part.label}: {e}')
+        else:
+            waited.append(part)
+    if action == 'restart':
+        waited += _contents(chosen, waited)
+    for part in waited:
+        now = _wait_for(chosen, part)
+        text, is_done = _outcome(now, action)
+        failed = failed or not is_done
+        say_line(f'{part.label}: {text}')
     return int(failed)
 
 
-def _wait_for(chosen: Candidate, process: ProcessState) -> ProcessState | None:
-    """Wait until a process is stopped; None when the launch has ended."""
+def _contents(
+    chosen: Candidate, parts: Sequence[Part]
+) -> list[ComponentState]:
+    """Return what containers bring back that are started anew."""
+    return [
+        component
+        for part in parts
+        for component in chosen.state.components_of(part.label)
+        if component.phase != 'unloaded'
+    ]
+
+
+def _outcome(now: Part | None, action: str) -> tuple[str, bool]:
+    """Say what became of something, and whether that was asked for."""
+    is_restart = action == 'restart'
+    if now is None:
+        return 'the launch has ended', not is_restart
+    if isinstance(now, ProcessState):
+        if is_restart and now.pid is not None:
+            return f'started anew, pid {now.pid}', True
+        return now.ending, not is_restart
+    if now.phase == 'failed':
+        return f'could not be loaded: {now.ending}', False
+    if is_restart and now.phase == 'loaded' and not now.ending:
+        return f'loaded anew into {now.process or now.container}', True
+    return now.ending or now.phase, now.phase == 'unloaded' and not is_restart
+
+
+def _wait_for(chosen: Candidate, part: Part) -> Part | None:
+    """Wait until it is as it stays; None when the launch has ended."""
     asked = time.monotonic()
     is_told = False
     while True:
@@ -129,10 +184,10 @@ def _wait_for(chosen: Candidate, process: ProcessState) -> ProcessState | None:
             state = chosen.launch.status()
         except LaunchEndedError:
             return None
-        for now in state.processes:
-            if now.label == process.label and now.phase != 'stopping':
+        for now in state.parts():
+            if now.label == part.label and now.phase not in _SETTLING:
                 return now
         if not is_told and time.monotonic() - asked > PROGRESS_INTERVAL:
             is_told = True
-            say_line(f'waiting for {process.label}')
+            say_line(f'waiting for {part.label}')
         time.sleep(POLL_INTERVAL)

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Which running launch and which of its processes the user means."""
+"""Which running launch and what of it the user means."""
 
 from collections.abc import Iterable
 from collections.abc import Mapping
@@ -17,7 +17,9 @@ from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.client import running_launches
 from colcon_yamllaunch.runtime.control.client import RunningLaunch
+from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.orphaned_launches import (
     orphaned_launches,
@@ -91,7 +93,7 @@ def choose_launch(
     """
     Return the one launch that is meant.
 
-    :param names: The processes that are meant, by name or glob
+    :param names: The processes and components that are meant, by name or glob
     :raises UserError: when it is not clear
     """
     if len(candidates) == 1:
@@ -106,34 +108,62 @@ def choose_launch(
     )
 
 
-def choose_processes(
-    state: LaunchState, names: Sequence[str]
-) -> list[ProcessState]:
+def choose_parts(state: LaunchState, names: Sequence[str]) -> list[Part]:
     """
-    Return the processes that are meant, in the order of the launch.
+    Return the processes and components that are meant, in the plan's order.
 
     :param names: Names or globs; none means all
     :raises UserError: when a name means nothing
     """
+    parts = list(state.parts())
     if not names:
-        return list(state.processes)
+        return parts
     meant: set[str] = set()
     for name, found in zip(names, matches(state, names), strict=True):
         if not found:
             raise UserError(_unknown(state, name))
         meant.update(p.label for p in found)
+    return [p for p in parts if p.label in meant]
+
+
+def choose_processes(
+    state: LaunchState, names: Sequence[str]
+) -> list[ProcessState]:
+    """
+    Return the processes that are meant; a component means its container.
+
+    :param names: As for :func:`choose_parts`
+    :raises UserError: when a name means nothing, or no process of the launch
+    """
+    meant = set()
+    for part in choose_parts(state, names):
+        if isinstance(part, ProcessState):
+            meant.add(part.label)
+        elif part.process is not None:
+            meant.add(part.process)
+        elif names:
+            raise UserError(
+                f'{part.label} is in {part.container}, which is no container '
+                f'of {state.title}'
+            )
     return [p for p in state.processes if p.label in meant]
 
 
-def matches(
-    state: LaunchState, names: Iterable[str]
-) -> list[list[ProcessState]]:
-    """Return for each name the processes that it means."""
-    known = [ProcessNames.of_state(p) for p in state.processes]
+def matches(state: LaunchState, names: Iterable[str]) -> list[list[Part]]:
+    """Return for each name the processes and components that it means."""
     return [
-        [state.processes[index] for index in meant_by(name, known)]
+        [
+            p
+            for p in state.parts()
+            if matches_process(name, p.label, program_of(p), p.node)
+        ]
         for name in names
     ]
+
+
+def program_of(part: Part) -> str:
+    """Return what runs: a program, or the class of a component."""
+    return part.plugin if isinstance(part, ComponentState) else part.executable
 
 
 def is_selected(state: LaunchState, selector: str) -> bool:
@@ -157,10 +187,15 @@ def _launches(candidates: Iterable[Candidate]) -> str:
 
 
 def _unknown(state: LaunchState, name: str) -> str:
-    known = [n for p in state.processes for n in ProcessNames.of_state(p)]
-    labels = listing(p.label for p in state.processes)
+    known = [
+        known
+        for p in state.parts()
+        for known in names_of(p.label, program_of(p), p.node)
+    ]
+    labels = listing(p.label for p in state.parts())
     hint = did_you_mean(name, known) or f'there is {labels or "none"}'
-    return f"{state.title} has no process '{name}': {hint}"
+    what = 'process or component' if state.components else 'process'
+    return f"{state.title} has no {what} '{name}': {hint}"
 
 
 def _warn(text: str) -> None:

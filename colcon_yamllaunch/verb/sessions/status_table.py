@@ -3,6 +3,7 @@
 
 """Running launches as a table."""
 
+from collections.abc import Iterator
 from collections.abc import Mapping
 
 from colcon_yamllaunch.common.printable import one_line
@@ -10,7 +11,9 @@ from colcon_yamllaunch.common.table import column_widths
 from colcon_yamllaunch.common.table import table_lines
 from colcon_yamllaunch.common.table import table_width
 from colcon_yamllaunch.common.table import without_end
+from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.resource_usage import Usage
 
@@ -31,7 +34,7 @@ def table(
     orphaned: bool = False,
 ) -> str:
     """
-    Return a launch and its processes.
+    Return a launch and its processes, components below their containers.
 
     :param usage: What the process groups use
     :param width: The columns that there are, None for any number
@@ -39,7 +42,7 @@ def table(
     """
     state = _orphaned_state_of(launch) if orphaned else _state_of(launch)
     title = one_line(f'{launch.title}: {state}')
-    rows = [_HEADS, *(_row(p, usage) for p in launch.processes)]
+    rows = [_HEADS, *_rows(launch, usage)]
     if len(rows) == 1:
         lines = ['no processes']
     else:
@@ -95,7 +98,25 @@ def _orphaned_state_of(launch: LaunchState) -> str:
     return f'launcher {launch.pid} was killed, {what}{where}'
 
 
-def _row(process: ProcessState, usage: Mapping[int, Usage]) -> tuple[str, ...]:
+def _rows(
+    launch: LaunchState, usage: Mapping[int, Usage]
+) -> Iterator[tuple[str, ...]]:
+    for process in launch.processes:
+        yield _process_row(process, usage)
+        for component in launch.components_of(process.label):
+            yield _component_row(component)
+    others = list(launch.components_of(None))
+    for container in dict.fromkeys(c.container for c in others):
+        nothing = [''] * (len(_HEADS) - 2)
+        yield (one_line(container), 'not of this launch', *nothing)
+        for component in others:
+            if component.container == container:
+                yield _component_row(component)
+
+
+def _process_row(
+    process: ProcessState, usage: Mapping[int, Usage]
+) -> tuple[str, ...]:
     used = None if process.pid is None else usage.get(process.pid)
     return (
         one_line(process.label),
@@ -108,10 +129,22 @@ def _row(process: ProcessState, usage: Mapping[int, Usage]) -> tuple[str, ...]:
     )
 
 
-def _phase(process: ProcessState) -> str:
-    if process.phase == 'respawn':
-        return f'respawns ({process.ending})'
-    return process.ending or process.phase
+def _component_row(component: ComponentState) -> tuple[str, ...]:
+    up = duration(component.seconds) if component.phase == 'loaded' else ''
+    label = one_line(component.label)
+    return (_INDENT + label, _phase(component), '', up, '', '', '')
+
+
+def _phase(part: Part) -> str:
+    if part.phase in ('running', 'loaded') and part.lifecycle is not None:
+        return f'{part.phase}, {part.lifecycle}'
+    if part.phase == 'failed':
+        return f'not loaded: {part.ending}'
+    if isinstance(part, ComponentState):
+        return part.phase
+    if part.phase == 'respawn':
+        return f'respawns ({part.ending})'
+    return part.ending or part.phase
 
 
 def _narrow(widths: list[int], width: int) -> None:

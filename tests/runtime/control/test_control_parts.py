@@ -14,6 +14,7 @@ import subprocess
 from colcon_yamllaunch.common import temporary_folders
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control import socket_folder
+from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import from_json
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
@@ -274,8 +275,13 @@ def a_launch():
     process = ProcessState(
         *('a-1', 'running', 7, 1.5, 2, '', 'a', '/a', 'pkg', '/log', False)
     )
+    component = ComponentState(
+        *('b', 'loaded', 1.5, '', 'p::B', '/b', 'pkg', '/a', 'a-1', '/log'),
+        'active',
+    )
     return LaunchState(
-        *('pkg a', 'pkg', '/a.yaml', '/ws', 3, 9.0, False, '/l', (process,))
+        *('pkg a', 'pkg', '/a.yaml', '/ws', 3, 9.0, False, '/l', (process,)),
+        (component,),
     )
 
 
@@ -284,16 +290,18 @@ def test_a_launch_becomes_json_and_back():
     assert from_json({**data, 'later': 'addition'}) == a_launch()
 
 
-def test_an_older_launch_does_not_know_all_names():
+def test_a_launch_of_an_earlier_version_has_no_components():
     data = asdict(a_launch())
-    del data['processes'][0]['name']
-    assert from_json(data) == a_launch()
+    del data['components'], data['processes'][0]['lifecycle']
+    state = from_json(data)
+    assert (state.components, state.processes[0].lifecycle) == ((), None)
 
 
-@pytest.mark.parametrize('missing', ['pid', 'processes', 'phase'])
+@pytest.mark.parametrize('missing', ['pid', 'processes', 'phase', 'plugin'])
 def test_a_launch_that_lacks_something_is_refused(missing):
     data = asdict(a_launch())
     data['processes'][0].pop(missing, None)
+    data['components'][0].pop(missing, None)
     data.pop(missing, None)
     with pytest.raises(ProtocolError):
         from_json(data)

@@ -39,6 +39,16 @@ def parsed(line: str) -> LaunchOptions:
         ('--logs a -f', ControlOptions('logs', ('a',), follow=True)),
         ('-f --logs a', ControlOptions('logs', ('a',), follow=True)),
         ('--attach a', ControlOptions('attach', ('a',))),
+        (
+            '--lifecycle a activate',
+            ControlOptions('lifecycle', ('a',), transition='activate'),
+        ),
+        (
+            '--lifecycle a b --of 12 cleanup',
+            ControlOptions(
+                'lifecycle', ('a', 'b'), '12', transition='cleanup'
+            ),
+        ),
         ('--attach=a --of 12', ControlOptions('attach', ('a',), '12')),
     ],
 )
@@ -79,6 +89,12 @@ def test_launches_are_no_requests(line: str) -> None:
         ('--of 1 --status=text pkg', "--status takes no 'pkg'"),
         ('--status=xml', "no format 'xml'"),
         ('--restart', '--restart needs the NAME'),
+        ('--lifecycle', '--lifecycle needs the NAME .* configure, activate'),
+        ('--lifecycle a', '--lifecycle needs the NAME'),
+        ('--lifecycle activate', '--lifecycle needs the NAME'),
+        ('--lifecycle a activte', "no transition 'activte': .* 'activate'"),
+        ('--lifecycle a b', "no transition 'b': it is one of configure, "),
+        ('--lifecycle a shutdown --stop b', '--stop and --lifecycle exclude'),
         ('--stop a --restart b', '--stop and --restart exclude'),
         ('--stop a --attach b', '--stop and --attach exclude'),
         ('pkg file -f', '-f goes with --logs'),

@@ -128,8 +128,12 @@ def test_launch_reads_its_options(option: Option) -> None:
     """A field of another name would be an unexpected argument."""
     options = options_of('launch')
     words = [written(options[n]) for n in (option.name, *option.needs[:1])]
+    if option.name == '--lifecycle':
+        words.append('activate')
     # these take nothing else to launch
-    if {'--from-plan', '--status'}.isdisjoint((option.name, *option.needs)):
+    if {'--from-plan', '--lifecycle', '--status'}.isdisjoint(
+        (option.name, *option.needs)
+    ):
         words += ['pkg', 'file']
     assert parsed(*words) != parsed('pkg', 'file')
 

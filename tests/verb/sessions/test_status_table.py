@@ -5,6 +5,7 @@
 
 from typing import Any
 
+from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.resource_usage import Usage
@@ -30,10 +31,28 @@ def process(label: str, **more: Any) -> ProcessState:
     return ProcessState(label, **{**values, **more})
 
 
-def launch(*processes: ProcessState) -> LaunchState:
+def component(label: str, **more: Any) -> ComponentState:
+    values: dict[str, Any] = {
+        'phase': 'loaded',
+        'seconds': 12.0,
+        'ending': '',
+        'plugin': 'demo::Talker',
+        'node': f'/{label}',
+        'package': 'demo',
+        'container': '/box',
+        'process': 'box-1',
+        'log': None,
+        'lifecycle': None,
+    }
+    return ComponentState(label, **{**values, **more})
+
+
+def launch(
+    *processes: ProcessState, components: tuple[ComponentState, ...] = ()
+) -> LaunchState:
     return LaunchState(
         *('my_pkg demo.yaml', 'my_pkg', '/ws/demo.yaml', '/ws', 4242, 75.0),
-        *(False, None, processes),
+        *(False, None, processes, components),
     )
 
 
@@ -61,6 +80,36 @@ def test_a_table_of_all_states() -> None:
         '  slow          stopping                       4251'
         '         3 s         0   0.0%   1.0 KiB',
     ]
+
+
+def test_components_stand_below_their_containers() -> None:
+    there = {'container': '/there', 'process': None}
+    reason = 'Failed to find class with the requested plugin name.'
+    state = launch(
+        process('box-1', pid=4250, seconds=14.0),
+        process('camera-2', pid=4251, seconds=3.0, lifecycle='inactive'),
+        process('gone-3', phase='ended', ending='died', lifecycle='unknown'),
+        components=(
+            component('far', phase='waiting', ending='it went', **there),
+            component('talker', lifecycle='active'),
+            component('wrong', phase='failed', ending=reason),
+            component('out', phase='unloaded', ending='its container ended'),
+        ),
+    )
+    lines = table(state, {}, None).splitlines()
+    assert [line.split('  0')[0].rstrip() for line in lines[2:]] == [
+        f'  box-1     running{" " * 57}4250  14 s         0',
+        f'    talker  loaded, active{" " * 56}12 s',
+        f'    wrong   not loaded: {reason}',
+        '    out     unloaded',
+        f'  camera-2  running, inactive{" " * 47}4251   3 s         0',
+        f'  gone-3    died{" " * 76}0',
+        '  /there    not of this launch',
+        '    far     waiting',
+    ]
+    for width in (40, 60, 80):
+        fitting = table(state, {}, width).splitlines()
+        assert max(map(len, fitting)) <= width
 
 
 @pytest.mark.parametrize('width', [40, 70, 80, 100])
