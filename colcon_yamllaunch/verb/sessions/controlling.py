@@ -134,7 +134,7 @@ def _end(chosen: Candidate, parts: Sequence[Part], action: str) -> int:
                 raise
             # of many that a pattern means, some may be as they should be
             failed = True
-            say_line(f'{part.label}: {e}')
+            say_line(f'{chosen.state.title}: {e}')
         else:
             waited.append(part)
     if action == 'restart':

@@ -58,11 +58,10 @@ def choose_lifecycle_nodes(
     known = [p for p in state.parts() if p.lifecycle is not None]
     for found in matches(state, names):
         if found and all(p.lifecycle is None for p in found):
-            labels = listing(p.label for p in known)
             raise UserError(
-                f'{listing(p.label for p in found)} of {state.title} has no '
-                'lifecycle as far as the launch file says; '
-                + (f'{labels} has one' if known else 'no node of it has one')
+                f'{listing(p.label for p in found)} is no lifecycle node, as '
+                f'far as the launch file of {state.title} says; there is '
+                f'{listing(p.label for p in known) or "none"}'
             )
     return [p for p in choose_parts(state, names) if p.lifecycle is not None]
 

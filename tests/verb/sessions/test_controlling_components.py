@@ -1,0 +1,313 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Components and lifecycle nodes of a running launch, by name."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.runtime.control.client import ControlError
+from colcon_yamllaunch.runtime.control.client import LaunchEndedError
+from colcon_yamllaunch.runtime.control.launch_states import ComponentState
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import Part
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.verb.cli.launch_options import ControlOptions
+from colcon_yamllaunch.verb.completion import process_candidates
+from colcon_yamllaunch.verb.sessions import attaching
+from colcon_yamllaunch.verb.sessions import controlling
+from colcon_yamllaunch.verb.sessions import reading_logs
+from colcon_yamllaunch.verb.sessions.selecting import Candidate
+import pytest
+
+
+def process(label: str, **more: Any) -> ProcessState:
+    values: dict[str, Any] = {
+        'phase': 'running',
+        'pid': 7,
+        'seconds': 1.0,
+        'restarts': 0,
+        'ending': '',
+        'executable': label.rstrip('-0123456789'),
+        'node': None,
+        'package': None,
+        'log': f'/log/{label}',
+        'terminal': False,
+    }
+    return ProcessState(label, **{**values, **more})
+
+
+def component(label: str, **more: Any) -> ComponentState:
+    values: dict[str, Any] = {
+        'phase': 'loaded',
+        'seconds': 1.0,
+        'ending': '',
+        'plugin': 'demo::Talker',
+        'node': f'/ns/{label}',
+        'package': 'demo',
+        'container': '/box',
+        'process': 'box-1',
+        'log': '/log/box-1',
+        'lifecycle': None,
+    }
+    return ComponentState(label, **{**values, **more})
+
+
+#: `/far` is a container of somebody else.
+LAUNCH = LaunchState(
+    *('demo', None, '/demo.yaml', '/', 3, 9.0, False, '/log'),
+    (
+        process('box-1', node='/box'),
+        process('camera-2', node='/ns/camera', lifecycle='unconfigured'),
+    ),
+    (
+        component('talker'),
+        component('mapper', lifecycle='inactive', plugin='demo::Mapper'),
+        component('remote', container='/far', process=None, log=None),
+    ),
+)
+
+
+class FakeLaunch:
+    """A running launch that does what it is asked at once, if it may."""
+
+    def __init__(self) -> None:
+        self.state = LAUNCH
+        self.requests: list[tuple[str, ...]] = []
+        self.refused: dict[str, str] = {}
+        self.after: dict[str, dict[str, Any]] = {}
+
+    def request(
+        self,
+        name: str,
+        waiting: Callable[[], None] | None = None,
+        **more: str,
+    ) -> None:
+        self.requests.append((name, *more.values()))
+        label = more['process']
+        if waiting is not None:
+            waiting()
+        if label in self.refused:
+            raise ControlError(self.refused[label])
+        self.state = replace(
+            self.state,
+            processes=tuple(map(self._changed, self.state.processes)),
+            components=tuple(map(self._changed, self.state.components)),
+        )
+
+    def status(self) -> LaunchState:
+        return self.state
+
+    def _changed(self, part: Any) -> Any:
+        return replace(part, **self.after.get(part.label, {}))
+
+
+@pytest.fixture
+def running(monkeypatch: pytest.MonkeyPatch) -> FakeLaunch:
+    """Return the one launch that runs."""
+    launch = FakeLaunch()
+
+    def find(*_: object) -> list[Candidate]:
+        return [Candidate(launch, launch.state)]  # type: ignore[arg-type]
+
+    monkeypatch.setattr(controlling, 'find_launches', find)
+    monkeypatch.setattr(
+        process_candidates, '_running', lambda _: [launch.state]
+    )
+    return launch
+
+
+def ask(action: str, *names: str, **more: Any) -> int:
+    return controlling.control(ControlOptions(action, names, **more), {})
+
+
+@pytest.mark.parametrize(
+    ('name', 'meant'),
+    [
+        ('talker', ['talker']),
+        ('/ns/talker', ['talker']),
+        ('demo::Mapper', ['mapper']),
+        ('demo::*', ['talker', 'mapper', 'remote']),
+        ('/ns', ['talker', 'mapper', 'camera-2', 'remote']),
+        ('box', ['box-1']),
+        # a container takes its components with it
+        ('*', ['box-1', 'camera-2', 'remote']),
+    ],
+)
+def test_names_of_components(
+    running: FakeLaunch, name: str, meant: list[str]
+) -> None:
+    for label in ('talker', 'mapper', 'remote'):
+        running.after[label] = {'phase': 'unloaded'}
+    running.after['camera-2'] = {'phase': 'ended', 'ending': 'stopped'}
+    ask('stop', name)
+    assert running.requests == [('stop', label) for label in meant]
+
+
+def test_an_unknown_component_names_the_nearest(running: FakeLaunch) -> None:
+    with pytest.raises(UserError) as error:
+        ask('stop', 'taker')
+    assert str(error.value) == (
+        "demo has no process or component 'taker': did you mean 'talker'?"
+    )
+    assert not running.requests
+
+
+def test_a_component_is_unloaded_and_loaded_anew(
+    running: FakeLaunch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    running.after['talker'] = {'phase': 'unloaded'}
+    assert ask('stop', 'talker') == 0
+    running.after['talker'] = {'phase': 'loaded'}
+    running.after['remote'] = {'phase': 'failed', 'ending': 'no such class'}
+    assert ask('restart', 'talker', 'remote') == 1
+    assert capsys.readouterr().err.splitlines() == [
+        'talker: unloaded',
+        'talker: loaded anew into box-1',
+        'remote: could not be loaded: no such class',
+    ]
+
+
+def test_what_cannot_be_unloaded_is_said(
+    running: FakeLaunch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    reason = 'could not be unloaded: busy'
+    running.after['talker'] = {'ending': reason}
+    assert ask('stop', 'talker') == 1
+    assert ask('restart', 'talker') == 1
+    assert capsys.readouterr().err == f'talker: {reason}\n' * 2
+
+
+def test_one_that_is_refused_does_not_keep_others_from_it(
+    running: FakeLaunch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    running.refused['talker'] = 'talker is not loaded'
+    running.after['mapper'] = {'phase': 'unloaded'}
+    assert ask('stop', 'talker', 'mapper') == 1
+    assert capsys.readouterr().err.splitlines() == [
+        'demo: talker is not loaded',
+        'mapper: unloaded',
+    ]
+    with pytest.raises(UserError, match='demo: talker is not loaded'):
+        ask('stop', 'talker')
+
+
+def test_a_container_brings_its_components_back(
+    running: FakeLaunch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    running.after['box-1'] = {'pid': 8}
+    running.after['mapper'] = {'phase': 'failed', 'ending': 'no map'}
+    assert ask('restart', 'box') == 1
+    assert running.requests == [('restart', 'box-1')]
+    assert capsys.readouterr().err.splitlines() == [
+        'box-1: started anew, pid 8',
+        'talker: loaded anew into box-1',
+        'mapper: could not be loaded: no map',
+    ]
+
+
+def test_logs_of_a_component_are_its_containers(
+    running: FakeLaunch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown: list[str | None] = []
+
+    def show(_: object, parts: list[Part], **__: object) -> int:
+        shown.extend(p.label for p in parts)
+        return 0
+
+    monkeypatch.setattr(reading_logs, 'show_logs', show)
+    ask('logs', 'talker', 'mapper')
+    ask('logs', '/ns/mapper', 'camera')
+    ask('logs')
+    assert shown == ['box-1', *('box-1', 'camera-2') * 2]
+    with pytest.raises(UserError) as error:
+        ask('logs', 'remote')
+    assert str(error.value) == (
+        'remote is in /far, which is no container of demo'
+    )
+    assert not running.requests
+
+
+def test_a_component_has_no_keyboard(running: FakeLaunch) -> None:
+    with pytest.raises(UserError, match='its container box-1'):
+        attaching.attach(
+            Candidate(running, LAUNCH),  # type: ignore[arg-type]
+            LAUNCH.components[:1],
+        )
+
+
+def test_a_transition_says_the_new_state(
+    running: FakeLaunch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ask('lifecycle', 'mapper', transition='activate') == 0
+    assert running.requests == [('change_state', 'mapper', 'activate')]
+    assert capsys.readouterr().err.splitlines() == [
+        'waiting for mapper',
+        'mapper: active',
+    ]
+    # what has no lifecycle is not meant by a pattern
+    running.requests.clear()
+    assert ask('lifecycle', '*', '/ns', transition='shutdown') == 0
+    assert [request[1] for request in running.requests] == [
+        'mapper',
+        'camera-2',
+    ]
+
+
+def test_a_transition_that_fails_says_what_is_possible(
+    running: FakeLaunch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    running.refused = {'mapper': 'no map', 'camera-2': 'it has no such'}
+    assert ask('lifecycle', 'mapper', 'camera', transition='activate') == 1
+    shown = capsys.readouterr().err.splitlines()
+    assert 'mapper: activate failed: no map' in shown
+    assert shown[-1] == (
+        'camera-2: activate failed: it has no such; it is unconfigured, and '
+        'could configure or shutdown'
+    )
+
+
+def test_what_has_no_lifecycle_is_refused(running: FakeLaunch) -> None:
+    with pytest.raises(UserError) as error:
+        ask('lifecycle', 'talker', transition='activate')
+    assert str(error.value) == (
+        'talker is no lifecycle node, as far as the launch file of demo '
+        'says; there is camera-2, mapper'
+    )
+    with pytest.raises(UserError, match="'mappr': did you mean 'mapper'"):
+        ask('lifecycle', 'mappr', transition='activate')
+    assert not running.requests
+
+
+def test_completion_offers_components(running: FakeLaunch) -> None:
+    assert set(process_candidates.parts({}, None, '')) == {
+        *('box', 'camera', 'mapper', 'remote', 'talker'),
+    }
+    full = process_candidates.parts({}, None, '/ns/t')
+    assert {'/ns/talker', '/ns'} <= set(full)
+    only = process_candidates.has_lifecycle
+    assert process_candidates.parts({}, None, '', only) == {
+        'camera': 'running, unconfigured in demo',
+        'mapper': 'loaded, inactive in demo',
+    }
+    offered = process_candidates.transitions({}, None, ['mapper'])
+    assert list(offered) == ['activate', 'cleanup', 'shutdown']
+    assert not process_candidates.transitions({}, None, ['talker'])
+    running.state = replace(
+        LAUNCH, components=(component('mapper', lifecycle='unknown'),)
+    )
+    assert len(process_candidates.transitions({}, None, ['mapper'])) == 5
+
+
+def test_the_launch_may_end_meanwhile(
+    running: FakeLaunch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def end(*_: object, **__: object) -> None:
+        raise LaunchEndedError
+
+    monkeypatch.setattr(running, 'request', end)
+    for action, more in (('lifecycle', 'shutdown'), ('stop', '')):
+        with pytest.raises(UserError, match='demo: the launch has ended'):
+            ask(action, 'mapper', transition=more)
