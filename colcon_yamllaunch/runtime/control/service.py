@@ -10,10 +10,8 @@ import os
 from pathlib import Path
 from typing import Any
 from typing import Protocol
+from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.runtime.components.component_task import ComponentTask
-from colcon_yamllaunch.runtime.components.lifecycle_task import LifecycleTask
-from colcon_yamllaunch.runtime.components.transitions import TRANSITIONS
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
@@ -26,6 +24,13 @@ from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.core.tasks import Task
 from colcon_yamllaunch.runtime.course.engine import Engine
+
+if TYPE_CHECKING:
+    # most launches have no components
+    from colcon_yamllaunch.runtime.components.component_task import (
+        ComponentTask,
+    )
+    from colcon_yamllaunch.runtime.components.composition import Composition
 
 #: Takes the answer to a request.
 Reply = Callable[[Mapping[str, Any]], None]
@@ -59,10 +64,9 @@ class Service:
         self._about = about
         self._engine = engine
         self._supervisor = engine.supervisor
-        self._composition = engine.composition
-        self._lifecycles = {
-            task.label: task for task in engine.composition.lifecycle_tasks
-        }
+        self._composition = composition = engine.composition
+        nodes = [] if composition is None else composition.lifecycle_tasks
+        self._lifecycles = {task.label: task for task in nodes}
         self._terminals = engine.terminals
         self._log_folder = log_folder
         self._log_files = log_files
@@ -131,9 +135,7 @@ class Service:
             if self._log_folder is None
             else str(self._log_folder),
             processes=tuple(map(self._state, self._supervisor.tasks)),
-            components=tuple(
-                map(self._component_state, self._composition.tasks)
-            ),
+            components=self._components(),
         )
 
     def type(self, label: str, keys: bytes) -> None:
@@ -157,22 +159,38 @@ class Service:
         )
 
     def _stop(self, label: str) -> None:
-        if self._component(label) is None:
+        loader = self._loader_of(label)
+        if loader is None:
             self._supervisor.stop_process(label)
         else:
-            self._composition.unload(label)
+            loader.unload(label)
 
     def _restart(self, label: str) -> None:
-        if self._component(label) is None:
+        loader = self._loader_of(label)
+        if loader is None:
             self._supervisor.restart_process(label)
         else:
-            self._composition.reload(label)
+            loader.reload(label)
+
+    def _loader_of(self, label: str) -> 'Composition | None':
+        """Return what loads a component; None for a process."""
+        composition = self._composition
+        if composition is None:
+            return None
+        is_component = any(t.label == label for t in composition.tasks)
+        return composition if is_component else None
 
     def _change_state(self, message: Mapping[str, Any], reply: Reply) -> None:
-        transition = message.get('transition')
+        from colcon_yamllaunch.runtime.components.transitions import (
+            TRANSITIONS,
+        )
+
+        label, transition = _label(message), str(message.get('transition'))
         if transition not in TRANSITIONS:
             known = ', '.join(TRANSITIONS)
             raise ProtocolError(f"the 'transition' is one of {known}")
+        if self._composition is None:
+            raise RefusedError(f"there is no lifecycle node '{label}'")
 
         def tell(reason: str | None) -> None:
             """Answer once the node has done it (None), or has not."""
@@ -182,11 +200,7 @@ class Service:
                 else protocol.failure(reason)
             )
 
-        self._composition.change_state(_label(message), transition, tell)
-
-    def _component(self, label: str) -> ComponentTask | None:
-        tasks = self._composition.tasks
-        return next((t for t in tasks if t.label == label), None)
+        self._composition.change_state(label, transition, tell)
 
     def _group_of(self, label: str) -> int | None:
         """Return the process group of a process to be attached to."""
@@ -214,18 +228,29 @@ class Service:
             process.package,
             None if log is None else str(log),
             self._terminals.has_keyboard(process.label),
-            _lifecycle(self._lifecycles.get(process.label)),
+            self._lifecycle_of(process.label),
         )
 
-    def _component_state(self, task: ComponentTask) -> ComponentState:
+    def _components(self) -> tuple[ComponentState, ...]:
+        composition = self._composition
+        if composition is None:
+            return ()
+        return tuple(
+            self._component_state(composition, task)
+            for task in composition.tasks
+        )
+
+    def _component_state(
+        self, composition: 'Composition', task: 'ComponentTask'
+    ) -> ComponentState:
         component = task.component
-        container = self._composition.container_process(task)
+        container = composition.container_process(task)
         process = None if container is None else container.label
         log = None if process is None else self._log_files.get(process)
         return ComponentState(
             component.label,
             task.phase,
-            round(self._composition.seconds(task), 3),
+            round(composition.seconds(task), 3),
             task.ending,
             component.plugin,
             task.full_name or component.node_name,
@@ -233,12 +258,12 @@ class Service:
             component.container,
             process,
             None if log is None else str(log),
-            _lifecycle(task.lifecycle),
+            self._lifecycle_of(component.label),
         )
 
-
-def _lifecycle(task: LifecycleTask | None) -> str | None:
-    return None if task is None else task.state or UNKNOWN
+    def _lifecycle_of(self, label: str) -> str | None:
+        task = self._lifecycles.get(label)
+        return None if task is None else task.state or UNKNOWN
 
 
 def _name(message: Mapping[str, Any]) -> str:
