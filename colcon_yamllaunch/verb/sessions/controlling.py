@@ -122,21 +122,23 @@ def _without_contents(parts: Sequence[Part]) -> list[Part]:
 
 def _end(chosen: Candidate, parts: Sequence[Part], action: str) -> int:
     """Stop processes and components, or start them anew."""
-    failed = False
     waited = []
+    refusals = []
     for part in parts:
         try:
             chosen.launch.request(action, process=part.label)
         except LaunchEndedError:
             raise
         except ControlError as e:
-            if len(parts) == 1:
-                raise
-            # of many that a pattern means, some may be as they should be
-            failed = True
-            say_line(f'{chosen.state.title}: {e}')
+            refusals.append(e)
         else:
             waited.append(part)
+    if refusals and not waited:
+        raise refusals[0]
+    # of many that a pattern means, some may be as they should be
+    for refusal in refusals:
+        say_line(f'{chosen.state.title}: {refusal}')
+    failed = bool(refusals)
     if action == 'restart':
         waited += _contents(chosen, waited)
     for part in waited:

@@ -286,7 +286,7 @@ def test_completion_offers_components(running: FakeLaunch) -> None:
         *('box', 'camera', 'mapper', 'remote', 'talker'),
     }
     full = process_candidates.parts({}, None, '/ns/t')
-    assert {'/ns/talker', '/ns'} <= set(full)
+    assert '/ns/talker' in full
     only = process_candidates.has_lifecycle
     assert process_candidates.parts({}, None, '', only) == {
         'camera': 'running, unconfigured in demo',
