@@ -59,8 +59,8 @@ def choose_lifecycle_nodes(
     for found in matches(state, names):
         if found and all(p.lifecycle is None for p in found):
             raise UserError(
-                f'{listing(p.label for p in found)} is no lifecycle node, as '
-                f'far as the launch file of {state.title} says; there is '
+                f'{listing(p.label for p in found)} of {state.title} is no '
+                'lifecycle_node or composable_lifecycle_node; there is '
                 f'{listing(p.label for p in known) or "none"}'
             )
     return [p for p in choose_parts(state, names) if p.lifecycle is not None]
@@ -82,5 +82,5 @@ def _change(chosen: Candidate, label: str, transition: str) -> str | None:
         possible = transitions_of(states.get(label))
         if not possible or transition in possible:
             return str(e)
-        return f'{e}; it is {states[label]}, and could {" or ".join(possible)}'
+        return f'{e}; it could {" or ".join(possible)}'
     return None

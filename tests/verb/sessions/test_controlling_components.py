@@ -264,8 +264,8 @@ def test_a_transition_that_fails_says_what_is_possible(
     shown = capsys.readouterr().err.splitlines()
     assert 'mapper: activate failed: no map' in shown
     assert shown[-1] == (
-        'camera-2: activate failed: it has no such; it is unconfigured, and '
-        'could configure or shutdown'
+        'camera-2: activate failed: it has no such; it could configure or '
+        'shutdown'
     )
 
 
@@ -273,8 +273,8 @@ def test_what_has_no_lifecycle_is_refused(running: FakeLaunch) -> None:
     with pytest.raises(UserError) as error:
         ask('lifecycle', 'talker', transition='activate')
     assert str(error.value) == (
-        'talker is no lifecycle node, as far as the launch file of demo '
-        'says; there is camera-2, mapper'
+        'talker of demo is no lifecycle_node or composable_lifecycle_node; '
+        'there is camera-2, mapper'
     )
     with pytest.raises(UserError, match="'mappr': did you mean 'mapper'"):
         ask('lifecycle', 'mappr', transition='activate')
