@@ -92,9 +92,11 @@ def transitions(
     """
     Return the transitions that the states of lifecycle nodes have.
 
-    :param names: The nodes that are meant
+    :param names: The words in front: the nodes that are meant
     """
-    texts = {}
+    texts: dict[str, str] = {}
+    if not TRANSITIONS.keys().isdisjoint(names):
+        return texts
     for state in _chosen(environment, launch):
         for part in filter(has_lifecycle, chain(*matches(state, names))):
             for name in transitions_of(part.lifecycle) or TRANSITIONS:

@@ -172,9 +172,13 @@ def _outcome(now: Part | None, action: str) -> tuple[str, bool]:
         return now.ending, not is_restart
     if now.phase == 'failed':
         return f'could not be loaded: {now.ending}', False
-    if is_restart and now.phase == 'loaded' and not now.ending:
+    if now.phase == 'waiting':
+        return f'waits for the container {now.container}', False
+    if now.phase == 'unloaded':
+        return 'unloaded', not is_restart
+    if is_restart and not now.ending:
         return f'loaded anew into {now.process or now.container}', True
-    return now.ending or now.phase, now.phase == 'unloaded' and not is_restart
+    return now.ending or now.phase, False
 
 
 def _wait_for(chosen: Candidate, part: Part) -> Part | None:

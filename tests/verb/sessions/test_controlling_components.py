@@ -294,7 +294,8 @@ def test_completion_offers_components(running: FakeLaunch) -> None:
     }
     offered = process_candidates.transitions({}, None, ['mapper'])
     assert list(offered) == ['activate', 'cleanup', 'shutdown']
-    assert not process_candidates.transitions({}, None, ['talker'])
+    for words in (['talker'], ['mapper', 'activate']):
+        assert not process_candidates.transitions({}, None, words)
     running.state = replace(
         LAUNCH, components=(component('mapper', lifecycle='unknown'),)
     )
