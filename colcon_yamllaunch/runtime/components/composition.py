@@ -115,7 +115,7 @@ class Composition:
         Have a lifecycle node make a transition.
 
         :param name: The label of its process or component, or its full name
-        :param transition: One of :data:`.lifecycles.TRANSITIONS`
+        :param transition: One of :data:`.transitions.TRANSITIONS`
         :param reply: Is called once, with None when it is made, or else with
           the reason why it is not
         :raises RefusedError: when it cannot be asked for now

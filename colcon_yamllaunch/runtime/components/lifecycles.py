@@ -14,21 +14,13 @@ from colcon_yamllaunch.runtime.components.client_requests import has_ended
 from colcon_yamllaunch.runtime.components.client_requests import Requests
 from colcon_yamllaunch.runtime.components.lifecycle_task import LifecycleTask
 from colcon_yamllaunch.runtime.components.patience import Patience
+from colcon_yamllaunch.runtime.components.transitions import TRANSITIONS
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 
 #: Is called with None for success, else with the reason of the failure.
 Reply = Callable[[str | None], None]
 
-#: The transitions that may be asked for, and the states that they lead to
-#: (https://design.ros2.org/articles/node_lifecycle.html).
-TRANSITIONS = {
-    'configure': 'inactive',
-    'activate': 'active',
-    'deactivate': 'inactive',
-    'cleanup': 'unconfigured',
-    'shutdown': 'finalized',
-}
 # what leads from a state to a goal
 _STEPS = {
     ('unconfigured', 'active'): 'configure',
@@ -268,7 +260,7 @@ class Lifecycles:
         if answer.get('ok'):
             # the event may come later
             is_wish = reply is not None
-            task.reached(TRANSITIONS[transition], is_wish=is_wish)
+            task.reached(TRANSITIONS[transition].goal, is_wish=is_wish)
             self._drive(task)
             if reply is not None:
                 reply(None)
