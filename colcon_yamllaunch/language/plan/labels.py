@@ -67,12 +67,16 @@ def labels_of(
 
 
 def with_labels(plan: Plan) -> Plan:
-    """Return a plan whose processes are labelled by their nodes."""
+    """
+    Return a plan whose processes are labelled by their nodes.
+
+    Components have their labels, which are names of nodes, too.
+    """
     processes = list(plan.processes())
     things = [Unlabelled(p.ros_name, p.node_name) for p in processes]
-    labels = dict(
-        zip((p.label for p in processes), labels_of(things), strict=True)
-    )
+    taken = [component.label for component in plan.components()]
+    wished = labels_of(things, taken)
+    labels = dict(zip((p.label for p in processes), wished, strict=True))
     return replace(plan, entries=_labelled(plan.entries, labels))
 
 

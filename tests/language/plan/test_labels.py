@@ -9,6 +9,7 @@ from colcon_yamllaunch.language.plan.labels import labels_of
 from colcon_yamllaunch.language.plan.labels import RESERVED
 from colcon_yamllaunch.language.plan.labels import Unlabelled
 from colcon_yamllaunch.language.plan.labels import with_labels
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Timer
@@ -99,3 +100,12 @@ def test_nothing_but_labels_changes() -> None:
     labelled = with_labels(Plan((late, a)))
     assert labelled == Plan((late, replace(a, label='one')))
     assert with_labels(Plan()) == Plan()
+
+
+def test_a_component_keeps_its_label() -> None:
+    position = Position('/demo.yaml', 1, 1)
+    talker = Process('a.py-1', (), '/', position, node_name='/talker')
+    component = Component('talker', 'demo', 'demo::T', '/box', position)
+    plan = with_labels(Plan((talker, component)))
+    assert [p.label for p in plan.processes()] == ['a.py-1']
+    assert [c.label for c in plan.components()] == ['talker']

@@ -87,7 +87,7 @@ def controlled(launch, wait_until):
 @pytest.fixture(scope='module')
 def shared(launch_type, tmp_path_factory, wait_until):
     folder = tmp_path_factory.mktemp('shared')
-    entries = [{'label': 'a', 'argv': ['sleep', '99']}]
+    entries = [{'label': 'a', 'argv': ['sleep', '9999']}]
     one = launch_type(folder / 'launch', entries, about=ABOUT)
     made = Controlled(one, wait_until)
     yield made
