@@ -31,6 +31,7 @@ from colcon_yamllaunch.runtime.course.engine import no_guard
 from colcon_yamllaunch.runtime.course.engine import Settings
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.process.descriptors import keep_to_ourselves
+from colcon_yamllaunch.runtime.process.line_buffering import LineBuffering
 from colcon_yamllaunch.runtime.process.own_files import Place
 from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.process.spawn import Spawn
@@ -121,6 +122,7 @@ def run_plan(
         # before the guard, which is a child, too
         adoption = Adoption()
         stack.callback(adoption.end)
+        buffering = LineBuffering(environment.get('PATH', os.defpath))
         settings = Settings(
             new_identity(),
             environment,
@@ -128,7 +130,7 @@ def run_plan(
             clock,
             spawn,
             adoption,
-            None if log_folder is None else log_folder / CLIENT_LOG,
+            buffering,
         )
         troubles: list[str] = []
         processes = tuple(plan.processes())
@@ -166,7 +168,9 @@ def run_plan(
             # few launches fail
             from colcon_yamllaunch.runtime.record import failure_advice
 
-            advisor = failure_advice.Advisor(environment, owner_of)
+            advisor = failure_advice.Advisor(
+                environment, owner_of, buffering.holds_back
+            )
             return advisor.advise(event, tail)
 
         failures = Failures(log_files, advise)

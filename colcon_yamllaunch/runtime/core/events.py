@@ -203,6 +203,28 @@ class Suspended(Event):
 
 
 @dataclass(frozen=True, slots=True)
+class Silent(Event):
+    """
+    A process in C++ has written no line so far, and may hold lines back.
+
+    :param seconds: For how long
+    """
+
+    process: Process
+    seconds: float
+
+    def lines(self) -> tuple[str, ...]:
+        return (
+            f'{self.process.label}: no output for {self.seconds:g} s; if it '
+            'prints something, it holds that back as it writes to no '
+            'terminal: --tty, or emulate_tty: true in the launch file',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return _record('silent', self.process, seconds=self.seconds)
+
+
+@dataclass(frozen=True, slots=True)
 class Respawned(Event):
     """
     A process that ended is started once more; `Started` follows.

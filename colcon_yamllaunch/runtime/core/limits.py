@@ -77,6 +77,9 @@ LONGEST_PAUSE = 5.0
 #: How many times as long as a search for what processes left running the
 #: launcher does without another one, when processes are respawned often.
 SEARCH_PAUSE = 10
+#: Seconds of silence after which a process is told of that may hold back
+#: what it writes.
+SILENCE = 10.0
 #: Seconds between two lines about what is still being waited for.
 PROGRESS_INTERVAL = 1.0
 #: Seconds in which a repeated signal is the same one; `timeout` sends its

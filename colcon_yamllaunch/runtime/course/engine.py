@@ -36,6 +36,8 @@ from colcon_yamllaunch.runtime.process.cgroup import LaunchCgroup
 from colcon_yamllaunch.runtime.process.children import ended_children
 from colcon_yamllaunch.runtime.process.children import suspended_children
 from colcon_yamllaunch.runtime.process.descriptors import DescriptorLimit
+from colcon_yamllaunch.runtime.process.line_buffering import LineBuffering
+from colcon_yamllaunch.runtime.process.line_buffering import SilenceWatch
 from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.process.spawn import Spawn
 from colcon_yamllaunch.runtime.process.spawn import spawn_process
@@ -81,8 +83,7 @@ class Settings:
     :param clock: Returns seconds that never go back
     :param spawn: Starts a program as :func:`os.posix_spawn` does
     :param adoption: The children that others started
-    :param client_log: The file for what the process that speaks with ROS
-      writes to standard error, if the launch needs one, or None
+    :param buffering: What lets programs show a line when it ends
     """
 
     identity: str
@@ -91,7 +92,7 @@ class Settings:
     clock: Callable[[], float]
     spawn: Spawn
     adoption: Adoption
-    client_log: Path | None = None
+    buffering: LineBuffering
 
 
 class Engine:
@@ -134,10 +135,13 @@ class Engine:
         self._relay = Relay(self.watches, writer.accepts, record, self.tell)
         #: The keyboards of processes.
         self.terminals = Terminals(self.watches, self._relay)
-        self._listeners = [*listeners, self.terminals.handle]
-        self._ros = self._ros_link(plan) if plan.needs_ros else None
-        #: The course of what happens in ROS, if anything is to.
-        self.composition = None if self._ros is None else self._ros.composition
+        is_cpp = settings.buffering.is_cpp
+        self._silence = SilenceWatch(is_cpp, settings.clock)
+        self._listeners = [
+            *listeners,
+            self.terminals.handle,
+            self._silence.handle,
+        ]
         #: The course of the launch.
         self.supervisor = Supervisor(
             plan, self, settings.clock, self.composition
@@ -328,6 +332,8 @@ class Engine:
         streams: tuple[int, int, int],
     ) -> int:
         environment[LAUNCH_ID_VARIABLE] = f'{self._settings.identity}.{number}'
+        buffering = self._settings.buffering
+        environment |= buffering.variables(process, argv, environment)
         with self._cgroup.entered(number):
             return spawn_process(
                 argv,
@@ -412,15 +418,15 @@ class Engine:
         reason = self._conditions.reason_to_stop()
         if reason is not None:
             self.supervisor.stop(reason)
+        silent = self._silence.overdue()
+        if silent is not None:
+            self.tell(silent)
 
     def _seconds_to_wait(self) -> float | None:
         wait = self.supervisor.seconds_to_wait()
-        if self._ros is not None:
-            left_of_it = self._ros.seconds_to_wait()
-            if left_of_it is not None:
-                wait = left_of_it if wait is None else min(wait, left_of_it)
-        due = self._conditions.due()
-        if due is not None:
+        for due in (self._conditions.due(), self._silence.due()):
+            if due is None:
+                continue
             left = max(0.0, due - self._settings.clock())
             wait = left if wait is None else min(wait, left)
         # nobody reports that we adopted a process

@@ -3,6 +3,7 @@
 
 """What to do about a process that failed, where its last words tell."""
 
+from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -12,7 +13,11 @@ import re
 import signal
 import sys
 
+from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.process.line_buffering import (
+    LINE_BUFFERED_VARIABLE,
+)
 from colcon_yamllaunch.runtime.process.spawn import find_program
 from colcon_yamllaunch.runtime.process.spawn import interpreter_of
 from colcon_yamllaunch.runtime.process.spawn import StartError
@@ -25,6 +30,8 @@ _MISSING_MODULE = re.compile(
 _KEYBOARD = re.compile(
     r'^EOFError: EOF when reading a line|^termios\.error: .*ioctl'
 )
+# AddressSanitizer, where another library was loaded before
+_NOT_FIRST = 'runtime does not come first in initial library list'
 _CRASHES = frozenset(
     (signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT, signal.SIGFPE)
 )
@@ -36,13 +43,19 @@ class Advisor:
 
     :param environment: That of the processes, for its `PATH`
     :param owner_of: See :data:`OwnerOf`
+    :param holds_back: Tells whether a process may have held lines back, which
+      went with it
     """
 
     def __init__(
-        self, environment: Mapping[str, str], owner_of: OwnerOf
+        self,
+        environment: Mapping[str, str],
+        owner_of: OwnerOf,
+        holds_back: Callable[[Process], bool] = lambda _process: False,
     ) -> None:
         self._path = environment.get('PATH', os.defpath)
         self._owner_of = owner_of
+        self._holds_back = holds_back
 
     def advise(self, event: Exited, tail: Sequence[str]) -> str | None:
         """
@@ -51,9 +64,16 @@ class Advisor:
         :param tail: The last lines that the process wrote
         """
         process = event.process
+        program = _program_of(process)
         if event.outcome.signal in _CRASHES:
-            return self._debugger(str(process.argv[0]), process.label)
+            advice = self._debugger(program, process.label)
+            if not self._holds_back(process):
+                return advice
+            lost = 'what it printed last may be lost, which --tty prevents'
+            return f'{lost}; {advice}' if advice else lost
         for line in reversed(tail):
+            if _NOT_FIRST in line:
+                return f'let it start with {LINE_BUFFERED_VARIABLE}=0'
             if _KEYBOARD.match(line):
                 return (
                     'it reads the keyboard, which it gets by '
@@ -68,7 +88,7 @@ class Advisor:
                         f'add <exec_depend>{owner}</exec_depend> to the '
                         f'package.xml of {process.package}'
                     )
-                return self._missing_module(str(process.argv[0]), missing[1])
+                return self._missing_module(program, missing[1])
         return None
 
     def _debugger(self, program: str, label: str) -> str | None:
@@ -106,6 +126,16 @@ class Advisor:
             if os.access(candidate, os.X_OK):
                 yield candidate
         yield sys.executable
+
+
+def _program_of(process: Process) -> str:
+    """Return the program of a node, which may stand behind a prefix."""
+    argv = [argument for argument in process.argv if isinstance(argument, str)]
+    for argument in argv:
+        folder = os.path.basename(os.path.dirname(argument))
+        if folder and folder == process.package:
+            return argument
+    return argv[0]
 
 
 def _has_module(interpreter: str, module: str) -> bool:

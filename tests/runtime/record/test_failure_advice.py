@@ -87,3 +87,30 @@ def test_a_crash_is_for_the_debugger(advice, machine, program):
     assert text.endswith(f'--launch-prefix-filter {program}')
     assert '--attach node.py-1' in text
     assert advice(program=program, signal=int(signal.SIGKILL)) is None
+
+
+def test_a_program_behind_a_prefix_is_the_one_to_look_at(machine, process):
+    (machine / 'lib/cpp').mkdir(parents=True)
+    program = machine / 'lib/cpp/driver'
+    (machine / 'driver').rename(program)
+    advisor = Advisor({'PATH': '/usr/bin'}, lambda _module, _user: None)
+    node = process('a', 'nice', '-n', '1', str(program), package='cpp')
+    outcome = Outcome(signal=int(signal.SIGSEGV))
+    event = Exited(node, 9, outcome, 1.0, False, True)
+    text = advisor.advise(event, ())
+    assert text.endswith('--launch-prefix-filter driver')
+
+
+def test_what_a_crash_may_have_lost(machine, process):
+    advisor = Advisor({}, lambda _module, _user: None, lambda _process: True)
+    node = process('a', f'{machine}/driver')
+    outcome = Outcome(signal=int(signal.SIGSEGV))
+    event = Exited(node, 9, outcome, 1.0, False, True)
+    assert '--tty prevents; to see where: ' in advisor.advise(event, ())
+
+
+def test_a_sanitizer_that_wants_to_be_first(advice):
+    text = advice(
+        '==7==ASan runtime does not come first in initial library list; you'
+    )
+    assert text == 'let it start with COLCON_LAUNCH_LINE_BUFFERED=0'

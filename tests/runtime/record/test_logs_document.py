@@ -51,6 +51,7 @@ def records(process, tmp_path):
         events.Respawned(talker, 1),
         events.Suspended(talker, 4711, 20),
         events.Suspended(talker, 4711, None),
+        events.Silent(talker, 10.0),
         events.Requested(talker, 'restart'),
         events.Attached(talker),
         events.Detached(talker),
