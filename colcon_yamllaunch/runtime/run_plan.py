@@ -37,7 +37,7 @@ from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.runtime.process.spawn import Spawn
 from colcon_yamllaunch.runtime.record.failures import Failures
 from colcon_yamllaunch.runtime.record.failures import OwnerOf
-from colcon_yamllaunch.runtime.record.launch_logs import CLIENT_LOG
+from colcon_yamllaunch.runtime.record.failures import ParametersOf
 from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
 from colcon_yamllaunch.runtime.record.launch_logs import Logs
 from colcon_yamllaunch.runtime.record.launch_logs import Store
@@ -72,6 +72,7 @@ def run_plan(
     about: About | None = None,
     attach: str | None = None,
     owner_of: OwnerOf = lambda _module, _package: None,
+    parameters_of: ParametersOf = lambda process: process.parameters,
 ) -> int:
     """
     Run a plan to its end, and return the exit code.
@@ -105,8 +106,7 @@ def run_plan(
     :param attach: The label of a process that the keyboard, which is standard
       input, is connected to; it must have a terminal
     :param owner_of: Tells which package has a Python module that is missing
-    :raises UserError: before anything is started, when the environment lacks
-      what the plan needs
+    :param parameters_of: Tells which parameters a process is given, and where
     :raises OutputError: at the end, when output could not be shown; not when
       nobody reads it any more
     """
@@ -169,7 +169,7 @@ def run_plan(
             from colcon_yamllaunch.runtime.record import failure_advice
 
             advisor = failure_advice.Advisor(
-                environment, owner_of, buffering.holds_back
+                environment, owner_of, buffering.holds_back, parameters_of
             )
             return advisor.advise(event, tail)
 

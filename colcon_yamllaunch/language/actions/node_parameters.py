@@ -214,7 +214,72 @@ def nested_parameters(
         return
     kind = entry.plain('type') if 'type' in entry.item.texts else None
     what = f"parameter '{name}' of node '{node}': "
-    value, origins = parameter_value(
-        walk, entry.item.values['value'], kind, what=what
-    )
-    yield Parameter(name, value, entry.position, origins)
+    written = entry.item.values['value']
+    value, origins = parameter_value(walk, written, kind, what=what)
+    yield Parameter(name, value, written.position, origins)
+
+
+def similar_file(walk: Walk, written: str) -> str | None:
+    """Return what may be meant by a parameter file that is not there."""
+    similar = walk.packages.similar(walk.absolute(written))
+    return did_you_mean(os.path.basename(written), similar)
+
+
+def _from_file(walk: Walk, entry: Attributes) -> str | ParameterFile | None:
+    text, written = entry.item.texts['from'], entry.text('from')
+    file = None
+    if written is not None:
+        file = walk.parameter_file(os.path.join(walk.cwd, written))
+        if file is None:
+            walk.warn(
+                f"the parameter file '{written}' does not exist; it is "
+                'skipped',
+                text,
+                similar_file(walk, written),
+            )
+    has_substitutions = entry.boolean('allow_substs')
+    if has_substitutions is False:
+        return None if file is None else written
+    if file is None or has_substitutions is None:
+        walk.note_text(None)
+        return None
+    content = _substituted(walk, file, text)
+    return None if content is None else ParameterFile(content)
+
+
+def _substituted(walk: Walk, path: str, origin: Text) -> str | None:
+    content = None
+    with walk.within_text(origin):
+        text = whole_file(path)
+        walk.note_text(text.template)
+        content = walk.value(text).text
+    if content is None:
+        return None
+    try:
+        loaded = load_yaml(content)
+    except UnusableYamlError as e:
+        loaded = None
+        reason = str(e)
+    else:
+        reason = 'it has no mapping of nodes to parameters'
+    if not isinstance(loaded, dict):
+        walk.fail(
+            error(
+                f"the parameter file '{os.path.basename(path)}' is no "
+                f'parameter file once its substitutions are made: {reason}',
+                origin,
+                hint='it is a YAML mapping of nodes to parameters',
+            )
+        )
+    return content
+
+
+def whole_file(path: str) -> Text:
+    """
+    Return the content of a file with substitutions in it.
+
+    :raises LaunchError: when it cannot be read, or one of them is malformed
+    """
+    source = read_source(path, path)
+    end = source.position_at(len(source.text))
+    return Text(Scalar(source, 0, 0, source.text, '', None, (end.line, 0)))

@@ -203,12 +203,9 @@ def inner_namespace(
 
 def _set_parameter(walk: Walk, attributes: Attributes) -> None:
     name = attributes.text('name')
-    value, origins = parameter_value(
-        walk, attributes.item.values['value'], None, infer_text=True
-    )
-    parameter = Parameter(
-        name or ANY_NAME, value, attributes.position, origins
-    )
+    written = attributes.item.values['value']
+    value, origins = parameter_value(walk, written, None, infer_text=True)
+    parameter = Parameter(name or ANY_NAME, value, written.position, origins)
     walk.scope.parameters += (parameter,)
 
 

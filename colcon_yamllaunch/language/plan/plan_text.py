@@ -145,59 +145,10 @@ def process_as_text(process: Process, cwd: str) -> Iterator[str]:
     yield f'{_INDENT}{command(process)}'
     for text in _behaviour(process):
         yield f'{_INDENT}{text}'
-    yield from _settings('parameters', _parameters(process), cwd)
-
-
-def component_as_text(component: Component, cwd: str) -> Iterator[str]:
-    """
-    Describe a component, line by line.
-
-    :param cwd: The folder that paths are shown relative to
-    """
-    facts = [component.label]
-    if component.node_name is not None:
-        facts.append(f'node {component.node_name}')
-    facts.append(f'package {component.package}')
-    facts.append(f'plugin {component.plugin}')
-    facts.append(f'loaded into {component.container}')
-    yield f'{", ".join(facts)}  ({shown_position(component.position, cwd)})'
-    yield f'{_INDENT}{load_command(component)}'
-    if component.is_lifecycle:
-        yield _INDENT + _lifecycle(autostart=component.autostart)
-    yield from _settings('parameters', component.parameters, cwd)
-    arguments = component.extra_arguments
-    yield from _settings('extra arguments', arguments, cwd)
-
-
-def load_command(component: Component) -> str:
-    """Return what loads a component by hand, ready for bash."""
-    words = [component.container, component.package, component.plugin]
-    if component.name:
-        words += ['-n', component.name]
-    if component.namespace:
-        words += ['--node-namespace', component.namespace]
-    for remap in component.remaps:
-        words += ['-r', remap]
-    for parameter in component.parameters:
-        words += ['-p', f'{parameter.name}:={parameter.value}']
-    for argument in component.extra_arguments:
-        words += ['-e', f'{argument.name}:={argument.value}']
-    return ' '.join(['ros2 component load', *map(quoted, words)])
-
-
-def _lifecycle(*, autostart: bool) -> str:
-    if autostart:
-        return 'its node is configured and activated'
-    return 'its node stays unconfigured until somebody changes its state'
-
-
-def _settings(
-    title: str, parameters: Iterable[SetParameter], cwd: str
-) -> Iterator[str]:
-    shown = list(parameters)
-    if shown:
-        yield f'{_INDENT}{title}:'
-    for parameter in shown:
+    parameters = list(parameters_of(process))
+    if parameters:
+        yield f'{_INDENT}parameters:'
+    for parameter in parameters:
         place = shown_position(parameter.position, cwd)
         origins = ''.join(
             f', passed by {shown_position(origin, cwd)}'
@@ -225,7 +176,7 @@ def _behaviour(process: Process) -> Iterator[str]:
         yield _lifecycle(autostart=process.autostart)
 
 
-def _parameters(process: Process) -> Iterator[SetParameter]:
+def parameters_of(process: Process) -> Iterator[SetParameter]:
     """Iterate over all parameters in the order of the command line."""
     given = {f'{p.name}:={p.value}': p for p in process.parameters}
     arguments = zip(process.argv, process.argv[1:], strict=False)

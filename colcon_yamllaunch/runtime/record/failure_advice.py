@@ -22,6 +22,8 @@ from colcon_yamllaunch.runtime.process.spawn import find_program
 from colcon_yamllaunch.runtime.process.spawn import interpreter_of
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.runtime.record.failures import OwnerOf
+from colcon_yamllaunch.runtime.record.failures import ParametersOf
+from colcon_yamllaunch.runtime.record.parameter_advice import parameter_advice
 
 _MISSING_MODULE = re.compile(
     r"^ModuleNotFoundError: No module named '([\w]+)[\w.]*'"
@@ -45,6 +47,7 @@ class Advisor:
     :param owner_of: See :data:`OwnerOf`
     :param holds_back: Tells whether a process may have held lines back, which
       went with it
+    :param parameters_of: See :data:`ParametersOf`
     """
 
     def __init__(
@@ -52,10 +55,12 @@ class Advisor:
         environment: Mapping[str, str],
         owner_of: OwnerOf,
         holds_back: Callable[[Process], bool] = lambda _process: False,
+        parameters_of: ParametersOf = lambda process: process.parameters,
     ) -> None:
         self._path = environment.get('PATH', os.defpath)
         self._owner_of = owner_of
         self._holds_back = holds_back
+        self._parameters_of = parameters_of
 
     def advise(self, event: Exited, tail: Sequence[str]) -> str | None:
         """
@@ -65,6 +70,11 @@ class Advisor:
         """
         process = event.process
         program = _program_of(process)
+        for line in tail:
+            # rclcpp dies of it by SIGABRT
+            advice = parameter_advice(line, self._parameters_of(process))
+            if advice is not None:
+                return advice
         if event.outcome.signal in _CRASHES:
             advice = self._debugger(program, process.label)
             if not self._holds_back(process):

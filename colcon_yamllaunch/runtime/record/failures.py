@@ -4,12 +4,14 @@
 """What failed in a launch, and the closing lines about it."""
 
 from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from pathlib import Path
 
-from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import SetParameter
+from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.output_modes import SHOWN
@@ -25,6 +27,9 @@ Failure = (
 #: Returns the package that has a Python module and that another package does
 #: not declare, or None; it gets the module and that other package.
 OwnerOf = Callable[[str, str | None], str | None]
+#: Returns all parameters that a process is given, with where they are set; the
+#: last of several with one name counts.
+ParametersOf = Callable[[Process], Iterable[SetParameter]]
 
 
 class Failures:
@@ -181,21 +186,25 @@ def _owner(failure: Failure) -> Process | Component:
 
 
 def _description(failure: Failure) -> str:
-    position = events.shown(_owner(failure).position)
-    return f'{_what_failed(failure)} (from {position})'
+    place = position_text(failure.process.position)
+    return f'{_what_failed(failure)} (from {place})'
 
 
 def _what_failed(failure: Failure) -> str:
-    label = _owner(failure).label
-    match failure:
-        case events.StartFailed():
-            return f'{label} could not be started: {failure.reason}'
-        case events.LoadFailed():
-            where = failure.component.container
-            return (
-                f'{label} could not be loaded into {where}: {failure.reason}'
-            )
-        case events.TransitionFailed():
-            return f'{label}: {failure.text}'
-        case events.Exited():
-            return f'{label} {failure.outcome} after {failure.seconds:.1f} s'
+    if isinstance(failure, events.StartFailed):
+        return (
+            f'{failure.process.label} could not be started: {failure.reason}'
+        )
+    label, outcome = failure.process.label, failure.outcome
+    return f'{label} {outcome} after {failure.seconds:.1f} s'
+
+
+def position_text(position: Position) -> str:
+    """Return a position as the user may paste it, shorter from here."""
+    try:
+        relative = os.path.relpath(position.path)
+    except (OSError, ValueError):
+        return str(position)
+    if relative.startswith('..'):
+        return str(position)
+    return str(Position(relative, position.line, position.column))

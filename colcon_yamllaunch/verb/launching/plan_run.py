@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.runtime.core.events import Event
@@ -120,6 +121,7 @@ class PlanRun:
             attach=attach,
             observers=observers,
             owner_of=owner_of,
+            parameters_of=_parameters_of,
         )
         if self._ended is not None and self._ended.exit_code:
             from colcon_yamllaunch.verb.launching.annotations import annotate
@@ -164,3 +166,9 @@ class PlanRun:
             raise UserError(
                 f"--junit: '{path}' cannot be written: {reason}"
             ) from e
+
+
+def _parameters_of(process: Process) -> Iterable[SetParameter]:
+    from colcon_yamllaunch.language.plan.plan_text import parameters_of
+
+    return parameters_of(process)

@@ -5,6 +5,8 @@
 
 import signal
 
+from colcon_yamllaunch.language.plan.plan import SetParameter
+from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.record.failure_advice import Advisor
@@ -114,3 +116,18 @@ def test_a_sanitizer_that_wants_to_be_first(advice):
         '==7==ASan runtime does not come first in initial library list; you'
     )
     assert text == 'let it start with COLCON_LAUNCH_LINE_BUFFERED=0'
+
+
+def test_a_refused_parameter_counts_more_than_the_crash(machine, process):
+    place = Position('/ws/a.yaml', 7, 9)
+    advisor = Advisor(
+        {},
+        lambda _module, _user: None,
+        parameters_of=lambda _process: [SetParameter('rate', '1', place)],
+    )
+    outcome = Outcome(signal=int(signal.SIGABRT))
+    node = process('a', f'{machine}/driver')
+    event = Exited(node, 9, outcome, 1.0, False, True)
+    line = "parameter 'rate' has invalid type: expected [double] got [integer]"
+    text = advisor.advise(event, ('terminate called', line))
+    assert text.endswith('give it 1.0 instead of 1, at /ws/a.yaml:7:9')

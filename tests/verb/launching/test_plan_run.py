@@ -126,3 +126,21 @@ def test_ctrl_c_in_the_last_moment_leaves_the_exit_code(user: User) -> None:
         launch.process.send_signal(signal.SIGINT)
         time.sleep(0.01)
     assert launch.end() == 0, launch.output
+
+
+def test_a_refused_parameter_is_named_with_its_place(user: User) -> None:
+    user.write('p.yaml', '/**:\n  ros__parameters:\n    rate: 1\n')
+    user.write(
+        'refuse.sh',
+        "echo \"  what():  parameter 'rate' has invalid type: "
+        'expected [double] got [integer]"; exit 1',
+    )
+    user.write(
+        'a.yaml',
+        'launch: [executable: {cmd: sh refuse.sh --params-file p.yaml}]',
+    )
+    output = user.launch('a.yaml', code=1)
+    assert (
+        "the node takes a double for 'rate': give it 1.0 instead of 1, at "
+        'p.yaml:3:5\n'
+    ) in output
