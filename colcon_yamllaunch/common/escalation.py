@@ -184,6 +184,18 @@ class Escalation:
             *(orphan.number for orphan in self.orphans),
         }
 
+    def next_signal(self) -> tuple[signal.Signals, float] | None:
+        """Return the signal that is sent next, and when, if one is."""
+        coming = [
+            (self._deadlines[number], self._steps[number] + 1)
+            for number in map(self._known, self.alive())
+            if self._steps[number] + 1 < len(STEPS)
+        ]
+        if not coming:
+            return None
+        due, step = min(coming)
+        return STEPS[step], due
+
     def latest_signal(self) -> signal.Signals:
         """Return the furthest step that anything which still runs came to."""
         return STEPS[max((self._step(n) for n in self.alive()), default=0)]

@@ -351,11 +351,15 @@ class StillRunning(Event):
     :param labels: The processes that are waited for
     :param timers: How many timers are waited for
     :param signal: The latest signal that one of them was sent
+    :param next_signal: The one that comes next, None if none does
+    :param seconds: When it comes
     """
 
     labels: tuple[str, ...]
     timers: int
     signal: int
+    next_signal: int | None = None
+    seconds: float = 0.0
 
     def lines(self) -> tuple[str, ...]:
         names = self.labels[: limits.NAMES_SHOWN]
@@ -367,6 +371,9 @@ class StillRunning(Event):
         text = f'waiting for {" and ".join(parts)}'
         if self.labels:
             text += f' after {signal_name(self.signal)}'
+        if self.next_signal is not None:
+            seconds = max(1, round(self.seconds))
+            text += f'; {signal_name(self.next_signal)} in {seconds} s'
         return (text,)
 
     def record(self) -> dict[str, Any]:

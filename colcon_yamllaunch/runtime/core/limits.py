@@ -80,8 +80,10 @@ SEARCH_PAUSE = 10
 #: Seconds of silence after which a process is told of that may hold back
 #: what it writes.
 SILENCE = 10.0
-#: Seconds between two lines about what is still being waited for.
+#: Seconds between two looks at what is still being waited for, and between
+#: two lines about it where nothing changed.
 PROGRESS_INTERVAL = 1.0
+PROGRESS_REPEAT = 10.0
 #: Seconds in which a repeated signal is the same one; `timeout` sends its
 #: signal to the process and once more to the group.
 SIGNAL_ECHO = 0.1

@@ -125,6 +125,8 @@ class Supervisor:
         self._groups: dict[int, int] = {}
         #: The end of everything, once it has begun.
         self._stop: Stop | None = None
+        # what was told last of it, and when
+        self._progress: tuple[object, float] = (None, -math.inf)
         self._single_stops: dict[int, Stop] = {}
         self._restarting: set[int] = set()
         #: Whether the launch is over.
@@ -506,13 +508,24 @@ class Supervisor:
         self._schedule.add(self._clock() + limits.PROGRESS_INTERVAL, report)
 
     def _report_progress(self, stop: Stop) -> None:
+        """Say what is waited for, if that is another than before."""
         if not stop.is_over:
             stop.advance()
         labels = tuple(task.process.label for task in stop.alive())
         timers = len(self._timers)
-        if labels or timers:
-            signal = stop.latest_signal()
-            self._host.tell(events.StillRunning(labels, timers, signal))
+        now = self._clock()
+        progress = labels, timers, stop.latest_signal()
+        told, last = self._progress
+        is_repeated = progress == told and now - last < limits.PROGRESS_REPEAT
+        if is_repeated or not (labels or timers):
+            return
+        self._progress = progress, now
+        coming = stop.next_signal()
+        event = events.StillRunning(*progress)
+        if coming is not None:
+            following, due = coming
+            event = events.StillRunning(*progress, following, due - now)
+        self._host.tell(event)
 
     def _end_single_stops(self) -> None:
         for number, stop in tuple(self._single_stops.items()):

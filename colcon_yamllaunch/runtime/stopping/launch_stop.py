@@ -116,6 +116,10 @@ class Stop(Targets):
         """Return the furthest step that anything which still runs came to."""
         return self._escalation.latest_signal()
 
+    def next_signal(self) -> tuple[signal.Signals, float] | None:
+        """Return the signal that is sent next, and when, if one is."""
+        return self._escalation.next_signal()
+
     def abandon(self) -> None:
         """Tell of what still runs, as it cannot be ended."""
         left = dict(self.groups())

@@ -342,12 +342,38 @@ def test_to_hurry_goes_one_step_further(history, process):
     assert h.sent('a') == [INT, TERM, KILL]
 
 
-def test_a_slow_stop_is_reported_once_a_second(history, process):
-    h = history(process('a'), process('b'))
+def test_a_slow_stop_is_told_with_its_next_step(history, process):
+    h = history(process('a'), process('b', sigterm_timeout=3.0))
     h.supervisor.stop('enough')
+    h.after(2.5)
+    assert h.happened(StillRunning) == [
+        StillRunning(('a', 'b'), 0, INT, TERM, 2.0)
+    ]
     h.exit('b')
     h.after(3.5)
-    assert h.happened(StillRunning) == [StillRunning(('a',), 0, INT)] * 3
+    assert h.happened(StillRunning)[1:] == [
+        StillRunning(('a',), 0, INT, TERM, 2.0),
+        StillRunning(('a',), 0, TERM, KILL, 5.0),
+    ]
+    h.after(5.0)
+    assert h.happened(StillRunning)[3:] == [StillRunning(('a',), 0, KILL)]
+
+
+def test_a_very_slow_stop_is_told_again(history, process):
+    h = history(process('a', sigterm_timeout=100.0))
+    h.supervisor.stop('enough')
+    h.after(25.0)
+    seconds = [e.seconds for e in h.happened(StillRunning)]
+    assert seconds == [99.0, 89.0, 79.0]
+
+
+def test_to_hurry_is_told_at_once(history, process):
+    h = history(process('a'))
+    h.supervisor.stop('enough')
+    h.supervisor.hurry()
+    assert h.happened(StillRunning) == [
+        StillRunning(('a',), 0, TERM, KILL, 5.0)
+    ]
 
 
 def test_a_process_that_survives_sigkill_is_given_up(history, process):
