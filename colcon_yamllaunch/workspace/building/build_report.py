@@ -6,6 +6,7 @@
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Sequence
+import re
 import time
 
 from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
@@ -15,8 +16,10 @@ from colcon_yamllaunch.workspace.packages.package import Package
 #: How many different reasons one line tells, and for how many packages each.
 SHOWN_REASONS = 4
 SHOWN_NAMES = 3
-#: How long a reason may be in such a line (characters).
+#: How long the reasons of a package may be in such a line (characters).
 REASON_LENGTH = 80
+#: What many reasons have in common, after the name of a file.
+_ENDING = ' changed'
 #: How many reasons `--why` tells of one package.
 EXPLAINED_REASONS = 8
 
@@ -101,7 +104,7 @@ def explanation(decision: Decision, way: Sequence[str], launch: str) -> str:
             )
     else:
         more = len(texts) - EXPLAINED_REASONS
-        rest = f' and {more} more' if more > 0 else ''
+        rest = f', and {_more(more)}' if more > 0 else ''
         verdict = f'to be built, as {", ".join(texts[:EXPLAINED_REASONS])}'
         verdict += rest + _MODES[decision.mode]
     needed_by = ' → '.join([launch, *way[:-1]])
@@ -121,13 +124,31 @@ def _why(decisions: Sequence[Decision]) -> str:
 
 
 def _short(decision: Decision) -> str:
-    text = decision.reason
-    if len(text) > REASON_LENGTH:
+    """Return the reasons for a package as far as they fit in a line."""
+    first, *others = (reason.text for reason in decision.reasons)
+    if len(first) > REASON_LENGTH:
         # the end of a path tells more than its beginning
         half = REASON_LENGTH // 2
-        text = f'{text[:half]}…{text[-half:]}'
-    more = len(decision.reasons) - 1
-    return f'{text} and {more} more' if more else text
+        first = f'{first[:half]}…{first[-half:]}'
+    shown = [first]
+    for text in others:
+        if len(_joined([*shown, text])) > REASON_LENGTH:
+            break
+        shown.append(text)
+    text = _joined(shown)
+    left = len(decision.reasons) - len(shown)
+    return f'{text}, and {_more(left)}' if left else text
+
+
+def _joined(texts: Sequence[str]) -> str:
+    """Join reasons; what several say of files is said once."""
+    # the last of those that stand in a row says it
+    again = rf'{_ENDING}(?=, [^ ,]+{_ENDING}(,|$))'
+    return re.sub(again, '', ', '.join(texts))
+
+
+def _more(count: int) -> str:
+    return '1 more reason' if count == 1 else f'{count} more reasons'
 
 
 def _names(names: Sequence[str]) -> str:

@@ -56,6 +56,32 @@ def test_packages_with_the_same_reason_share_it():
     )
 
 
+@pytest.mark.parametrize(
+    ('texts', 'line'),
+    [
+        (('a.cpp changed', 'b.cpp changed'), 'a.cpp, b.cpp changed'),
+        (('new file a', 'b changed'), 'new file a, b changed'),
+        (
+            ('a was deleted', 'b changed', 'c changed', 'd changed'),
+            'a was deleted, b, c, d changed',
+        ),
+        (('a changed', 'base was built', 'the compiler changed'), None),
+        (
+            [f'src/file_{n}.cpp changed' for n in range(5)],
+            'src/file_0.cpp, src/file_1.cpp, src/file_2.cpp, src/file_3.cpp '
+            'changed, and 1 more reason',
+        ),
+        (
+            ('a changed', f'{"b" * 80} changed'),
+            'a changed, and 1 more reason',
+        ),
+    ],
+)
+def test_reasons_have_names_as_far_as_they_fit(texts, line):
+    text = after_build([stale('flow', *texts)], 0)
+    assert text == f'1 package built (flow: {line or ", ".join(texts)})'
+
+
 def test_hundred_reasons_make_a_short_line():
     many = [
         stale(f'pkg_{n}', *(f'src/{"x" * 300}{n}{m}.cpp' for m in range(9)))
@@ -64,7 +90,7 @@ def test_hundred_reasons_make_a_short_line():
     line = after_build(many, 3)
     assert len(line) < 600
     assert '96 more, which --why tells of' in line
-    assert 'and 8 more' in line
+    assert ', and 8 more reasons' in line
     assert line.endswith('3 up to date')
 
 
@@ -109,4 +135,4 @@ def test_explanation_of_what_is_fresh(monkeypatch):
 def test_explanation_of_many_reasons():
     decision = stale('lib', *(f'{n}.h changed' for n in range(20)))
     line = explanation(decision, ('lib',), 'demo.yaml')
-    assert '7.h changed and 12 more; needed' in line
+    assert '7.h changed, and 12 more reasons; needed' in line
