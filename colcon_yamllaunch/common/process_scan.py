@@ -96,6 +96,12 @@ def variable_of(pid: int, name: str) -> str | None:
     return os.fsdecode(rest.partition(b'\0')[0]) if found else None
 
 
+def arguments_of(pid: int) -> list[str]:
+    """Return the command line of a process; empty if it does not run."""
+    data = _read(f'/proc/{pid}/cmdline', _ENVIRONMENT_SIZE)
+    return [os.fsdecode(word) for word in data.split(b'\0')[:-1]]
+
+
 def cgroup_of(pid: int | str) -> str | None:
     """
     Return the path of the control group of a process; see cgroups(7).

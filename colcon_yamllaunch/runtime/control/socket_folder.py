@@ -58,6 +58,15 @@ def folders(environment: Mapping[str, str]) -> tuple[Path, ...]:
     return tuple(found)
 
 
+def has_sockets(environment: Mapping[str, str]) -> bool:
+    """Tell whether launches of the user may run; this takes no time."""
+    for folder in folders(environment):
+        with suppress(OSError):
+            if any(name.endswith(SUFFIX) for name in os.listdir(folder)):
+                return True
+    return False
+
+
 def open_folder(path: Path, *, make: bool) -> int:
     """
     Check that a folder is the user's alone, and return its descriptor.

@@ -352,7 +352,7 @@ _SESSIONS = (
     Option(
         '--of',
         'Which running launch is meant, where that is not clear: its '
-        'package, launch file or pid',
+        "package, launch file or pid, or a glob ('*' for all)",
         Value('LAUNCH', 'launches'),
         needs=(*REQUESTS, '--attach'),
     ),

@@ -25,6 +25,7 @@ from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.runtime.control.launch_states import About
+from colcon_yamllaunch.runtime.control.socket_folder import has_sockets
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import say
@@ -80,6 +81,8 @@ class LaunchFlow:
         self.cwd = cwd
         self._environment = environment
         self._log_folder = log_folder
+        # the launches that were told to run the same nodes
+        self._told: set[int] = set()
         self._log_dir = str(log_folder or ros_log_folder(environment))
         self._workspace = WorkspaceSession(
             workspace_root(options.workspace, options.positionals),
@@ -129,6 +132,8 @@ class LaunchFlow:
     def _run(
         self, plan: Plan, environment: Mapping[str, str], plan_run: PlanRun
     ) -> int:
+        # one that this waited for may have started them meanwhile
+        self._tell_of_doubled_nodes(plan, environment)
         label = None
         if self._options.attach is not None:
             from colcon_yamllaunch.verb.sessions.attaching import with_terminal
@@ -151,6 +156,22 @@ class LaunchFlow:
             self._workspace.lock.release,
         )
 
+    def _tell_of_doubled_nodes(
+        self, plan: Plan, environment: Mapping[str, str]
+    ) -> None:
+        """Warn of nodes that another launch of the user runs already."""
+        if not has_sockets(self._environment):
+            return
+        from colcon_yamllaunch.verb.sessions import doubled_nodes
+
+        file = self._about().file
+        for other in doubled_nodes.running(self._environment):
+            nodes = doubled_nodes.doubled_nodes(plan, environment, file, other)
+            if nodes and other.pid not in self._told:
+                self._told.add(other.pid)
+                text = doubled_nodes.warning(nodes, other)
+                say(f'colcon launch: warning: {text}')
+
     def _about(self) -> About:
         plan = self._options.from_plan
         if plan is not None:
@@ -172,6 +193,10 @@ class LaunchFlow:
             request = self.request(target, built=is_final)
             evaluation = evaluate(request)
             errors = evaluation.errors
+            if not errors:
+                # before a build, which may take long
+                plan, environment = evaluation.plan, request.environment
+                self._tell_of_doubled_nodes(plan, environment)
             if is_final or any(not e.may_pass_after_build for e in errors):
                 break
             self._stop_at_foreign_plugins(evaluation)

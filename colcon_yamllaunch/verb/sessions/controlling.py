@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import asdict
 import json
+from pathlib import Path
 import shutil
 import sys
 import time
@@ -22,6 +23,7 @@ from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.resource_usage import Usage
 from colcon_yamllaunch.runtime.control.resource_usage import usage_of
 from colcon_yamllaunch.verb.cli.launch_options import ControlOptions
+from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.cli.messages import show_json
@@ -30,7 +32,12 @@ from colcon_yamllaunch.verb.sessions.selecting import choose_launch
 from colcon_yamllaunch.verb.sessions.selecting import choose_parts
 from colcon_yamllaunch.verb.sessions.selecting import choose_processes
 from colcon_yamllaunch.verb.sessions.selecting import find_launches
+from colcon_yamllaunch.verb.sessions.selecting import is_pattern
+from colcon_yamllaunch.verb.sessions.selecting import matches
+from colcon_yamllaunch.verb.sessions.selecting import nearest_first
 from colcon_yamllaunch.verb.sessions.status_table import table
+from colcon_yamllaunch.workspace.packages.trust import UntrustedError
+from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 
 #: Seconds between two questions to a launch that was asked for something.
 POLL_INTERVAL = 0.05
@@ -44,20 +51,19 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
 
     :raises UserError: when no launch or no process is meant
     """
-    candidates = find_launches(environment, options.launch)
+    root = _workspace()
+    found = find_launches(environment, options.launch)
+    candidates = nearest_first(found, root)
     if options.action == 'status':
         return _status(candidates, options.status_format)
-    chosen = choose_launch(candidates, options.names)
+    ends = options.action in ('stop', 'restart')
+    if ends and is_pattern(options.launch) and len(candidates) > 1:
+        return _end_in_all(candidates, options)
+    chosen = choose_launch(candidates, options.names, root)
     try:
-        if options.action == 'stop' and not options.names:
-            return _stop_launch(chosen)
-        if options.action in ('stop', 'restart'):
-            parts = choose_parts(chosen.state, options.names)
-            return _end(chosen, _without_contents(parts), options.action)
-        if options.action == 'lifecycle':
-            from colcon_yamllaunch.verb.sessions.lifecycle import change_states
-
-            return change_states(chosen, options.names, options.transition)
+        if ends:
+            return _end_in(chosen, options)
+        processes = choose_processes(chosen.state, options.names)
         if options.action == 'attach':
             from colcon_yamllaunch.verb.sessions.attaching import attach
 
@@ -68,6 +74,34 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
         return show_logs(chosen, processes, follow=options.follow)
     except ControlError as e:
         raise UserError(f'{chosen.state.title}: {e}') from e
+
+
+def _workspace() -> Path | None:
+    """Return the workspace that the user stands in, if any."""
+    try:
+        return find_root(Path.cwd())
+    except (OSError, UntrustedError):
+        # what runs there is the user's own all the same
+        return None
+
+
+def _end_in(chosen: Candidate, options: ControlOptions) -> int:
+    if options.action == 'stop' and not options.names:
+        return _stop_launch(chosen)
+    processes = choose_processes(chosen.state, options.names)
+    return _end(chosen, processes, options.action)
+
+
+def _end_in_all(
+    candidates: Sequence[Candidate], options: ControlOptions
+) -> int:
+    """Stop several launches, or processes of them; all begin at once."""
+    if not options.names:
+        return _stop_launches(candidates)
+    having = [c for c in candidates if all(matches(c.state, options.names))]
+    # the first one says which name is unknown
+    codes = [_end_in(c, options) for c in having or candidates[:1]]
+    return max(codes)
 
 
 def _status(candidates: Sequence[Candidate], form: str) -> int:
@@ -102,50 +136,55 @@ def _described(
 
 
 def _stop_launch(chosen: Candidate) -> int:
-    state = chosen.state
-    chosen.launch.request('shutdown')
-    say_line(f'stopping {state.title} (pid {state.pid})')
-    chosen.launch.wait_for_end(state.pid)
-    say_line(f'stopped {state.title}')
+    _begin_to_stop(chosen)
+    _wait_for_end(chosen)
     return 0
 
 
-def _without_contents(parts: Sequence[Part]) -> list[Part]:
-    """Leave out components that go with their container."""
-    labels = {part.label for part in parts}
-    return [
-        part
-        for part in parts
-        if not isinstance(part, ComponentState) or part.process not in labels
-    ]
-
-
-def _end(chosen: Candidate, parts: Sequence[Part], action: str) -> int:
-    """Stop processes and components, or start them anew."""
-    waited = []
-    refusals = []
-    for part in parts:
+def _stop_launches(candidates: Sequence[Candidate]) -> int:
+    stopping, code = [], 0
+    for candidate in candidates:
         try:
-            chosen.launch.request(action, process=part.label)
+            _begin_to_stop(candidate)
         except LaunchEndedError:
-            raise
+            continue
         except ControlError as e:
-            refusals.append(e)
+            # the others can be stopped all the same
+            say(f'colcon launch: error: {candidate.state.title}: {e}')
+            code = 1
         else:
-            waited.append(part)
-    if refusals and not waited:
-        raise refusals[0]
-    # of many that a pattern means, some may be as they should be
-    for refusal in refusals:
-        say_line(f'{chosen.state.title}: {refusal}')
-    failed = bool(refusals)
-    if action == 'restart':
-        waited += _contents(chosen, waited)
-    for part in waited:
-        now = _wait_for(chosen, part)
-        text, is_done = _outcome(now, action)
-        failed = failed or not is_done
-        say_line(f'{part.label}: {text}')
+            stopping.append(candidate)
+    for candidate in stopping:
+        _wait_for_end(candidate)
+    return code
+
+
+def _begin_to_stop(chosen: Candidate) -> None:
+    chosen.launch.request('shutdown')
+    say_line(f'stopping {chosen.state.title} (pid {chosen.state.pid})')
+
+
+def _wait_for_end(chosen: Candidate) -> None:
+    chosen.launch.wait_for_end(chosen.state.pid)
+    say_line(f'stopped {chosen.state.title}')
+
+
+def _end(
+    chosen: Candidate, processes: Sequence[ProcessState], action: str
+) -> int:
+    """Stop processes, or start them anew."""
+    for process in processes:
+        chosen.launch.request(action, process=process.label)
+    failed = False
+    for process in processes:
+        now = _wait_for(chosen, process)
+        ending = 'the launch has ended' if now is None else now.ending
+        if action == 'restart':
+            if now is not None and now.pid is not None:
+                ending = f'started anew, pid {now.pid}'
+            else:
+                failed = True
+        say_line(f'{process.label}: {ending}')
     return int(failed)
 
 

@@ -6,6 +6,8 @@
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
+import os
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
@@ -54,7 +56,8 @@ def find_launches(
     """
     Return the running launches that may be meant.
 
-    :param selector: A package, launch file, title or process id, or None
+    :param selector: A package, launch file, title or process id, or a
+      pattern with `*`, `?` and `[…]` for one; or None
     :raises UserError: when there is none
     """
     need_proc()
@@ -87,28 +90,56 @@ def find_launches(
     return chosen
 
 
+def nearest_first(
+    candidates: Iterable[Candidate], root: Path | None
+) -> list[Candidate]:
+    """Return launches, those of a workspace before all others."""
+    return sorted(candidates, key=lambda c: not is_of(c.state, root))
+
+
+def is_of(state: LaunchState, root: Path | None) -> bool:
+    """Tell whether a launch belongs to a workspace, by file or folder."""
+    return root is not None and any(
+        Path(os.path.realpath(path)).is_relative_to(root)
+        for path in (state.file, state.folder)
+        if path
+    )
+
+
 def choose_launch(
-    candidates: Sequence[Candidate], names: Sequence[str]
+    candidates: Sequence[Candidate],
+    names: Sequence[str],
+    root: Path | None = None,
 ) -> Candidate:
     """
     Return the one launch that is meant.
 
-    :param names: The processes and components that are meant, by name or glob
+    :param names: The processes that are meant, by name or glob
+    :param root: The workspace whose launches are meant before all others
     :raises UserError: when it is not clear
     """
     if len(candidates) == 1:
         return candidates[0]
     fitting = [c for c in candidates if names and all(matches(c.state, names))]
-    if len(fitting) == 1:
-        return fitting[0]
     which = fitting or candidates
+    which = [c for c in which if is_of(c.state, root)] or which
+    if len(which) == 1:
+        return which[0]
     raise UserError(
         'more than one launch is running: choose by --of LAUNCH, such as '
-        f'--of {which[0].state.pid}; there is {_launches(which)}'
+        f"--of {which[0].state.pid}, or --of '*' to stop all; there is "
+        f'{_launches(which)}'
     )
 
 
-def choose_parts(state: LaunchState, names: Sequence[str]) -> list[Part]:
+def is_pattern(selector: str | None) -> bool:
+    """Tell whether what `--of` takes may mean several launches."""
+    return selector is not None and not set('*?[').isdisjoint(selector)
+
+
+def choose_processes(
+    state: LaunchState, names: Sequence[str]
+) -> list[ProcessState]:
     """
     Return the processes and components that are meant, in the plan's order.
 
@@ -171,13 +202,17 @@ def is_selected(state: LaunchState, selector: str) -> bool:
     file = Path(state.file)
     names = (
         state.title,
-        state.package,
+        state.package or '',
         state.file,
         file.name,
         file.stem,
         str(state.pid),
     )
-    return selector in names or str(Path(selector).absolute()) == state.file
+    return (
+        selector in names
+        or str(Path(selector).absolute()) == state.file
+        or any(fnmatchcase(name, selector) for name in names)
+    )
 
 
 def _launches(candidates: Iterable[Candidate]) -> str:

@@ -167,6 +167,17 @@ def test_of_several_launches_one_is_chosen(second: User) -> None:
     assert first.process.poll() == 0
 
 
+def test_all_launches_are_stopped_at_once(second: User) -> None:
+    first, other = begin(second), begin(second)
+    output = second.launch('--stop', 'sleep', '--of', '*')
+    assert output.count('sleep-1: stopped') == 2
+    unknown = second.launch('--stop', 'slep', '--of', '*', code=1)
+    assert "did you mean 'sleep'?" in unknown
+    output = second.launch('--stop', '--of', '*')
+    assert output.count('stopped ticking.yaml') == 2
+    assert (first.process.poll(), other.process.poll()) == (0, 0)
+
+
 def test_an_unknown_process_names_the_nearest(second: User) -> None:
     launch = begin(second)
     output = second.launch('--stop', 'slep', code=1)

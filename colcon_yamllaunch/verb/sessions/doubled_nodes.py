@@ -1,0 +1,122 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Nodes that a launch would start and that run already.
+
+Two nodes of one name in one domain disturb each other: both are asked, both
+publish, and neither can be told from the other. Mostly somebody has launched
+the same file twice.
+"""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+import os
+
+from colcon_yamllaunch.common.process_scan import arguments_of
+from colcon_yamllaunch.common.process_scan import variable_of
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.control.client import ControlError
+from colcon_yamllaunch.runtime.control.client import running_launches
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+
+#: Seconds that a running launch may take to answer; one that is suspended
+#: must not hold up another one.
+PATIENCE = 0.2
+#: How many nodes are named.
+_SHOWN = 3
+
+_DOMAIN = 'ROS_DOMAIN_ID'
+_NAMESPACE = '__ns:='
+
+
+def running(environment: Mapping[str, str]) -> Iterator[LaunchState]:
+    """Iterate over the running launches of the user that answer at once."""
+    for launch in running_launches(environment, lambda _: None):
+        launch.connection.settimeout(PATIENCE)
+        try:
+            yield launch.status()
+        except ControlError:
+            continue
+        finally:
+            launch.close()
+
+
+def doubled_nodes(
+    plan: Plan, environment: Mapping[str, str], file: str, other: LaunchState
+) -> list[str]:
+    """
+    Return the nodes of a plan that another launch runs already.
+
+    They are those of the same full name and domain. One that gives itself its
+    name is taken for that of the same program where the launch file and the
+    namespace are the same.
+
+    :param environment: What the processes of the plan get
+    :param file: The launch file
+    """
+    if other.stopping:
+        return []
+    alive = [p for p in other.processes if p.phase != 'ended']
+    found = []
+    for process in plan.processes():
+        for state in alive:
+            if _is_same_node(process, state, file == other.file) and _domain(
+                process, environment
+            ) == _domain_of(state, other):
+                found.append(process.node_name or process.label)
+                break
+    return list(dict.fromkeys(found))
+
+
+def warning(nodes: Iterable[str], other: LaunchState) -> str:
+    """Say that nodes run already, and the way out."""
+    names = list(nodes)
+    *others, last = names[:_SHOWN]
+    if len(names) > _SHOWN:
+        others, last = names[:_SHOWN], f'{len(names) - _SHOWN} more'
+    shown = f'{", ".join(others)} and {last}' if others else last
+    verb = 'runs' if len(names) == 1 else 'run'
+    return (
+        f'{other.title} runs already (pid {other.pid}), so {shown} {verb} '
+        f'twice: end that launch by colcon launch --stop --of {other.pid}, '
+        f'or give one of both another {_DOMAIN}'
+    )
+
+
+def _is_same_node(
+    process: Process, state: ProcessState, is_same_file: bool
+) -> bool:
+    if process.node_name is not None:
+        return process.node_name == state.node
+    # what belongs to no package is no node
+    return (
+        is_same_file
+        and process.package is not None
+        and process.package == state.package
+        and os.path.basename(str(process.argv[0])) == state.executable
+        and _namespaces(process.argv) == _namespaces_of(state)
+    )
+
+
+def _namespaces(arguments: Iterable[object]) -> list[str]:
+    words = filter(None, (a for a in arguments if isinstance(a, str)))
+    return [word for word in words if word.startswith(_NAMESPACE)]
+
+
+def _namespaces_of(state: ProcessState) -> list[str]:
+    return [] if state.pid is None else _namespaces(arguments_of(state.pid))
+
+
+def _domain(process: Process, environment: Mapping[str, str]) -> str:
+    own = dict(process.environment).get(_DOMAIN, environment.get(_DOMAIN))
+    return own or '0'
+
+
+def _domain_of(state: ProcessState, launch: LaunchState) -> str:
+    # one that is not started yet is going to have that of the launcher
+    pid = launch.pid if state.pid is None else state.pid
+    return variable_of(pid, _DOMAIN) or '0'
