@@ -13,6 +13,7 @@ import struct
 import sys
 
 from colcon_yamllaunch.common.text_files import content_of
+from colcon_yamllaunch.workspace.freshness.documents import may_be_meant
 
 #: What the compilers read; CMake's own inputs are in the other ones.
 _COMPILED = frozenset(('build.make', 'build.ninja'))
@@ -81,6 +82,12 @@ class BuildInputs:
         name = os.path.basename(relative)
         return f'/{relative}' in self._all or name in self._commands
 
+    def may_take_in(self, relative: str) -> bool:
+        """Tell whether a CMake file may read or install a document."""
+        return self.reads(relative) or may_be_meant(
+            relative, self._cmake_texts()
+        )
+
     @property
     def has_commands(self) -> bool:
         """Whether the build runs programs beside compilers."""
@@ -115,14 +122,7 @@ class BuildInputs:
         They are those that CMake files name, but for those of the machine, and
         those that say where a package is.
         """
-        is_foreign = _below((*_system(), str(self._build)))
-        files = {
-            path
-            for path in self._paths
-            if path.endswith('.cmake') and not is_foreign(path)
-        }
-        texts = [_text(Path(path)) for path in sorted(files)]
-        texts += map(_text, _own_cmake_files(self._source))
+        texts = self._cmake_texts()
         found = set(re.findall(_FOUND, _text(self._build / 'CMakeCache.txt')))
         variables = set()
         for text in texts:
@@ -133,6 +133,17 @@ class BuildInputs:
             variables |= {f'{name}_DIR', f'{name}_ROOT'}
             variables.add(f'{name.upper()}_ROOT')
         return variables - _OF_SHELLS
+
+    def _cmake_texts(self) -> list[str]:
+        """Return the CMake files of the workspace that the build reads."""
+        is_foreign = _below((*_system(), str(self._build)))
+        files = {
+            path
+            for path in self._paths
+            if path.endswith('.cmake') and not is_foreign(path)
+        }
+        texts = [_text(Path(path)) for path in sorted(files)]
+        return [*texts, *map(_text, _own_cmake_files(self._source))]
 
 
 def _system() -> tuple[str, ...]:

@@ -52,6 +52,8 @@ from colcon_yamllaunch.workspace.freshness.build_record import read_record
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
+from colcon_yamllaunch.workspace.freshness.documents import is_document
+from colcon_yamllaunch.workspace.freshness.documents import may_be_meant
 from colcon_yamllaunch.workspace.freshness.product_states import compare
 from colcon_yamllaunch.workspace.freshness.product_states import Comparison
 from colcon_yamllaunch.workspace.freshness.product_states import CONFIGURED
@@ -63,6 +65,7 @@ from colcon_yamllaunch.workspace.freshness.source_changes import Change
 from colcon_yamllaunch.workspace.freshness.source_changes import changes
 from colcon_yamllaunch.workspace.freshness.source_changes import Kind
 from colcon_yamllaunch.workspace.freshness.source_changes import snapshot
+from colcon_yamllaunch.workspace.freshness.source_changes import with_changes
 from colcon_yamllaunch.workspace.freshness.source_links import (
     INTERFACE_SUFFIXES,
 )
@@ -309,9 +312,33 @@ class Freshness:
                 self._products.install_base,
             )
         edits = changes(package.path, record.files, record.live)
+        if edits and record.succeeded and package.type.endswith('cmake'):
+            record, edits = self._without_documents(package, record, edits)
         yield from self._changed_source(package, record, edits)
         if record.succeeded:
             yield from self._changed_products(package, record, edits)
+
+    def _without_documents(
+        self, package: Package, record: Record, found: tuple[Change, ...]
+    ) -> tuple[Record, tuple[Change, ...]]:
+        """Leave out what the build cannot have to do with, for good."""
+        documents = [c for c in found if is_document(c.path)]
+        if not documents:
+            return record, found
+        inputs = self._inputs(package)
+        unread = [
+            c
+            for c in documents
+            if not inputs.may_take_in(c.path)
+            and not may_be_meant(c.path, [record.arguments])
+        ]
+        if not unread:
+            return record, found
+        now = with_changes(package.path, record.files, unread)
+        record = replace(record, files=now)
+        # so that it need not be found out again
+        self._write(package.name, record)
+        return record, tuple(c for c in found if c not in unread)
 
     def _unsuccessful(self, name: str, record: Record) -> Reason:
         if not record.finished:

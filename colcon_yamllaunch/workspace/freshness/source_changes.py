@@ -199,6 +199,20 @@ def changes(
     return tuple(sorted(found, key=lambda change: (change.kind, change.path)))
 
 
+def with_changes(
+    folder: Path, before: Mapping[str, Fingerprint], found: Iterable[Change]
+) -> dict[str, Fingerprint]:
+    """Return what files were like, with changes that do not matter."""
+    files = dict(before)
+    for change in found:
+        path = folder / change.path
+        now = fingerprint(str(path))
+        files.pop(change.path, None)
+        if now is not None:
+            files[change.path] = with_content(path, now, None)
+    return files
+
+
 def _change(
     folder: Path, relative: str, before: Fingerprint, now: Fingerprint
 ) -> list[Change]:

@@ -104,7 +104,10 @@ SPOTS = {
     'mid/data/one': '1',
     'top/src/own.h': 'OWN 1',
 }
-NEW = ('mid/data/two', 'top/launch/two.yaml', 'top/src/two.c', 'base/x.md')
+NEW = (
+    *('mid/data/two', 'top/launch/two.yaml', 'top/src/two.c', 'base/x.md'),
+    *('mid/README.md', 'top/docs/guide.md'),
+)
 REMOVABLE = (*NEW, 'mid/data/one', 'top/launch/top.yaml', 'mid/table.csv')
 HOUR = 3600.0
 
