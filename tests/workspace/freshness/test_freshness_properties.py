@@ -106,7 +106,7 @@ SPOTS = {
 }
 NEW = (
     *('mid/data/two', 'top/launch/two.yaml', 'top/src/two.c', 'base/x.md'),
-    *('mid/README.md', 'top/docs/guide.md'),
+    *('mid/README.md', 'top/guide.md'),
 )
 REMOVABLE = (*NEW, 'mid/data/one', 'top/launch/top.yaml', 'mid/table.csv')
 HOUR = 3600.0
