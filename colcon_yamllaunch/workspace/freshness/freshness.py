@@ -52,8 +52,6 @@ from colcon_yamllaunch.workspace.freshness.build_record import read_record
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
-from colcon_yamllaunch.workspace.freshness.documents import is_document
-from colcon_yamllaunch.workspace.freshness.documents import may_be_meant
 from colcon_yamllaunch.workspace.freshness.product_states import compare
 from colcon_yamllaunch.workspace.freshness.product_states import Comparison
 from colcon_yamllaunch.workspace.freshness.product_states import CONFIGURED
@@ -322,6 +320,12 @@ class Freshness:
         self, package: Package, record: Record, found: tuple[Change, ...]
     ) -> tuple[Record, tuple[Change, ...]]:
         """Leave out what the build cannot have to do with, for good."""
+        # most launches find nothing changed
+        from colcon_yamllaunch.workspace.freshness.documents import is_document
+        from colcon_yamllaunch.workspace.freshness.documents import (
+            may_be_meant,
+        )
+
         documents = [c for c in found if is_document(c.path)]
         if not documents:
             return record, found
