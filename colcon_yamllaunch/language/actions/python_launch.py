@@ -17,6 +17,8 @@ from colcon_yamllaunch.language.syntax.position import Span
 
 #: The program that runs them.
 LAUNCHER = 'ros2'
+#: The package that has it, which a workspace with all of ROS 2 builds.
+LAUNCHER_PACKAGE = 'ros2cli'
 
 
 def add_python_launch(walk: Walk, path: str, origin: Span) -> None:
@@ -39,7 +41,7 @@ def add_python_launch(walk: Walk, path: str, origin: Span) -> None:
             origin,
             hint='source a ROS 2 installation that has it, or write the '
             'launch file in YAML or XML, which need none',
-            may_pass_after_build=True,
+            may_pass_after_build=LAUNCHER_PACKAGE in walk.packages.names(),
         )
     _warn_of_lost_changes(walk, origin)
     arguments = _arguments(walk, origin)

@@ -54,24 +54,37 @@ class Builds:
         self._explained: set[str] = set()
         self._has_decided = False
 
-    def update(self, wanted: Collection[str], launch: str) -> Update:
+    def update(
+        self,
+        wanted: Collection[str],
+        launch: str,
+        look_first: Callable[[], None],
+    ) -> Update:
         """
         Build packages that are stale, with what they need, and source again.
 
         :param launch: What the launch file is called in explanations
+        :param look_first: Is called before anything is built, and may raise
         :raises WorkspaceError: when a package cannot be built
         """
         session = self._session
         session.refuse_invalid_manifests(wanted)
         environment = session.build_environment()
         output: Any = ForgivingOutput(sys.stdout)
+
+        def decided(decisions: Sequence[Decision]) -> None:
+            if self._why:
+                self._explainer(wanted, launch)(decisions)
+            if any(decision.is_stale for decision in decisions):
+                look_first()
+
         with interruption() as interrupted, redirect_stdout(output):
             update = bring_up_to_date(
                 session.colcon,
                 self._request(wanted),
                 environment,
                 session.announce,
-                self._explainer(wanted, launch) if self._why else None,
+                decided,
                 session.lock,
             )
         if interrupted.returncode is not None:

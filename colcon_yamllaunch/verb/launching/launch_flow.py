@@ -40,6 +40,7 @@ from colcon_yamllaunch.verb.launching.log_folders import locked
 from colcon_yamllaunch.verb.launching.log_folders import log_store_of
 from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
 from colcon_yamllaunch.verb.launching.plan_run import PlanRun
+from colcon_yamllaunch.verb.launching.preflight import executables_in_vain
 from colcon_yamllaunch.verb.launching.preflight import preflight
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.preflight import unknown_plugins
@@ -201,7 +202,9 @@ class LaunchFlow:
                 break
             self._stop_at_foreign_plugins(evaluation)
             wanted = self._wanted(target, evaluation)
-            is_final = wanted <= built or not self._update(wanted, target)
+            is_final = wanted <= built or not self._update(
+                wanted, target, evaluation
+            )
             built |= wanted
             expected = self._packages.expected
             if is_final and all(Path(path).exists() for path in expected):
@@ -286,11 +289,21 @@ class LaunchFlow:
             return set(workspace.select(self._options.paths, self.cwd))
         return self._needed(target, evaluation)
 
-    def _update(self, wanted: set[str], target: Target) -> bool:
+    def _update(
+        self, wanted: set[str], target: Target, evaluation: Evaluation
+    ) -> bool:
         """Build what is stale, and return whether that changed anything."""
+
+        def look_first() -> None:
+            found = executables_in_vain(evaluation.executables, self.locator)
+            if found:
+                self._fail(found)
+
         output = io.StringIO()
         with redirect_stdout(output) if self._options.quiet else nullcontext():
-            update = self._builds.update(wanted, Path(target.name).name)
+            update = self._builds.update(
+                wanted, Path(target.name).name, look_first
+            )
         if update.returncode:
             say(failure(update))
             if self._options.quiet:

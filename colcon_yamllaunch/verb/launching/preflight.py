@@ -15,6 +15,9 @@ from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.workspace.packages.missing_files import (
+    certainly_unknown_executable,
+)
+from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
 from colcon_yamllaunch.workspace.packages.missing_files import missing_package
@@ -90,11 +93,11 @@ def unknown_executables(
     return _lacking(uses, locator, unknown_executable)
 
 
-def unknown_plugins(
-    uses: Iterable[PluginUse], locator: PackageLocator
-) -> Iterator[Diagnostic]:
-    """Find components that not even a build would bring."""
-    return _lacking_plugins(uses, locator, unknown_plugin)
+def executables_in_vain(
+    uses: Iterable[ExecutableUse], locator: PackageLocator
+) -> tuple[Diagnostic, ...]:
+    """Find programs for which it is in vain to build, as the source tells."""
+    return tuple(_lacking(uses, locator, certainly_unknown_executable))
 
 
 def _lacking(

@@ -27,6 +27,9 @@ from colcon_yamllaunch.verb.cli.target import unknown_package
 from colcon_yamllaunch.verb.launching.builds import Builds
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.missing_files import (
+    certainly_unknown_executable,
+)
+from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
@@ -159,7 +162,11 @@ def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
     if not options.no_build and workspace.root is not None:
         wanted = _wanted(workspace, options)
         builds = Builds(workspace, exactly=options.paths is not None)
-        returncode = builds.update(wanted, options.package).returncode
+
+        def look_first() -> None:
+            _refuse_unknown(workspace.locator, package, options.executable)
+
+        returncode = builds.update(wanted, package, look_first).returncode
         if returncode:
             return returncode
     if workspace.locator.prefix(package) is None:
@@ -167,6 +174,22 @@ def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
     if package in workspace.package_names:
         workspace.check_sourced([package], may_build=not options.no_build)
     return 0
+
+
+def _refuse_unknown(
+    locator: PackageLocator, package: str, name: str | None
+) -> None:
+    """
+    Refuse a program that the package will not have after a build either.
+
+    :raises UserError: when the source tells so
+    """
+    there = locator.executables(package)
+    if name is None or any(name in (n, Path(n).name) for n in there):
+        return
+    reason = certainly_unknown_executable(locator, package, name)
+    if reason is not None:
+        raise UserError(reason)
 
 
 def _wanted(workspace: WorkspaceSession, options: RunOptions) -> set[str]:

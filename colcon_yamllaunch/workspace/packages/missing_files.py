@@ -26,6 +26,9 @@ _CODE = ('.c', '.cc', '.cpp', '.cxx', '.h', '.hh', '.hpp', '.hxx', '.py')
 _NO_PROGRAMS = frozenset(('test', 'tests', 'launch', 'setup.py'))
 _BUILD_FILES = ('CMakeLists.txt', 'setup.py', 'setup.cfg', 'pyproject.toml')
 
+#: What makes setuptools install programs elsewhere than in `bin/`.
+_SCRIPT_FOLDER = re.compile('script[-_]dir|install[-_]scripts')
+
 
 def missing_executable(
     locator: PackageLocator, package: str, name: str
@@ -45,7 +48,7 @@ def missing_executable(
     there = locator.executables(package)
     if path.is_file():
         return _not_executable(_origin(path, own), own)
-    spelling = [n for n in there if Path(n).stem == Path(name).stem]
+    spelling = _same_stem(name, there)
     if spelling:
         return f"{package} has no '{name}': did you mean '{spelling[0]}'?"
     if Path(prefix, 'bin', name).is_file():
@@ -67,6 +70,14 @@ def unknown_executable(
 
     :param locator: The packages, built or not
     """
+    # most launches name what is there
+    from colcon_yamllaunch.workspace.packages.source_programs import (
+        source_programs,
+    )
+    from colcon_yamllaunch.workspace.packages.source_programs import (
+        spells_out_programs,
+    )
+
     own = locator.package(package)
     prefix = locator.prefix(package)
     if own is None or prefix is None:
@@ -74,23 +85,69 @@ def unknown_executable(
     if is_executable(Path(prefix, 'lib', package, name)):
         return None
     source = _source_file(own, name)
+    is_mentioned = _is_mentioned(own, name)
+    is_script = source is not None and (
+        Path(source).name == name or Path(source).suffix in _SCRIPTS
+    )
+    is_known = not is_mentioned and spells_out_programs(own.path)
+    if source is not None and is_script and is_known:
+        same = _same_stem(name, source_programs(own.path))
+        if not same:
+            return _not_installed_program(own, source, name)
+        return f"{package} has no '{name}': did you mean '{same[0]}'?"
     if source is not None and Path(source).name == name:
-        path = own.path / source
-        return None if is_executable(path) else _not_executable(path, own)
-    if _is_mentioned(own, name):
-        return None
+        files = (own.path / file for file, _ in source_files(own.path))
+        # setuptools makes executable what it installs
+        if own.type.endswith('python') or any(
+            file.name == name and is_executable(file) for file in files
+        ):
+            return None
+        return _not_executable(own.path / source, own)
+    if is_mentioned:
+        is_in_bin = own.type.endswith('python') and not _SCRIPT_FOLDER.search(
+            text_of(own.path / 'setup.cfg')
+        )
+        return _in_bin(package, name, own) if is_in_bin else None
     if source is not None and Path(source).suffix in _SCRIPTS:
         source = Path(source).name
         return f"{package} has no '{name}': did you mean '{source}'?"
-    scripts = {
+    programs = source_programs(own.path) or {
         Path(file).name
         for file, _ in source_files(own.path)
         if Path(file).suffix in _SCRIPTS
         and not file.endswith('.launch.py')
         and _NO_PROGRAMS.isdisjoint(Path(file).parts)
     }
-    there = {*locator.executables(package), *scripts}
+    there = {*locator.executables(package), *programs}
     return f"{package} has no executable '{name}'{_nearest(name, there)}"
+
+
+def certainly_unknown_executable(
+    locator: PackageLocator, package: str, name: str
+) -> str | None:
+    """
+    Explain why a build would be in vain, as it brings no such program.
+
+    Unlike :func:`unknown_executable`, which may miss a program that CMake
+    makes of variables, this returns None where the source does not tell.
+
+    :param locator: The packages, built or not
+    """
+    # only a launch that builds asks
+    from colcon_yamllaunch.workspace.packages.source_programs import (
+        spells_out_programs,
+    )
+
+    own = locator.package(package)
+    # a program in a subfolder of lib/PACKAGE goes by its path from there
+    if own is not None and ('/' in name or not spells_out_programs(own.path)):
+        return None
+    return unknown_executable(locator, package, name)
+
+
+def _same_stem(name: str, there: Iterable[str]) -> list[str]:
+    stem = Path(name).stem
+    return sorted(other for other in there if Path(other).stem == stem)
 
 
 def _is_mentioned(package: Package, name: str) -> bool:

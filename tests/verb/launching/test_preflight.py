@@ -27,6 +27,8 @@ def test_script_is_not_executable(user: User) -> None:
     output = user.launch('one', 'one', code=1)
     assert 'chmod +x scripts/hello.sh' in output
     assert 'src/one/launch/one.yaml:2:' in output
+    # what the source tells is said first
+    assert not (user.root / 'install').exists()
     # the cure cures it
     (folder / 'scripts/hello.sh').chmod(0o755)
     assert 'hello from one --ros-args' in user.launch('one', 'one')
@@ -38,6 +40,18 @@ def test_script_is_not_installed(user: User) -> None:
     output = user.launch('one', 'one', code=1)
     cure = 'install(PROGRAMS scripts/new.sh DESTINATION lib/${PROJECT_NAME})'
     assert cure in output
+    assert not (user.root / 'install').exists()
+
+
+def test_script_that_may_be_installed_after_all(user: User) -> None:
+    folder = user.package('one', NODE.replace('hello.sh', 'new.sh'))
+    user.write('src/one/scripts/new.sh', '#!/bin/sh\necho new\n', 0o755)
+    cmake = folder / 'CMakeLists.txt'
+    rule = 'install(PROGRAMS ${SCRIPTS} DESTINATION lib/${PROJECT_NAME})'
+    cmake.write_text(
+        f'{cmake.read_text()}\nfile(GLOB SCRIPTS scripts/*)\n{rule}\n'
+    )
+    assert '] new\n' in user.launch('one', 'one')
 
 
 def test_program_without_its_extension(user: User) -> None:

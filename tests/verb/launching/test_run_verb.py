@@ -218,7 +218,13 @@ def test_script_without_its_executable_bit(tools: User) -> None:
 
 def test_script_that_is_not_installed(tools: User) -> None:
     tools.write('src/tools/more/new.py', SHOW, 0o755)
-    assert 'install(PROGRAMS more/new.py' in error(tools, 'tools', 'new.py')
+    plain = 'install(PROGRAMS scripts/show.py DESTINATION lib/tools)'
+    # what the source tells is said first
+    for text in (plain, CMAKE):
+        tools.write('src/tools/CMakeLists.txt', text)
+        cure = 'install(PROGRAMS more/new.py'
+        assert cure in error(tools, 'tools', 'new.py')
+        assert (tools.root / 'install').exists() is (text == CMAKE)
 
 
 def test_script_that_windows_wrote(tools: User) -> None:
