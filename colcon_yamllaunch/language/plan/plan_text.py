@@ -30,18 +30,26 @@ from colcon_yamllaunch.language.syntax.yaml_reader import Value
 _INDENT = '    '
 
 
-def plan_to_text(plan: Plan, cwd: str) -> str:
+def plan_to_text(plan: Plan, cwd: str, setup: str | None = None) -> str:
     """
     Describe what a plan would do, in order.
 
-    Each command can be pasted into bash; that of a component loads it into
-    its container once that runs.
+    Each command can be pasted into bash, in a shell that has sourced the
+    workspace; how, stands first.
 
     :param cwd: The folder that paths are shown relative to
+    :param setup: The setup script of the workspace, if there is one
     """
     lines = list(map(one_line, _entries(plan.entries, cwd, '')))
     if not lines:
         lines = ['nothing would run']
+    if setup is not None and any(True for _ in plan.processes()):
+        lines = [
+            'before you paste a command, source the workspace in that shell:',
+            f'{_INDENT}. {quoted(setup)}',
+            '',
+            *lines,
+        ]
     if plan.conditions:
         lines += ['', 'conditions:']
     for condition in plan.conditions:

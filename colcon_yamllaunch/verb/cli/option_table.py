@@ -163,9 +163,10 @@ _INSPECTION = (
     ),
     Option(
         '--plan',
-        'Show what would run; --plan=json can be saved and run, '
-        '--plan=mermaid and --plan=dot are drawings',
-        _formats('json', 'mermaid', 'dot'),
+        'Show what would run; --plan=sh is a script that runs it, '
+        '--plan=json can be saved and run, --plan=mermaid and '
+        '--plan=dot are drawings',
+        _formats('sh', 'json', 'mermaid', 'dot'),
         excludes=_not('--schema'),
     ),
     Option(

@@ -8,11 +8,13 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 from dataclasses import replace
 
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan_graph import plan_to_dot
 from colcon_yamllaunch.language.plan.plan_graph import plan_to_mermaid
 from colcon_yamllaunch.language.plan.plan_json import plan_to_json
+from colcon_yamllaunch.language.plan.plan_script import plan_to_script
 from colcon_yamllaunch.language.plan.plan_text import plan_to_text
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.evaluate import evaluate
@@ -34,17 +36,21 @@ from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.preflight import unknown_executables
 from colcon_yamllaunch.verb.launching.preflight import unknown_plugins
 
+#: The format of a plan that can be run without colcon.
+SCRIPT = 'sh'
 _CHECK_FORMATS: Mapping[str, Callable[[Checked, str], str]] = {
     TEXT: as_text,
     'json': as_json,
     'github': as_github,
     'sarif': as_sarif,
 }
-_PLAN_FORMATS: Mapping[str, Callable[[Plan, str], str]] = {
+#: By a plan, the current folder, and the setup script of the workspace.
+_PLAN_FORMATS: Mapping[str, Callable[[Plan, str, str | None], str]] = {
     TEXT: plan_to_text,
-    'json': lambda plan, _: plan_to_json(plan),
-    'mermaid': plan_to_mermaid,
-    'dot': plan_to_dot,
+    SCRIPT: plan_to_script,
+    'json': lambda plan, *_: plan_to_json(plan),
+    'mermaid': lambda plan, cwd, _: plan_to_mermaid(plan, cwd),
+    'dot': lambda plan, cwd, _: plan_to_dot(plan, cwd),
 }
 #: The formats that are JSON.
 _JSON = ('json', 'sarif')
@@ -115,7 +121,14 @@ def _plan(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
         return 1
     if options.why:
         flow.explain(target, evaluation)
-    _show(form, _PLAN_FORMATS[form](evaluation.plan, str(flow.cwd)))
+    plan = evaluation.plan
+    if form == SCRIPT and plan.left_open:
+        raise UserError(
+            f'there is no script for it, as {plan.left_open[0]} is left open: '
+            'add --run-commands if you trust the launch file'
+        )
+    setup = flow.setup_script
+    _show(form, _PLAN_FORMATS[form](plan, str(flow.cwd), setup))
     return 0
 
 

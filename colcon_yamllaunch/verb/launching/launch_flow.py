@@ -232,6 +232,12 @@ class LaunchFlow:
         """Where the packages are."""
         return self._workspace.locator
 
+    @property
+    def setup_script(self) -> str | None:
+        """What a shell sources to have the workspace, None without one."""
+        setup = self._workspace.setup_script
+        return None if setup is None else str(setup)
+
     def _process_environment(self) -> Mapping[str, str]:
         """Return the environment for the processes."""
         environment = dict(self._workspace.environment)

@@ -192,6 +192,11 @@ class WorkspaceSession:
         return {} if self._colcon is None else self._colcon.guessed
 
     @property
+    def setup_script(self) -> Path | None:
+        """The script that sources it, whether it is there yet or not."""
+        return None if self._colcon is None else self._setup
+
+    @property
     def _setup(self) -> Path:
         return self.colcon.install_base / 'setup.bash'
 

@@ -279,6 +279,10 @@ def test_drawings_of_components() -> None:
 
 def test_text_of_an_empty_plan() -> None:
     assert plan_to_text(Plan(), '/ws') == 'nothing would run'
+    setup = '/ws/it is/setup.bash'
+    assert plan_to_text(Plan(), '/ws', setup) == 'nothing would run'
+    first = plan_to_text(PLAN, '/ws', setup).splitlines()[1]
+    assert first.strip() == ". '/ws/it is/setup.bash'"
 
 
 def test_command_can_be_pasted(tmp_path) -> None:

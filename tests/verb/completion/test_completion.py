@@ -183,7 +183,7 @@ def test_options(user: User, completes: Complete) -> None:
     assert completes('colcon launch --check=s') == ['sarif']
     assert completes('colcon launch alpha alpha --check=s') == ['sarif']
     assert completes('colcon launch --plan=') == [
-        *('dot', 'json', 'mermaid', 'text')
+        *('dot', 'json', 'mermaid', 'sh', 'text')
     ]
     assert completes('colcon launch --workspace ') == ['src/']
     assert completes('colcon launch alpha alpha --paths src/') == [
