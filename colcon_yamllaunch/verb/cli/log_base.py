@@ -27,6 +27,9 @@ from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 #: The variable that colcon takes the folder for logs from.
 LOG_PATH = 'COLCON_LOG_PATH'
 
+#: The variable that names a workspace to use outside of all.
+WORKSPACE = 'ROS_WORKSPACE'
+
 #: How much room there has to be for logs (bytes).
 LEAST_ROOM = 64 * 1024
 
@@ -74,22 +77,33 @@ def find_workspace(
     """
     Find the workspace that is given, or else the one around.
 
+    Outside of all it is that of the variable `ROS_WORKSPACE`, if that names
+    a folder.
+
     :param given: The value of `--workspace`, if given
     :param positionals: Words, the path of a launch file maybe among them
     :raises UntrustedError: when it belongs to somebody else
     """
     if given is not None:
-        folder = Path(given).expanduser().absolute()
-        if not folder.is_dir():
-            return None
-        Trust(os.environ).check(Path(os.path.realpath(folder)))
-        return folder
+        return _trusted(Path(given).expanduser().absolute())
     root = find_root(Path.cwd())
     for word in positionals if root is None else ():
         path = Path(word)
         if word.endswith(PATH_SUFFIXES) and path.is_file():
-            return find_root(path.absolute().parent)
+            root = find_root(path.absolute().parent)
+            break
+    if root is None and os.environ.get(WORKSPACE):
+        folder = Path(os.environ[WORKSPACE]).expanduser()
+        # what is relative would mean another one in each folder
+        return _trusted(folder) if folder.is_absolute() else None
     return root
+
+
+def _trusted(folder: Path) -> Path | None:
+    if not folder.is_dir():
+        return None
+    Trust(os.environ).check(Path(os.path.realpath(folder)))
+    return folder
 
 
 def workspace_root(
