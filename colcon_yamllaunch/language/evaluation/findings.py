@@ -3,6 +3,7 @@
 
 """What was found on the way: problems, packages, programs, nodes."""
 
+from collections.abc import Iterable
 from collections.abc import Mapping
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -120,6 +121,29 @@ class Checked:
     def errors(self) -> tuple[Diagnostic, ...]:
         """The errors among the diagnostics."""
         return tuple(d for d in self.diagnostics if d.severity == 'error')
+
+
+def together(checks: Iterable[Checked]) -> Checked:
+    """Return what was found in several launch files as one, each but once."""
+    diagnostics: dict[tuple[str, Position | None], Diagnostic] = {}
+    files: dict[str, Source] = {}
+    packages: dict[str, Position] = {}
+    executables: dict[ExecutableUse, None] = {}
+    for checked in checks:
+        for diagnostic in checked.diagnostics:
+            where = (diagnostic.message, diagnostic.position)
+            diagnostics.setdefault(where, diagnostic)
+        for file in checked.files:
+            files.setdefault(file.path, file)
+        for name, position in checked.packages.items():
+            packages.setdefault(name, position)
+        executables.update(dict.fromkeys(checked.executables))
+    return Checked(
+        tuple(diagnostics.values()),
+        tuple(files.values()),
+        packages,
+        tuple(executables),
+    )
 
 
 class Findings:

@@ -95,6 +95,12 @@ class LaunchOptions:
         return self.show_args or self.schema or formats != (None, None)
 
     @property
+    def checks_all(self) -> bool:
+        """Whether all launch files of the workspace are to be checked."""
+        names_none = not self.positionals and not self.arguments
+        return self.check is not None and names_none
+
+    @property
     def runs(self) -> bool:
         """Whether what is in the workspace may be run."""
         return not self.inspects or self.run_commands
@@ -227,7 +233,7 @@ def _refuse_unclear(options: LaunchOptions) -> None:
     if options.from_plan is not None:
         if options.inspects or options.positionals:
             raise UserError('--from-plan FILE takes nothing else to launch')
-    elif not options.positionals and not options.schema:
+    elif not (options.positionals or options.schema or options.checks_all):
         usage = 'colcon launch PKG FILE, or colcon launch path/to/file.yaml'
         reason = 'there is nothing to launch.'
         if options.paths:

@@ -151,8 +151,9 @@ _INSPECTION = (
     ),
     Option(
         '--check',
-        'Check every branch of the launch file and of its includes; written '
-        '--check=json, --check=github or --check=sarif for programs',
+        'Check every branch of the launch file and of its includes, or all '
+        'launch files of the workspace; written --check=json, '
+        '--check=github or --check=sarif for programs',
         _formats('json', 'github', 'sarif'),
         excludes=_not('--plan', '--schema'),
     ),

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.evaluation.findings import Checked
+from colcon_yamllaunch.language.evaluation.findings import together
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan_graph import plan_to_dot
 from colcon_yamllaunch.language.plan.plan_graph import plan_to_mermaid
@@ -30,11 +31,14 @@ from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.cli.messages import show_json
 from colcon_yamllaunch.verb.cli.option_table import TEXT
+from colcon_yamllaunch.verb.cli.target import Target
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.preflight import undeclared_imports
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.preflight import unknown_executables
-from colcon_yamllaunch.verb.launching.preflight import unknown_plugins
+from colcon_yamllaunch.workspace.packages.launch_files import (
+    checkable_launch_files,
+)
 
 #: The format of a plan that can be run without colcon.
 SCRIPT = 'sh'
@@ -63,14 +67,18 @@ def inspect(flow: LaunchFlow, options: LaunchOptions) -> int:
     :raises UserError: when there is no such launch file
     """
     if options.check is not None:
-        return _check(flow, options.check, portable=options.portable)
+        return _check(flow, options, options.check)
     if options.plan is not None:
         return _plan(flow, options, options.plan)
     return _show_args(flow)
 
 
-def _check(flow: LaunchFlow, form: str, *, portable: bool) -> int:
-    checked = check(flow.request(), portable=portable)
+def _check(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
+    targets = _launch_files(flow) if options.checks_all else [flow.target()]
+    checked = together(
+        check(flow.request(target), portable=options.portable)
+        for target in targets
+    )
     found = (
         *_guesses(flow),
         *checked.diagnostics,
@@ -82,6 +90,27 @@ def _check(flow: LaunchFlow, form: str, *, portable: bool) -> int:
     checked = replace(checked, diagnostics=found)
     _show(form, _CHECK_FORMATS[form](checked, str(flow.cwd)))
     return 1 if checked.errors else 0
+
+
+def _launch_files(flow: LaunchFlow) -> list[Target]:
+    """
+    Return the launch files of the packages of the workspace.
+
+    :raises UserError: when there are none
+    """
+    locator = flow.locator
+    found = [
+        Target(locator.installed_path(package.name, path) or path, path)
+        for package in sorted(locator.packages(), key=lambda p: p.name)
+        for file in checkable_launch_files(package.path)
+        for path in (str(package.path / file),)
+    ]
+    if not found:
+        raise UserError(
+            'there are no launch files to check: run in a workspace whose '
+            'packages have some, or name one: colcon launch PKG FILE --check'
+        )
+    return found
 
 
 def _guesses(flow: LaunchFlow) -> Iterator[Diagnostic]:

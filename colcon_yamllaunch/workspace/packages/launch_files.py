@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from operator import eq
 from pathlib import Path
 from pathlib import PurePosixPath
+import re
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.missing_files import LISTED
 from colcon_yamllaunch.workspace.packages.missing_files import nearest
 from colcon_yamllaunch.workspace.packages.source_files import source_files
@@ -26,6 +28,7 @@ LAUNCH_SUFFIXES = (
     '.py',
 )
 _YAML_SUFFIXES = ('.yaml', '.yml')
+_LAUNCH = re.compile(r'^\s*[\'"]?launch[\'"]?\s*:|<launch\b', re.M)
 _MANIFEST = 'package.xml'
 _PARAMETER_FOLDERS = frozenset(('config', 'cfg', 'param', 'params'))
 
@@ -45,6 +48,24 @@ def find_launch_files(folder: Path) -> tuple[str, ...]:
         if _may_be_launch_file(path)
     ]
     return tuple(sorted(files, key=lambda f: (not _is_likely(f), f)))
+
+
+def checkable_launch_files(folder: Path) -> tuple[str, ...]:
+    """
+    Find what is certainly a launch file, and in YAML or XML.
+
+    A file in a folder `launch` has to look like one, as parameters may lie
+    there, too.
+
+    :param folder: As for :func:`find_launch_files`
+    """
+    return tuple(
+        file
+        for file in find_launch_files(folder)
+        if _is_likely(file)
+        and not file.endswith('.py')
+        and ('.launch.' in file or _LAUNCH.search(text_of(folder / file)))
+    )
 
 
 def launch_file_names(package: str, files: Sequence[str]) -> list[str]:

@@ -112,6 +112,29 @@ def test_check_of_what_a_build_will_bring(user: User) -> None:
     assert 'no problems' in user.launch('one', 'one', '--check')
 
 
+def test_check_of_a_whole_workspace(user: User) -> None:
+    assert 'there are no launch files to check' in user.launch(
+        '--check', code=1
+    )
+    user.package('one', SAY)
+    include = '  - include: {file: $(find-pkg-share one)/launch/one.yaml}\n'
+    user.package('two', f'launch:\n{include}')
+    # no launch file, though it lies among them
+    user.write('src/two/launch/settings.yaml', 'a: 1\n')
+    assert 'no problems in 2 launch files' in user.launch('--check')
+    user.write('src/one/launch/more.launch.xml', '<launch><nod/></launch>')
+    user.write('src/one/launch/one.yaml', 'launch:\n  - nod: {}\n')
+    output = user.launch('--check', code=1, cwd=user.root / 'src/two')
+    folder = user.root / 'src/one/launch'
+    assert f'{folder}/more.launch.xml:1:10: error: ' in output
+    # once, although another one includes it
+    assert output.count(f'{folder}/one.yaml:2:5: error: ') == 1
+    assert '2 errors in 3 launch files' in output
+    assert 'there is nothing to launch' in user.launch(
+        '--check', 'who:=me', code=1
+    )
+
+
 def test_check_for_programs(user: User) -> None:
     user.package('one', 'launch:\n  - nod: {}\n')
     output = user.launch('one', 'one', '--check=json', code=1)
