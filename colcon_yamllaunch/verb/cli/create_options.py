@@ -22,6 +22,7 @@ class CreateOptions:
     build_type: str
     dependencies: tuple[str, ...] = ()
     node: str | None = None
+    add_node: str | None = None
     license: str | None = None
     description: str | None = None
     maintainer_name: str | None = None

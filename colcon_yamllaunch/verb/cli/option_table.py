@@ -375,8 +375,18 @@ _CREATE = (
     ),
     Option(
         '--node',
-        'The name of its node (default: that of the package and _node)',
+        'The name of its node (default: that of the package and _node); '
+        'NAME.cpp is one in C++',
         Value('NAME', 'nothing'),
+    ),
+    Option(
+        '--add-node',
+        'Add a node to a package that is there; NAME.cpp is one in C++',
+        Value('NAME', 'nothing'),
+        excludes=_not(
+            *('--node', '--dependencies', '--license', '--description'),
+            *('--maintainer-name', '--maintainer-email', '--destination'),
+        ),
     ),
     Option(
         '--license',

@@ -6,6 +6,7 @@
 from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.util import find_spec
 import os
 from pathlib import Path
@@ -16,6 +17,7 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.verb.cli.create_options import CreateOptions
 from colcon_yamllaunch.verb.cli.create_options import parse_create_options
 from colcon_yamllaunch.verb.cli.messages import enumeration
@@ -24,6 +26,9 @@ from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.cli.messages import show_versions
 from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
+from colcon_yamllaunch.workspace.create.added_node import add_node
+from colcon_yamllaunch.workspace.create.added_node import AddedNode
+from colcon_yamllaunch.workspace.create.new_package import client_library
 from colcon_yamllaunch.workspace.create.new_package import LICENSES
 from colcon_yamllaunch.workspace.create.new_package import make_package
 from colcon_yamllaunch.workspace.create.new_package import NewPackage
@@ -33,6 +38,7 @@ from colcon_yamllaunch.workspace.create.package_name import check_node_name
 from colcon_yamllaunch.workspace.create.package_name import check_package_name
 from colcon_yamllaunch.workspace.create.package_name import default_node_name
 from colcon_yamllaunch.workspace.create.package_name import dislikes
+from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.trust import UntrustedError
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
@@ -41,6 +47,7 @@ from colcon_yamllaunch.workspace.packages.workspace_root import is_package
 #: How long git may take to tell a setting (seconds).
 GIT_TIMEOUT = 10.0
 
+_BUILD_TYPE = re.compile(r'<build_type\b[^>]*>\s*(\w+)')
 _DEPENDENCY = re.compile(r'[a-zA-Z0-9][a-zA-Z0-9_.+-]*')
 
 
@@ -54,6 +61,9 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
         return show_versions()
     options = parse_create_options(known)
     cwd = Path.cwd()
+    if options.add_node is not None:
+        show(_add_node(options.package, options.add_node, cwd, environment))
+        return 0
     package = new_package(
         options, lambda name: git_setting(name, cwd, environment)
     )
@@ -78,6 +88,62 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
     return 0
 
 
+def _add_node(
+    name: str, node: str, cwd: Path, environment: Mapping[str, str]
+) -> str:
+    """
+    Add a node to a package, and return what to tell of it.
+
+    :raises UserError: when there is no such package, or no place in it
+    """
+    locator = scan_packages(_root_of(cwd), environment)
+    package = locator.package(name)
+    if package is None:
+        names = [package.name for package in locator.packages()]
+        hint = did_you_mean(name, names) or 'make it without --add-node'
+        raise UserError(f"the workspace has no package '{name}': {hint}")
+    is_cpp = node.endswith('.cpp')
+    build_type = _build_type(package)
+    package = replace(package, type=build_type)
+    if is_cpp and build_type.endswith('python'):
+        raise UserError(
+            f"'{node}' is in C++, which {name}, of the build type "
+            f'{build_type}, does not build: make a package for it'
+        )
+    if build_type not in ('ament_cmake', 'ament_python', 'cmake', 'python'):
+        raise UserError(
+            f'a node cannot be added to {name}, as its build type is '
+            f'{build_type}: make a package for it'
+        )
+    node = node.removesuffix('.py').removesuffix('.cpp')
+    check_node_name(node, build_type, is_cpp)
+    added = AddedNode(package, node, is_cpp)
+    made, *changed = add_node(added)
+    lines = [
+        f'Added the node {node} to {_shown(package.path, cwd)}',
+        f'  {made} (new)',
+        *(f'  {file} (changed)' for file in changed),
+        f'Try it:  colcon run {name} {added.executable}',
+        'To launch it, add to a launch file:',
+    ]
+    if added.is_ros:
+        lines.append(
+            f'  - node: {{pkg: {name}, exec: {added.executable}, '
+            f'name: {node}, output: screen}}'
+        )
+    else:
+        program = f'$(find-pkg-prefix {name})/lib/{name}/{added.executable}'
+        lines.append(f'  - executable: {{cmd: {program}, output: screen}}')
+    return '\n'.join(lines)
+
+
+def _build_type(package: Package) -> str:
+    """Return how a package is built; a scan tells it of plain ones only."""
+    text = text_of(package.path / 'package.xml')
+    found = _BUILD_TYPE.search(text)
+    return found[1] if found else package.type.removeprefix('ros.') or 'catkin'
+
+
 def _root_of(folder: Path) -> Path | None:
     """Find the workspace of a folder, unless it is somebody else's."""
     try:
@@ -97,8 +163,15 @@ def new_package(
     """
     check_package_name(options.package, options.build_type)
     node = options.node or default_node_name(options.package)
-    node = node.removesuffix('.py')
-    check_node_name(node, options.build_type)
+    is_cpp = node.endswith('.cpp')
+    if is_cpp and options.build_type == 'ament_python':
+        raise UserError(
+            f"'{node}' is in C++, which a package of the build type "
+            'ament_python does not build: leave out --build-type, or say '
+            "'--build-type cmake' for one without ROS"
+        )
+    node = node.removesuffix('.py').removesuffix('.cpp')
+    check_node_name(node, options.build_type, is_cpp)
     name = options.maintainer_name or setting('user.name')
     email = options.maintainer_email or setting('user.email')
     if not name or not email:
@@ -107,9 +180,10 @@ def new_package(
         name=options.package,
         build_type=options.build_type,
         node=node,
+        is_cpp=is_cpp,
         maintainer_name=_one_line(name),
         maintainer_email=email,
-        dependencies=tuple(_dependencies(options)),
+        dependencies=tuple(_dependencies(options, is_cpp)),
         license=_one_line(options.license or NO_LICENSE),
         description=_one_line(
             options.description or f'The node {node} and its launch file.'
@@ -154,11 +228,11 @@ def destination(given: Path | None, cwd: Path) -> Path:
     return source if source.is_dir() and not is_package(cwd) else cwd
 
 
-def _dependencies(options: CreateOptions) -> Iterator[str]:
+def _dependencies(options: CreateOptions, is_cpp: bool) -> Iterator[str]:
     names = dict.fromkeys(options.dependencies)
     if options.build_type != 'cmake':
         # the node is written with it
-        names = dict.fromkeys(('rclpy', *names))
+        names = dict.fromkeys((client_library(is_cpp), *names))
     for name in names:
         if name == options.package:
             raise UserError(f'{name} cannot depend on itself')
@@ -233,10 +307,13 @@ def _warnings(
             'workspace, the new one takes its place'
         )
     has_ros = environment.get('AMENT_PREFIX_PATH') or find_spec('rclpy')
+    what = 'ROS 2'
+    if package.is_cpp:
+        has_ros, what = underlays.prefix('rclcpp'), 'rclcpp of ROS 2'
     if package.is_ros and not has_ros:
         yield (
-            'ROS 2 is not to be found here, and the package needs it: source '
-            'its setup.bash, or make one of --build-type cmake'
+            f'{what} is not to be found here, and the package needs it: '
+            'source its setup.bash, or make one of --build-type cmake'
         )
 
 

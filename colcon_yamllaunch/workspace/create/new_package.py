@@ -33,7 +33,8 @@ class NewPackage:
     A package that is to be made.
 
     :param build_type: `ament_cmake`, `ament_python` or `cmake`
-    :param node: The name of its node, which is written in Python
+    :param node: The name of its node
+    :param is_cpp: Whether that is written in C++; else it is in Python
     :param dependencies: The packages that it needs to be built and to run
     :param license: Such as `MIT`, by SPDX
     """
@@ -41,6 +42,7 @@ class NewPackage:
     name: str
     build_type: str
     node: str
+    is_cpp: bool
     maintainer_name: str
     maintainer_email: str
     dependencies: tuple[str, ...]
@@ -50,12 +52,13 @@ class NewPackage:
     @property
     def is_ros(self) -> bool:
         """Whether its node is one of ROS."""
-        return 'rclpy' in self.dependencies
+        return client_library(self.is_cpp) in self.dependencies
 
     @property
     def executable(self) -> str:
         """The name by which its node is run and launched."""
-        suffix = '' if self.build_type == 'ament_python' else '.py'
+        is_script = self.build_type != 'ament_python' and not self.is_cpp
+        suffix = '.py' if is_script else ''
         return f'{self.node}{suffix}'
 
     @property
@@ -77,14 +80,21 @@ class NewPackage:
             **self._code(),
             f'launch/{self.launch_file}': 'launch.yaml',
             f'config/{self.name}.{config}': template,
-            f'test/test_{self.node}.py': 'test_node.py',
         }
+        if not self.is_cpp:
+            files[f'test/test_{self.node}.py'] = 'test_node.py'
         if self.license in LICENSES:
             files['LICENSE'] = f'license_{self.license}'
         return files
 
     def _code(self) -> dict[str, str]:
         node = 'ros_node.py' if self.is_ros else 'plain_node.py'
+        if self.is_cpp:
+            node = 'ros_node.cpp' if self.is_ros else 'plain_node.cpp'
+            return {
+                'CMakeLists.txt': 'CMakeLists.txt',
+                f'src/{self.node}.cpp': node,
+            }
         if self.build_type != 'ament_python':
             return {
                 'CMakeLists.txt': 'CMakeLists.txt',
@@ -98,6 +108,11 @@ class NewPackage:
             f'{module}/__init__.py': '',
             f'{module}/{self.node}.py': node,
         }
+
+
+def client_library(is_cpp: bool) -> str:
+    """Return the package of ROS 2 that nodes are written with."""
+    return 'rclcpp' if is_cpp else 'rclpy'
 
 
 def make_package(package: NewPackage, folder: Path) -> None:
@@ -130,21 +145,30 @@ def make_package(package: NewPackage, folder: Path) -> None:
 def _write(package: NewPackage, folder: Path) -> None:
     values = _values(package)
     for path, template in package.files().items():
-        file = folder / path
-        if template:
-            expand_template(_TEMPLATES / f'{template}.em', file, values)
-        else:
-            file.parent.mkdir(exist_ok=True)
-            file.touch()
-        if file.parent.name == 'scripts':
-            # everyone may run it who may read it
-            mode = file.stat().st_mode
-            file.chmod(mode | (mode & 0o444) >> 2)
+        write_file(folder / path, template, values)
     reason = manifest_error(folder)
     if reason is not None:
         # catkin_pkg names the file, which will not be there
         reason = reason.rpartition("package.xml': ")[2]
         raise UserError(f'package.xml would be invalid: {reason}')
+
+
+def write_file(file: Path, template: str, values: Mapping[str, Any]) -> None:
+    """
+    Make a file of a template, executable if it is in a folder of scripts.
+
+    :param template: The name of the template; empty for an empty file
+    :raises OSError: when the file cannot be written
+    """
+    if template:
+        expand_template(_TEMPLATES / f'{template}.em', file, values)
+    else:
+        file.parent.mkdir(exist_ok=True)
+        file.touch()
+    if file.parent.name == 'scripts':
+        # everyone may run it who may read it
+        mode = file.stat().st_mode
+        file.chmod(mode | (mode & 0o444) >> 2)
 
 
 def _values(package: NewPackage) -> Mapping[str, Any]:

@@ -17,6 +17,21 @@ from colcon_yamllaunch.common.errors import UserError
 
 _PACKAGE = re.compile(r'[a-zA-Z][a-zA-Z0-9_-]*')
 _NODE = re.compile(r'[a-zA-Z][a-zA-Z0-9_]*')
+#: Names that CMake (policy CMP0037) and ament_cmake keep for themselves.
+_CMAKE_TARGETS = frozenset(
+    (
+        *(
+            'all',
+            'clean',
+            'depend',
+            'edit_cache',
+            'help',
+            'install',
+            'package',
+        ),
+        *('rebuild_cache', 'test', 'uninstall'),
+    )
+)
 
 
 def check_package_name(name: str, build_type: str) -> None:
@@ -62,11 +77,12 @@ def advised_name(name: str) -> str:
     return re.sub(r'[-_]+', '_', words).strip('_').lower()
 
 
-def check_node_name(name: str, build_type: str) -> None:
+def check_node_name(name: str, build_type: str, is_cpp: bool = False) -> None:
     """
-    Check that a node, and so its Python module, may have a name.
+    Check that a node, and so its Python module or program, may have a name.
 
     :param build_type: Such as `ament_python`
+    :param is_cpp: Whether it is written in C++
     :raises UserError: when it may not
     """
     if not _NODE.fullmatch(name):
@@ -74,6 +90,13 @@ def check_node_name(name: str, build_type: str) -> None:
             f"'{name}' is no name for a node: it consists of letters, digits "
             'and underscores, with a letter first'
         )
+    if is_cpp:
+        if name in _CMAKE_TARGETS:
+            raise UserError(
+                f"'{name}' is no name for a node written in C++: CMake has a "
+                'target of this name itself'
+            )
+        return
     if keyword.iskeyword(name) or keyword.iskeyword(class_name(name)):
         raise UserError(
             f"'{name}' is no name for a node written in Python: it is a "

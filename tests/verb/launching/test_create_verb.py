@@ -277,3 +277,37 @@ def test_help(developer: User) -> None:
     for words in (['--help'], ['my_pkg', '-h']):
         assert '--build-type' in create(developer, *words).stdout
     assert list((developer.root / 'src').iterdir()) == []
+
+
+def test_nodes_in_cpp_and_one_more(developer: User) -> None:
+    words = ['pumps', '--build-type', 'cmake', '--license', 'MIT']
+    create(developer, *words, '--node', 'pump.cpp')
+    done = create(developer, 'pumps', '--add-node', 'valve')
+    assert (
+        '  scripts/valve.py (new)\n  CMakeLists.txt (changed)' in done.stdout
+    )
+    until = ('--until', 'Hello from pumps 2')
+    output = developer.launch('pumps', 'pumps.launch.yaml', *until)
+    assert '] Hello from pumps 1' in output
+    assert (developer.root / 'install/pumps/lib/pumps/valve.py').is_file()
+
+
+def test_package_with_a_node_of_rclcpp(developer: User) -> None:
+    done = create(developer, 'pumps', '--node', 'pump.cpp')
+    assert 'rclcpp of ROS 2 is not to be found here' in done.stderr
+    folder = developer.root / 'src/pumps'
+    text = (folder / 'CMakeLists.txt').read_text()
+    assert 'target_link_libraries(pump rclcpp::rclcpp)' in text
+    assert '<depend>rclcpp</depend>' in (folder / 'package.xml').read_text()
+    assert (
+        'class Pump : public rclcpp::Node'
+        in (folder / 'src/pump.cpp').read_text()
+    )
+    assert 'is in C++' in error(
+        developer, 'a', '--node', 'b.cpp', '--build-type', 'ament_python'
+    )
+    assert 'CMake has a target' in error(developer, 'a', '--node', 'test.cpp')
+    assert "did you mean 'pumps'?" in error(
+        developer, 'pump', '--add-node', 'x'
+    )
+    assert 'already' in error(developer, 'pumps', '--add-node', 'pump.cpp')
