@@ -18,7 +18,8 @@ def test_creating(
     _, _, creating = PAGE.read_text(encoding='utf-8').partition(
         '## `colcon create`'
     )
-    made, warned = blocks(creating)
+    made, added, warned = blocks(creating)
     reader = make_reader(tmp_path)
     reader.do(made)
+    reader.do(added)
     reader.do(warned)
