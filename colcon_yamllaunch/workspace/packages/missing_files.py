@@ -71,11 +71,11 @@ def unknown_executable(
     :param locator: The packages, built or not
     """
     # most launches name what is there
-    from colcon_yamllaunch.workspace.packages.source_programs import (
-        source_programs,
+    from colcon_yamllaunch.workspace.packages.install_rules import (
+        spells_out_programs,
     )
     from colcon_yamllaunch.workspace.packages.source_programs import (
-        spells_out_programs,
+        source_programs,
     )
 
     own = locator.package(package)
@@ -134,7 +134,7 @@ def certainly_unknown_executable(
     :param locator: The packages, built or not
     """
     # only a launch that builds asks
-    from colcon_yamllaunch.workspace.packages.source_programs import (
+    from colcon_yamllaunch.workspace.packages.install_rules import (
         spells_out_programs,
     )
 
