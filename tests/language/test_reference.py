@@ -100,7 +100,7 @@ def test_every_launch_file_in_it_can_be_read() -> None:
     assert len(blocks) > len(ACTIONS)
     for block in blocks:
         text = block if block.startswith('launch:') else 'launch:\n' + block
-        read_launch_file(source(text))
+        assert read_launch_file(source(text)).problems == ()
 
 
 def test_a_table_has_as_many_cells_in_every_row() -> None:

@@ -77,6 +77,14 @@ class Policy(Findings, Surroundings, ABC):
         :param origin: Where it is included, None for the outermost
         """
 
+    def read_in_part(self, problem: LaunchError, origin: Text | None) -> None:
+        """
+        Take note of a launch file of which some entries cannot be read.
+
+        :param origin: Where it is included, None for the outermost
+        """
+        self.read_failed(problem, origin)
+
     @abstractmethod
     def launch_python(self, name: str, path: str, origin: Span) -> None:
         """

@@ -40,6 +40,7 @@ from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import Item
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
+from colcon_yamllaunch.language.tree.launch_tree import UNREADABLE
 from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.parameter_sections import (
     ParameterSections,
@@ -302,15 +303,19 @@ class Walk(Policy):
                 self.warn(
                     f'this launch file is deprecated: {file.deprecated}', start
                 )
-            if file.warnings:
-                self.report(LaunchError(*file.warnings))
+            if file.problems and not file.has_mistakes:
+                self.report(LaunchError(*file.problems))
             self.visit_all(file.entities)
         return True
 
     def read_file(
         self, name: str, path: str, origin: Text | None
     ) -> LaunchFile | None:
-        """Read a launch file, unless it was read before."""
+        """
+        Read a launch file, unless it was read before.
+
+        Return None when nothing in it can be read.
+        """
         if path not in self.files:
             self.files[path] = None
             try:
@@ -322,18 +327,28 @@ class Walk(Policy):
             else:
                 self.files[path] = file
                 self.note_file(path, file)
+                if file.has_mistakes:
+                    self._broken[path] = LaunchError(*file.problems)
         if path in self._broken:
             problem = self._broken[path]
             if origin is not None:
                 problem = problem.included_from(origin.position)
-            self.read_failed(problem, origin)
+            if self.files[path] is None:
+                self.read_failed(problem, origin)
+            else:
+                self.read_in_part(problem, origin)
         return self.files[path]
 
     def visit_all(self, entities: tuple[Entity, ...]) -> None:
         """Do some actions in order."""
         for entity in entities:
             self.count_action(entity.item)
-            self.visit(entity)
+            if entity.action is UNREADABLE:
+                # it may set anything
+                self.scope.configurations.is_open = True
+                self.visit_all(entity.children)
+            else:
+                self.visit(entity)
 
     def count_action(self, place: Item | Attributes) -> None:
         """Take note of an action, or of a round of a loop."""

@@ -24,6 +24,7 @@ from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
+from colcon_yamllaunch.language.tree.launch_tree import UNREADABLE
 from colcon_yamllaunch.language.tree.text import Text
 
 
@@ -69,7 +70,10 @@ class ArgumentUse:
         """Note what a launch file does."""
         use = self._files[path] = FileUse()
         for entity in file.walk():
-            if entity.action.name in ARGUMENT_ACTIONS:
+            if entity.action is UNREADABLE:
+                # it may declare or read any
+                use.is_open = True
+            elif entity.action.name in ARGUMENT_ACTIONS:
                 text = entity.item.texts['name']
                 use.declared.setdefault(text.plain, text)
             for written in entity.item.every_text():
@@ -89,7 +93,7 @@ class ArgumentUse:
 
     def unknown_argument(self, path: str, name: str) -> str | None:
         """Return a hint when a launch file does not use an argument."""
-        if name in PROCESS_ARGUMENTS:
+        if name in PROCESS_ARGUMENTS or path not in self._files:
             return None
         declared: set[str] = set()
         for use in self.reached(path).values():

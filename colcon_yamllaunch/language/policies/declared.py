@@ -24,6 +24,7 @@ from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
@@ -72,10 +73,13 @@ class Declarations:
     :param arguments: The launch arguments, in the order of the files
     :param not_followed: Where includes are that may declare more of them, and
       why these could not be followed
+    :param mistakes: What is wrong with single entries of the files that are
+      used in any case; they may declare more of them, too
     """
 
     arguments: tuple[DeclaredArgument, ...]
     not_followed: Mapping[Position, str]
+    mistakes: tuple[Diagnostic, ...] = ()
 
 
 def find_declarations(request: Request) -> Declarations:
@@ -88,15 +92,19 @@ def find_declarations(request: Request) -> Declarations:
 
     :param request: The launch file; the launch arguments matter only for the
       paths of includes
-    :raises LaunchError: when a launch file that is used in any case has
-      mistakes
+    :raises LaunchError: when a launch file that is used in any case cannot be
+      read
     """
     walk = _Listing(request)
     walk.launch(request.name, request.path)
     errors = [d for d in walk.diagnostics if d.severity == 'error']
     if errors:
         raise LaunchError(*errors)
-    return Declarations(tuple(walk.arguments.values()), walk.not_followed)
+    return Declarations(
+        tuple(walk.arguments.values()),
+        walk.not_followed,
+        tuple(walk.mistakes.values()),
+    )
 
 
 class _Listing(Walk):
@@ -109,6 +117,8 @@ class _Listing(Walk):
         self._problem: LaunchError | None = None
         self.arguments: dict[str, DeclaredArgument] = {}
         self.not_followed: dict[Position, str] = {}
+        # what is wrong where, as a file may be included twice
+        self.mistakes: dict[tuple[str, Position | None], Diagnostic] = {}
 
     @property
     def _is_conditional(self) -> bool:
@@ -208,6 +218,15 @@ class _Listing(Walk):
             'when it runs',
             hint=f"'ros2 launch -s {path}' shows them",
         )
+
+    def read_in_part(self, problem: LaunchError, origin: Text | None) -> None:
+        if origin is not None and self._is_conditional:
+            self.read_failed(problem, origin)
+            return
+        for mistake in self.located(problem).diagnostics:
+            if mistake.severity == 'error':
+                where = (mistake.message, mistake.position)
+                self.mistakes.setdefault(where, mistake)
 
     def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
         if origin is None or not self._is_conditional:

@@ -6,30 +6,24 @@
 from collections.abc import Iterator
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.declared import Declarations
 from colcon_yamllaunch.language.policies.declared import DeclaredArgument
-from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.language.syntax.diagnostics import shown_position
 
 _INDENT = ' ' * 8
 
 
-def show_arguments(request: Request) -> str:
+def show_arguments(declarations: Declarations, cwd: str) -> str:
     """
-    Show the launch arguments of a launch file with everything it includes.
+    Lay the launch arguments of a launch file out.
 
     The layout is that of `ros2 launch --show-args`, with more lines in it:
     where each argument is declared, and which includes could not be followed.
     There is no line end after the last line.
 
-    :param request: The launch file; the launch arguments matter only for the
-      paths of includes
-    :raises LaunchError: when a launch file that is used in any case has
-      mistakes
+    :param cwd: The folder that paths are shown relative to
     """
-    declarations = find_declarations(request)
-    return '\n'.join(_lines(declarations, request.cwd))
+    return '\n'.join(_lines(declarations, cwd))
 
 
 def _lines(declarations: Declarations, cwd: str) -> Iterator[str]:

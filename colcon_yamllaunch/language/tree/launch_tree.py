@@ -95,21 +95,31 @@ class Entity:
     children: 'tuple[Entity, ...]' = ()
 
 
+#: Stands for the action of an entry that has mistakes.
+UNREADABLE = Action('', 'Something that cannot be read.', ())
+
+
 @dataclass(frozen=True, slots=True)
 class LaunchFile:
     """
     A launch file as it is written.
 
     :param source: The file
-    :param entities: Its actions
+    :param entities: Its actions; one with mistakes is :data:`UNREADABLE`
     :param deprecated: Why it should not be used any more, if so
-    :param warnings: What is no mistake in ROS 2, but hardly meant
+    :param problems: The mistakes of single entries, and what is no mistake in
+      ROS 2, but hardly meant
     """
 
     source: Source
     entities: tuple[Entity, ...]
     deprecated: str | None = None
-    warnings: tuple[Diagnostic, ...] = ()
+    problems: tuple[Diagnostic, ...] = ()
+
+    @property
+    def has_mistakes(self) -> bool:
+        """Whether it cannot be launched as it is."""
+        return any(problem.severity == 'error' for problem in self.problems)
 
     def walk(self) -> Iterator[Entity]:
         """Iterate over all actions of the file, outer ones first."""
@@ -122,9 +132,9 @@ class LaunchFile:
 
 def read_launch_file(source: Source) -> LaunchFile:
     """
-    Read a launch file.
+    Read a launch file, all but the entries that have mistakes.
 
-    :raises LaunchError: with all mistakes that it has by itself
+    :raises LaunchError: when there is nothing in it that can be read
     """
     return _TreeReader(source).read()
 
@@ -153,10 +163,8 @@ class _TreeReader:
         if isinstance(value, Mapping):
             deprecated, value = self._root_mapping(value)
         entities = self._entities(value, "'launch:'", position)
-        problems = sorted(self._problems, key=_place)
-        if any(problem.severity == 'error' for problem in problems):
-            raise LaunchError(*problems)
-        return LaunchFile(self._source, entities, deprecated, tuple(problems))
+        problems = tuple(sorted(self._problems, key=_place))
+        return LaunchFile(self._source, entities, deprecated, problems)
 
     def _root(self, document: Value | None) -> tuple[Value, Position]:
         start = self._source.position(0, 0)
@@ -226,25 +234,24 @@ class _TreeReader:
                 "write '[]' if there are none" if is_empty else hint,
             )
             return ()
-        found = (self._entity(item) for item in value.items)
-        return tuple(entity for entity in found if entity is not None)
+        return tuple([self._entity(item) for item in value.items])
 
-    def _entity(self, value: Value) -> Entity | None:
+    def _entity(self, value: Value) -> Entity:
         if not isinstance(value, Mapping) or not value.pairs:
             self._report(
                 'an action is a name with attributes',
                 value.position,
                 'for example: node: {pkg: my_pkg, exec: my_node}',
             )
-            return None
+            return _unreadable(value.position)
         pairs = iter(value.pairs.items())
         name, (key, attributes) = next(pairs)
         for other, (other_key, _) in pairs:
             self._report_second_key(name, other, other_key, attributes)
-            return None
+            return _unreadable(key.position)
         action = self._action(name, key)
         if action is None:
-            return None
+            return _unreadable(key.position)
         return self._read_action(action, key, attributes)
 
     def _report_second_key(
@@ -277,7 +284,7 @@ class _TreeReader:
 
     def _read_action(
         self, action: Action, key: Scalar, value: Value
-    ) -> Entity | None:
+    ) -> Entity:
         children: tuple[Entity, ...] | None = None
         if not action.has_children:
             pass
@@ -293,7 +300,8 @@ class _TreeReader:
             if isinstance(value, Scalar) and '\u00a0' in value.text:
                 hint = 'a no-break space stands in them; type it anew'
             self._report(f"'{action.name}' wants its attributes", key, hint)
-            return None
+            return _unreadable(key.position)
+        known = len(self._problems)
         item = self._item(
             f"'{action.name}'",
             action.attributes,
@@ -302,6 +310,8 @@ class _TreeReader:
             None if children is None else 'children',
         )
         self._check_conditions(item)
+        if len(self._problems) > known:
+            return _unreadable(key.position, children or ())
         return Entity(action, item, children or ())
 
     def _check_conditions(self, item: Item) -> None:
@@ -437,6 +447,12 @@ class _TreeReader:
     ) -> None:
         problem = error(message, at, hint=hint, length=length)
         self._problems.extend(problem.diagnostics)
+
+
+def _unreadable(
+    position: Position, children: tuple[Entity, ...] = ()
+) -> Entity:
+    return Entity(UNREADABLE, Item(position, {}, {}, {}, {}), children)
 
 
 def _meant(name: str, known: Iterable[str]) -> str | None:

@@ -18,6 +18,7 @@ from colcon_yamllaunch.language.plan.plan_json import plan_to_json
 from colcon_yamllaunch.language.plan.plan_script import plan_to_script
 from colcon_yamllaunch.language.plan.plan_text import plan_to_text
 from colcon_yamllaunch.language.policies.check import check
+from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.show_args import show_arguments
 from colcon_yamllaunch.language.reports.reports import as_github
@@ -129,11 +130,13 @@ def _guesses(flow: LaunchFlow) -> Iterator[Diagnostic]:
 def _show_args(flow: LaunchFlow) -> int:
     flow.report(_guesses(flow))
     try:
-        shown = show_arguments(flow.request())
+        declarations = find_declarations(flow.request())
     except LaunchError as e:
         flow.report(e.diagnostics)
         return 1
-    show(shown)
+    # what is asked for is there; it is the launch that they are errors of
+    flow.report(replace(d, severity='warning') for d in declarations.mistakes)
+    show(show_arguments(declarations, str(flow.cwd)))
     return 0
 
 

@@ -401,6 +401,58 @@ launch:
     assert len(found(launcher, text)) == 7
 
 
+def test_that_a_mistake_leaves_the_rest_of_its_file_standing(
+    launcher: Launcher,
+) -> None:
+    launcher.write(
+        'sub.yaml',
+        'launch: [arg: {name: a}, nod: {}, node: {pkg: alhpa, exec: x}]',
+    )
+    problems = found(
+        launcher,
+        """
+launch:
+- include: {file: sub.yaml, arg: [{name: a, value: 1}, {name: b, value: 1}]}
+- node: {pkg: alpha, exec: talkr}
+""",
+    )
+    assert problems == [
+        "error: unknown action 'nod'",
+        "error: there is no package 'alhpa' in the workspace or an underlay",
+        "error: package 'alpha' has no executable 'talkr'",
+    ]
+
+
+def test_that_what_a_mistake_may_have_set_is_not_missed(
+    launcher: Launcher,
+) -> None:
+    problems = found(
+        launcher,
+        """
+launch:
+- arg: {name: used}
+- agr: {name: a, default: $(var used)}
+- let: {name: b, valeu: 5}
+- log: {message: $(var a) $(var b)}
+""",
+    )
+    assert problems == [
+        "error: unknown action 'agr'",
+        "error: 'let' has no attribute 'valeu'",
+    ]
+
+
+def test_that_a_file_that_cannot_be_read_lacks_no_argument(
+    launcher: Launcher,
+) -> None:
+    launcher.write('sub.yaml', 'launch: [')
+    problems = found(
+        launcher,
+        'launch:\n- include: {file: sub.yaml, arg: [{name: a, value: 1}]}\n',
+    )
+    assert len(problems) == 1
+
+
 def test_that_a_command_is_never_run(launcher: Launcher) -> None:
     witness = launcher.folder / 'witness'
     text = f"""

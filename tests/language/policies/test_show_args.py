@@ -48,6 +48,7 @@ def found(
     """Return the arguments of a launch file whose includes are all known."""
     declarations = find(launcher, text, **arguments)
     assert declarations.not_followed == {}
+    assert declarations.mistakes == ()
     return {a.name: a for a in declarations.arguments}
 
 
@@ -60,18 +61,7 @@ def marked(launcher: Launcher, text: str, **arguments: str) -> list[str]:
 
 
 def show(launcher: Launcher, text: str) -> str:
-    path = str(launcher.write('main.yaml', dedent(text)))
-    return show_arguments(
-        Request(
-            path,
-            path,
-            packages=launcher.packages,
-            environment=launcher.environment,
-            arguments={},
-            cwd=str(launcher.folder),
-            log_folder=LOG_FOLDER,
-        ),
-    )
+    return show_arguments(find(launcher, text), str(launcher.folder))
 
 
 def test_the_layout_is_that_of_ros2_launch(launcher: Launcher) -> None:
@@ -409,15 +399,13 @@ def test_includes_that_multiply_end_with_an_error(launcher: Launcher) -> None:
 def test_all_mistakes_of_the_files_are_reported(launcher: Launcher) -> None:
     launcher.write('sub.yaml', 'launch: [nod: {}, shutdwn: {}]')
     launcher.write('other.yaml', 'launch: [include: {file: sub.yaml}]')
-    with pytest.raises(LaunchError) as caught:
-        find(
-            launcher,
-            """\
-            launch:
-            - include: {file: other.yaml}
-            """,
-        )
-    problems = caught.value.diagnostics
+    problems = find(
+        launcher,
+        """\
+        launch:
+        - include: {file: other.yaml}
+        """,
+    ).mistakes
     assert [p.message for p in problems] == [
         "unknown action 'nod'",
         "unknown action 'shutdwn'",
@@ -425,6 +413,29 @@ def test_all_mistakes_of_the_files_are_reported(launcher: Launcher) -> None:
     assert [Path(i.path).name for i in problems[0].includes] == [
         'other.yaml',
         'main.yaml',
+    ]
+
+
+def test_mistakes_hide_no_other_arguments(launcher: Launcher) -> None:
+    launcher.write(
+        'sub.yaml', 'launch: [arg: {name: b}, nod: {}, arg: {name: c}]'
+    )
+    text = """\
+        launch:
+        - arg: {name: a}
+        - include: {file: sub.yaml}
+        - include: {file: sub.yaml}
+        - group: {scpoed: true, children: [arg: {name: d}]}
+        - nod: {children: [arg: {name: e}]}
+        - arg: {name: z}
+        """
+    declarations = find(launcher, text)
+    names = [argument.name for argument in declarations.arguments]
+    assert names == ['a', 'b', 'c', 'd', 'z']
+    assert [m.message for m in declarations.mistakes] == [
+        "'group' has no attribute 'scpoed'",
+        "unknown action 'nod'",
+        "unknown action 'nod'",
     ]
 
 

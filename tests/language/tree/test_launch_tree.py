@@ -17,9 +17,12 @@ def read(text):
 
 
 def problems(text):
-    with pytest.raises(LaunchError) as raised:
-        read(text)
-    return raised.value.diagnostics
+    try:
+        file = read(text)
+    except LaunchError as e:
+        return e.diagnostics
+    assert file.has_mistakes
+    return file.problems
 
 
 @pytest.mark.parametrize(
@@ -386,6 +389,20 @@ def test_all_mistakes_of_a_file_are_shown():
         '- let: {name: a, value: b, if: $(x), unless: ""}\n'
     )
     assert [d.position.line for d in found] == [2, 3, 3, 5, 6, 6, 6, 7]
+
+
+def test_an_entry_with_mistakes_leaves_the_others_standing():
+    file = read(
+        'launch:\n'
+        '- nod: {}\n'
+        '- 5\n'
+        '- shutdown: {}\n'
+        '- group: {scpoed: true, children: [reset: {}, let: {name: a}]}\n'
+        '- reset_env: {}\n'
+    )
+    names = ['', '', 'shutdown', '', 'reset', '', 'reset_env']
+    assert [entity.action.name for entity in file.walk()] == names
+    assert [d.position.line for d in file.problems] == [2, 3, 5, 5]
 
 
 @pytest.mark.parametrize('action', ACTIONS.values(), ids=ACTIONS)

@@ -70,10 +70,9 @@ def schema_accepts(text: str) -> bool:
 
 def reader_accepts(text: str) -> bool:
     try:
-        read_launch_file(source(text))
+        return not read_launch_file(source(text)).has_mistakes
     except LaunchError:
         return False
-    return True
 
 
 def required_attributes(action: Action) -> dict[str, Any]:
