@@ -102,7 +102,7 @@ def _var(call: Call) -> Value:
     source = f'$(var {name})'
     if len(call) > 1:
         return walk.default(call[1], source)
-    if not configurations.may_have_others():
+    if not walk.may_be_set(name):
         call.fail(
             f"launch configuration '{name}' does not exist",
             did_you_mean(name, configurations.all())

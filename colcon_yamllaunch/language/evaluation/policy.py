@@ -118,6 +118,10 @@ class Policy(Findings, Surroundings, ABC):
         :param text: What it is made of
         """
 
+    def may_be_set(self, _name: str) -> bool:
+        """Say whether a launch configuration may be there that is not seen."""
+        return self.scope.configurations.may_have_others()
+
     def default(self, value: Value, _source: str) -> Value:
         """Return a value that stands for one that a launch may be given."""
         return value

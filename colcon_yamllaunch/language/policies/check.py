@@ -9,6 +9,7 @@ at, whatever its condition comes to, and every launch file that is included.
 """
 
 from collections.abc import Iterable
+from collections.abc import Set
 from itertools import islice
 import os
 import re
@@ -116,6 +117,8 @@ class _Check(Walk):
         self._conditions = 0
         # the launch file that was included last in the one that is open
         self._included: str | None = None
+        # what is set only where no launch comes
+        self._never_set: set[str] = set()
 
     def check_arguments(self, request: Request) -> None:
         """Report arguments that are declared or given, and not used."""
@@ -153,7 +156,9 @@ class _Check(Walk):
             self.guards.pop()
         self.never -= is_never
         self._conditions -= 1
-        if not is_never:
+        if is_never:
+            self._never_set.update(inner.configurations.own)
+        else:
             self.scope.merge(inner, None if is_sure else guard)
 
     def visit_file(self, name: str, path: str, origin: Text | None) -> bool:
@@ -204,9 +209,14 @@ class _Check(Walk):
         if not self.never:
             self._included = located[0]
         use.is_open = use.is_open or not is_read
-        for argument in ('arg', 'let'):
-            for pair in attributes.items(argument):
-                self._check_passed(path, pair)
+        # what an include sets, all behind it see: its other arguments, too
+        here = use.read - use.declared.keys()
+        pairs = [*attributes.items('arg'), *attributes.items('let')]
+        for index, pair in enumerate(pairs):
+            behind = FileUse()
+            for other in pairs[index + 1 :]:
+                behind.add_text(other.item.texts['value'].template)
+            self._check_passed(path, pair, here | behind.read)
 
     def _may_follow(self, path: str, file: Text) -> bool:
         if path.endswith(PYTHON_SUFFIX):
@@ -224,9 +234,11 @@ class _Check(Walk):
             return self._visits[path] < MAXIMUM_INCLUDE_DEPTH
         return self._visits.get(path, 0) < MAXIMUM_VISITS
 
-    def _check_passed(self, path: str, pair: Attributes) -> None:
+    def _check_passed(
+        self, path: str, pair: Attributes, used: Set[str]
+    ) -> None:
         name = pair.text('name')
-        if name is None:
+        if name is None or name in used:
             return
         hint = self._arguments.unknown_argument(path, name)
         if hint is not None:
@@ -264,6 +276,11 @@ class _Check(Walk):
 
     def default(self, value: Value, source: str) -> Value:
         return Value(value.text, source, value.sources | {source})
+
+    def may_be_set(self, name: str) -> bool:
+        # both may stand under the same condition
+        is_behind = self.never > 0 and name in self._never_set
+        return is_behind or super().may_be_set(name)
 
     def compute(self, expression: str, modules: str) -> str | None:
         try:

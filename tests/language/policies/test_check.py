@@ -154,6 +154,18 @@ launch:
 - executable: {cmd: whatever, shell: true}
 - executable: {cmd: whatever, launch-prefix: find}
 """,
+    'what a condition declares and uses': """
+launch:
+- arg: {name: mode, default: real}
+- arg: {name: world, if: $(equals $(var mode) sim)}
+- group:
+    scoped: false
+    if: $(equals $(var mode) sim)
+    children:
+    - arg: {name: rate, default: 5, choice: [{value: '5'}]}
+- log: {message: $(var world), if: $(equals $(var mode) sim)}
+- log: {message: $(var rate), if: $(equals $(var mode) sim)}
+""",
     'a file that a build may bring': """
 launch:
 - set_parameter: {name: x, value: $(file-content /install/x/share/x/y)}
@@ -164,6 +176,14 @@ launch:
 @pytest.mark.parametrize('name', GOOD)
 def test_nothing_is_wrong_with(name: str, launcher: Launcher) -> None:
     assert found(launcher, GOOD[name]) == []
+
+
+@pytest.mark.parametrize('mode', ['sim', 'real'])
+def test_nothing_is_wrong_once_the_condition_is_given(
+    mode: str, launcher: Launcher
+) -> None:
+    text = GOOD['what a condition declares and uses']
+    assert found(launcher, text, mode=mode, world='w') == []
 
 
 BAD = {
@@ -514,6 +534,25 @@ launch:
         )
         assert problem.severity == 'warning'
         assert problem.hint == "did you mean 'mode'?"
+
+    def test_arguments_that_others_of_the_include_use(
+        self, launcher: Launcher
+    ) -> None:
+        launcher.write('child.yaml', CHILD)
+        launcher.write('other.yaml', 'launch:\n- arg: {name: x, default: 1}')
+        text = """
+launch:
+- include:
+    file: $(dirname)/child.yaml
+    arg: [{name: kind, value: fa}, {name: mode, value: $(var kind)st}]
+- include:
+    file: $(dirname)/child.yaml
+    arg: [{name: own, value: fast}]
+    let: [{name: mode, value: $(var own)}]
+- include: {file: other.yaml, arg: [{name: behind, value: 5}]}
+- log: {message: $(var behind) $(var x)}
+"""
+        assert found(launcher, text) == []
 
     def test_an_argument_for_what_it_includes(
         self, launcher: Launcher
