@@ -40,7 +40,7 @@ def executables(package: str, locator: PackageLocator) -> Candidates:
     names = set(locator.executables(package))
     own = locator.package(package)
     if own is not None:
-        names |= source_programs(own.path)
+        names |= source_programs(own.path).names
     return dict.fromkeys(sorted(names), '')
 
 

@@ -15,7 +15,9 @@ from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import is_executable
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.source_files import source_files
-from colcon_yamllaunch.workspace.packages.source_programs import source_plugins
+from colcon_yamllaunch.workspace.packages.source_programs import (
+    source_programs,
+)
 
 #: How many names are listed at most.
 LISTED = 10
@@ -24,6 +26,17 @@ _SCRIPTS = ('.py', '.sh')
 _CODE = ('.c', '.cc', '.cpp', '.cxx', '.h', '.hh', '.hpp', '.hxx', '.py')
 # folders and files whose scripts a build installs as no programs
 _NO_PROGRAMS = frozenset(('test', 'tests', 'launch', 'setup.py'))
+# the ways to build whose programs the build files name
+_KNOWN_TYPES = frozenset(
+    [
+        'cmake',
+        'python',
+        'ros.ament_cmake',
+        'ros.ament_python',
+        'ros.catkin',
+        'ros.cmake',
+    ]
+)
 _BUILD_FILES = ('CMakeLists.txt', 'setup.py', 'setup.cfg', 'pyproject.toml')
 
 #: What makes setuptools install programs elsewhere than in `bin/`.
@@ -84,6 +97,9 @@ def unknown_executable(
         return missing_executable(locator, package, name)
     if is_executable(Path(prefix, 'lib', package, name)):
         return None
+    programs = source_programs(own.path)
+    if own.type not in _KNOWN_TYPES or name in programs.scripts:
+        return None
     source = _source_file(own, name)
     is_mentioned = _is_mentioned(own, name)
     is_script = source is not None and (
@@ -96,18 +112,10 @@ def unknown_executable(
             return _not_installed_program(own, source, name)
         return f"{package} has no '{name}': did you mean '{same[0]}'?"
     if source is not None and Path(source).name == name:
-        files = (own.path / file for file, _ in source_files(own.path))
-        # setuptools makes executable what it installs
-        if own.type.endswith('python') or any(
-            file.name == name and is_executable(file) for file in files
-        ):
-            return None
-        return _not_executable(own.path / source, own)
-    if is_mentioned:
-        is_in_bin = own.type.endswith('python') and not _SCRIPT_FOLDER.search(
-            text_of(own.path / 'setup.cfg')
-        )
-        return _in_bin(package, name, own) if is_in_bin else None
+        path = own.path / source
+        return None if is_executable(path) else _not_executable(path, own)
+    if programs.may_have(name) or _is_mentioned(own, name):
+        return None
     if source is not None and Path(source).suffix in _SCRIPTS:
         source = Path(source).name
         return f"{package} has no '{name}': did you mean '{source}'?"
@@ -118,8 +126,9 @@ def unknown_executable(
         and not file.endswith('.launch.py')
         and _NO_PROGRAMS.isdisjoint(Path(file).parts)
     }
-    there = {*locator.executables(package), *programs}
-    return f"{package} has no executable '{name}'{_nearest(name, there)}"
+    there = {*locator.executables(package), *scripts, *programs.names}
+    listed = _nearest(name, there) if there else ': its build files name none'
+    return f"{package} has no executable '{name}'{listed}"
 
 
 def certainly_unknown_executable(

@@ -269,49 +269,29 @@ def test_what_is_no_program_is_not_offered_as_one(tree):
     )
 
 
-def test_what_the_source_tells_before_a_build(tree):
-    def explain(name):
-        texts = {
-            explain(tree.locator, 'my_pkg', name)
-            for explain in (unknown_executable, certainly_unknown_executable)
-        }
-        assert len(texts) == 1
-        return texts.pop()
-
-    rule = 'install(PROGRAMS scripts/{} DESTINATION lib/${{PROJECT_NAME}})\n'
-    cmake = tree.src('CMakeLists.txt', rule.format('counter.py'))
-    tree.src('scripts/counter.py', mode=0o755)
-    tree.src('scripts/other.py', mode=0o755)
-    assert explain('counter.py') is None
-    assert explain('counter').endswith("did you mean 'counter.py'?")
-    assert rule.format('other.py').strip() in explain('other.py')
-    assert rule.format('other.py').strip() in explain('other')
-    assert explain('nothing').endswith('it has counter.py')
-    tree.src('scripts/counter.py')
-    assert 'chmod +x scripts/counter.py' in explain('counter.py')
-    # a copy elsewhere may be meant
-    tree.src('more/counter.py', mode=0o755)
-    assert explain('counter.py') is None
-    cmake.write_text('install_all(scripts)\n')
-    unsure = certainly_unknown_executable
-    assert unsure(tree.locator, 'my_pkg', 'other.py') is None
-    assert unsure(tree.locator, 'my_pkg', 'nothing') is None
+def test_what_its_build_files_name_is_not_unknown(tree):
+    tree.src('CMakeLists.txt').write_text(
+        'project(my_pkg)\nadd_executable(${PROJECT_NAME}_node x.cpp)\n'
+    )
+    assert unknown_executable(tree.locator, 'my_pkg', 'my_pkg_node') is None
+    problem = unknown_executable(tree.locator, 'my_pkg', 'my_pkg')
+    assert problem.endswith(': it has my_pkg_node')
+    tree.src('CMakeLists.txt').write_text('project(my_pkg)\n')
+    problem = unknown_executable(tree.locator, 'my_pkg', 'my_pkg')
+    assert problem.endswith(': its build files name none')
 
 
-def test_what_a_setup_tells_before_a_build(tmp_path):
+def test_an_entry_point_with_the_name_of_a_module(tmp_path):
     tree = Tree(tmp_path, type_='ros.ament_python')
-    entry = "{'console_scripts': ['talk = my_pkg.talk:main']}"
-    tree.src('setup.py', f'setup(entry_points={entry})')
-    tree.src('setup.cfg', '[develop]\nscript_dir=$base/lib/my_pkg\n')
-    tree.src('my_pkg/talk.py')
-    tree.src('my_pkg/hear.py')
+    tree.src('my_pkg/drive.py')
+    tree.src('setup.py').write_text(
+        "setup(entry_points={'console_scripts': "
+        "['drive.py = my_pkg.drive:main']})"
+    )
+    assert unknown_executable(tree.locator, 'my_pkg', 'drive.py') is None
 
-    def explain(name):
-        return certainly_unknown_executable(tree.locator, 'my_pkg', name)
 
-    assert explain('talk') is None
-    assert explain('talk.py').endswith("did you mean 'talk'?")
-    assert "'hear = my_pkg.hear:main'" in explain('hear')
-    assert explain('sub/talk') is None
-    tree.src('setup.cfg')
-    assert 'install_scripts=$base/lib/my_pkg' in explain('talk')
+def test_what_is_built_in_a_way_that_is_not_known(tmp_path):
+    tree = Tree(tmp_path, type_='ros.ament_cargo')
+    tree.src('Cargo.toml')
+    assert unknown_executable(tree.locator, 'my_pkg', 'drive') is None
