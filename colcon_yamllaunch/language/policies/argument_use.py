@@ -27,6 +27,9 @@ from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.tree.launch_tree import UNREADABLE
 from colcon_yamllaunch.language.tree.text import Text
 
+# the actions that do nothing but set launch configurations
+_SETTING = (*ARGUMENT_ACTIONS, 'let')
+
 
 @dataclass(slots=True)
 class FileUse:
@@ -38,12 +41,15 @@ class FileUse:
     :param includes: The launch files that it includes
     :param is_open: Whether it may read others, as when it includes a file that
       cannot be looked into
+    :param is_for_others: Whether all that it does is to declare and set what
+      the launch files that include it may use
     """
 
     declared: dict[str, Text] = field(default_factory=dict)
     read: set[str] = field(default_factory=set)
     includes: set[str] = field(default_factory=set)
     is_open: bool = False
+    is_for_others: bool = False
 
     def add_text(self, template: Template) -> None:
         """Note what a text reads."""
@@ -69,6 +75,9 @@ class ArgumentUse:
     def add(self, path: str, file: LaunchFile) -> None:
         """Note what a launch file does."""
         use = self._files[path] = FileUse()
+        use.is_for_others = all(
+            entity.action.name in _SETTING for entity in file.entities
+        )
         for entity in file.walk():
             if entity.action is UNREADABLE:
                 # it may declare or read any
@@ -116,7 +125,9 @@ class ArgumentUse:
         users = self._readers_without_declaration()
         for path, use in self._files.items():
             reached = self.reached(path) if use.declared else {}
-            if any(other.is_open for other in reached.values()):
+            if use.is_for_others or any(
+                other.is_open for other in reached.values()
+            ):
                 continue
             for name, text in use.declared.items():
                 if name in users or name in PROCESS_ARGUMENTS:

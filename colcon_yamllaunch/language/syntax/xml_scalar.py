@@ -24,7 +24,9 @@ def is_xml(source: Source) -> bool:
     ROS 2 tries all its languages whatever the suffix; no launch file in YAML
     starts as one in XML does.
     """
-    return source.path.endswith('.xml') or source.text.lstrip()[:1] == '<'
+    text = source.text.lstrip()
+    is_yaml = text.startswith(('launch:', '---', '#'))
+    return text[:1] == '<' or (source.path.endswith('.xml') and not is_yaml)
 
 
 class Written:

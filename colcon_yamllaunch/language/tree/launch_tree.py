@@ -5,6 +5,7 @@
 
 from collections.abc import Iterable
 from collections.abc import Iterator
+import re
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
@@ -34,6 +35,11 @@ from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
 from colcon_yamllaunch.language.vocabulary.actions import required_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
+
+_PYTHON = re.compile(
+    r'^(from[ \t]+[\w.]+[ \t]+import\b|import[ \t]+[\w.]+|def[ \t]+\w+\()',
+    re.M,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +142,23 @@ def read_launch_file(source: Source) -> LaunchFile:
 
     :raises LaunchError: when there is nothing in it that can be read
     """
-    return _TreeReader(source).read()
+    try:
+        return _TreeReader(source).read()
+    except LaunchError:
+        line = _python_line(source.text)
+        if line is None:
+            raise
+    raise error(
+        'this launch file is written in Python, but its name says otherwise',
+        source.position(line, 0),
+        hint="let its name end in '.launch.py'; then 'ros2 launch' runs it",
+    )
+
+
+def _python_line(text: str) -> int | None:
+    """Return the first line that is a statement of Python, if there is one."""
+    found = _PYTHON.search(text)
+    return None if found is None else text.count('\n', 0, found.start())
 
 
 class _TreeReader:

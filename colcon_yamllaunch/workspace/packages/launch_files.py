@@ -26,6 +26,8 @@ LAUNCH_SUFFIXES = (
     '.yml',
     '.xml',
     '.py',
+    # XML, mostly
+    '.launch',
 )
 _YAML_SUFFIXES = ('.yaml', '.yml')
 _LAUNCH = re.compile(r'^\s*[\'"]?launch[\'"]?\s*:|<launch\b', re.M)
@@ -156,7 +158,7 @@ def _may_be_launch_file(path: Path) -> bool:
 
 def _is_likely(file: str) -> bool:
     path = PurePosixPath(file)
-    return 'launch' in path.parent.parts or '.launch.' in path.name
+    return 'launch' in path.parent.parts or '.launch' in path.suffixes
 
 
 def _is_yaml(file: str) -> bool:

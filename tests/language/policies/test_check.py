@@ -166,6 +166,12 @@ launch:
 - log: {message: $(var world), if: $(equals $(var mode) sim)}
 - log: {message: $(var rate), if: $(equals $(var mode) sim)}
 """,
+    'a file of arguments for others': """
+launch:
+- arg: {name: a, default: 1}
+- let: {name: b, value: 1}
+- bool_arg: {name: c, default: 'true'}
+""",
     'a file that a build may bring': """
 launch:
 - set_parameter: {name: x, value: $(file-content /install/x/share/x/y)}
@@ -385,6 +391,7 @@ launch:
     'an argument that is not used': """
 launch:
 - arg: {name: «unused», default: x}
+- log: {message: hello}
 """,
     'a parameter file that is skipped': """
 launch:
@@ -683,7 +690,10 @@ launch:
     def test_that_those_of_an_include_are_not_those_of_its_parent(
         self, launcher: Launcher
     ) -> None:
-        launcher.write('child.yaml', 'launch:\n- arg: {name: a, default: x}\n')
+        launcher.write(
+            'child.yaml',
+            'launch:\n- arg: {name: a, default: x}\n- reset_env: {}\n',
+        )
         text = """
 launch:
 - arg: {name: a, default: x}

@@ -4,6 +4,7 @@
 """Mistakes in what a launch file says, each where it is and with a way out."""
 
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 import pytest
@@ -389,6 +390,37 @@ def test_all_mistakes_of_a_file_are_shown():
         '- let: {name: a, value: b, if: $(x), unless: ""}\n'
     )
     assert [d.position.line for d in found] == [2, 3, 3, 5, 6, 6, 6, 7]
+
+
+PYTHON = """\
+# a comment
+from launch import LaunchDescription
+
+
+def generate_launch_description():
+    return LaunchDescription([])
+"""
+
+
+@pytest.mark.parametrize(
+    'text',
+    [PYTHON, PYTHON.replace('from', 'import launch #'), 'def f():\n  x'],
+)
+@pytest.mark.parametrize('suffix', ['.yml', '.yaml', '.xml', '.launch'])
+def test_a_file_in_python_is_told_as_such(text, suffix):
+    with pytest.raises(LaunchError, match='written in Python') as raised:
+        read_launch_file(Source(f'x{suffix}', f'/x{suffix}', text))
+    (problem,) = raised.value.diagnostics
+    assert problem.position.line == text.count('#', 0, 1) + 1
+    assert "'.launch.py'" in problem.hint
+
+
+@pytest.mark.parametrize('start', ['', '# a comment\n', '---\n'])
+def test_yaml_by_another_name(start):
+    text = f'{start}launch: [shutdown: {{}}]'
+    for suffix in ('.xml', '.launch'):
+        file = read_launch_file(Source(f'x{suffix}', f'/x{suffix}', text))
+        assert [e.action.name for e in file.entities] == ['shutdown']
 
 
 def test_an_entry_with_mistakes_leaves_the_others_standing():

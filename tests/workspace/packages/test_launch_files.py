@@ -20,6 +20,9 @@ FILES = (
     'launch/two.launch.py',
     'config/demo.yaml',
     'config/only.yaml',
+    'old/node.launch',
+    'old/only.launch',
+    'node.xml',
 )
 
 
@@ -36,7 +39,10 @@ FILES = (
         ('robot.launch.py', 'launch/robot.launch.py'),
         ('sim/world', 'launch/sim/world.yaml'),
         ('world', 'launch/sim/world.yaml'),
-        ('only', 'config/only.yaml'),
+        ('only', 'old/only.launch'),
+        ('only.yaml', 'config/only.yaml'),
+        ('node.launch', 'old/node.launch'),
+        ('node', 'old/node.launch'),
     ],
 )
 def test_choice(wanted, expected):

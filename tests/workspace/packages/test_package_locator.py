@@ -274,10 +274,10 @@ def test_what_its_build_files_name_is_not_unknown(tree):
         'project(my_pkg)\nadd_executable(${PROJECT_NAME}_node x.cpp)\n'
     )
     assert unknown_executable(tree.locator, 'my_pkg', 'my_pkg_node') is None
-    problem = unknown_executable(tree.locator, 'my_pkg', 'my_pkg')
+    problem = unknown_executable(tree.locator, 'my_pkg', 'drive')
     assert problem.endswith(': it has my_pkg_node')
     tree.src('CMakeLists.txt').write_text('project(my_pkg)\n')
-    problem = unknown_executable(tree.locator, 'my_pkg', 'my_pkg')
+    problem = unknown_executable(tree.locator, 'my_pkg', 'drive')
     assert problem.endswith(': its build files name none')
 
 
