@@ -58,6 +58,8 @@ def test_least(launcher):
     ('args', 'expected'),
     [
         ("''", []),
+        ("'  '", []),
+        ("a $(env EMPTY) ''", ['a', '', '']),
         ('5', ['5']),
         ('true', ['true']),
         ('[a b, c, $(env SET)]', ['a b', 'c', 'value']),
