@@ -140,9 +140,8 @@ in, also behind an include.
 - A launch file in Python is run by `ros2 launch`, as one process of the \
 launch, and does not see the parameters and remappings of the scope.
 - The default for `output` is `both`: all output is shown.
-- An empty or blank text for `args`, `ros_args` or `cmd` has no arguments; \
-ROS 2 makes one empty argument of it, which a program may refuse. \
-An empty substitution is one empty argument in both.
+- An empty or blank text for `args` or `ros_args` has no arguments; ROS 2 \
+makes one empty argument of it (an empty substitution is one in both).
 - A quote in a command line may span a substitution, as in \
 `bash -c 'echo $(var text)'`.
 - `name:=` on the command line gives an empty value, and an argument that no \

@@ -52,6 +52,8 @@ def _declare(
     given = value.text
     if not choices or given is None or given in choices:
         return
+    if walk.is_left_open(value):
+        return
     message = f"launch argument '{name}' cannot be '{given}'"
     hint, place = one_of(given, choices), value.place
     if place is None and attributes.item.texts.get('default') is not None:

@@ -28,6 +28,7 @@ from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
 from colcon_yamllaunch.language.evaluation.values import derived
 from colcon_yamllaunch.language.evaluation.values import known
+from colcon_yamllaunch.language.evaluation.values import LeftOpen
 from colcon_yamllaunch.language.evaluation.values import SubstitutionError
 from colcon_yamllaunch.language.evaluation.values import unknown
 from colcon_yamllaunch.language.evaluation.values import Value
@@ -57,8 +58,12 @@ def _of_texts(make: TextMaker) -> Maker:
     def made(call: Call) -> Value:
         values = call.all()
         texts = [value.text for value in values]
-        text = None
-        if None not in texts:
+        text: str | None = None
+        if call.walk.is_launch and any(value.sources for value in values):
+            # it is made of what the plan leaves open
+            words = ' '.join(shlex.quote(text or '') for text in texts)
+            text = LeftOpen(f'$({call.name} {words})')
+        elif None not in texts:
             try:
                 text = make(call, *texts)
                 if text is not None:
@@ -69,6 +74,8 @@ def _of_texts(make: TextMaker) -> Maker:
                     e.hint,
                     may_pass_after_build=e.may_pass_after_build,
                 )
+        if isinstance(text, LeftOpen):
+            return Value(text, text, frozenset((text,)))
         if call.walk.is_launch and text is not None:
             return derived(text, text, values)
         return call.walk.settled(derived(text, call.key(values), values))

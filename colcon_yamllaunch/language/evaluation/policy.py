@@ -13,6 +13,7 @@ from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.surroundings import Surroundings
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.values import LeftOpen
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
@@ -21,6 +22,9 @@ from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.tree.text import Text
+
+#: How to know what a plan leaves open.
+RUN_COMMANDS = 'if you trust the launch file, add --run-commands'
 
 
 class Policy(Findings, Surroundings, ABC):
@@ -136,15 +140,19 @@ class Policy(Findings, Surroundings, ABC):
             raise AlreadyReportedError
         return value
 
-    def leave_open(self, written: str, position: Position) -> str:
+    def leave_open(self, written: str, position: Position) -> LeftOpen:
         """Return what stands in a plan for a value that is not made."""
         self.warn(
             f'{written} may do anything, and is left open in this plan',
             position,
-            'if you trust the launch file, add --run-commands',
+            RUN_COMMANDS,
         )
         self.left_open.append(written)
-        return written
+        return LeftOpen(written)
+
+    def is_left_open(self, value: Value) -> bool:
+        """Say whether a plan has a value, or a part, as it is written."""
+        return self.is_launch and bool(value.sources)
 
     @abstractmethod
     def compute(self, expression: str, modules: str) -> str | None:

@@ -57,6 +57,16 @@ def expression_error(expression: str, reason: str) -> SubstitutionError:
     return SubstitutionError(f"the expression '{expression}' fails: {reason}")
 
 
+class LeftOpen(str):
+    """
+    A substitution that stands in a plan as it is written.
+
+    The value of one has itself as its source.
+    """
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True, slots=True)
 class Place:
     """

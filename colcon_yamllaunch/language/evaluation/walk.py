@@ -21,6 +21,7 @@ from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.plan_draft import PlanDraft
 from colcon_yamllaunch.language.evaluation.policy import Policy
+from colcon_yamllaunch.language.evaluation.policy import RUN_COMMANDS
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
@@ -400,7 +401,16 @@ class Walk(Policy):
                 Condition(f'{name}: {text.plain}', is_taken, text.position)
             )
             return Guard(value.key, wanted, value.sources, is_taken)
-        if value.text is not None:
+        if self.is_left_open(value):
+            self.fail(
+                error(
+                    f"what the condition '{name}' comes to is left open in "
+                    'this plan',
+                    text,
+                    hint=RUN_COMMANDS,
+                )
+            )
+        elif value.text is not None:
             self.fail(
                 error(
                     f"the condition '{name}' is '{value.text.strip()}'",

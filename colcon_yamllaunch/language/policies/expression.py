@@ -17,7 +17,13 @@ MAXIMUM_DEPTH = 100
 
 _FUNCTIONS: Mapping[str, object] = {
     name: getattr(math, name) for name in dir(math) if name[0] != '_'
-} | {f.__name__: f for f in (abs, bool, float, int, len, max, min, round, str)}
+} | {
+    f.__name__: f
+    for f in (
+        *(abs, all, any, bool, float, int, len, list, max, min, round, set),
+        *(sorted, str, tuple),
+    )
+}
 #: How many digits a number is rounded to at most before a launch.
 MAXIMUM_DIGITS = 10_000
 #: What computes and does nothing else.
@@ -37,6 +43,7 @@ _METHODS = frozenset(
     (
         'endswith',
         'find',
+        'intersection',
         'lower',
         'lstrip',
         'rstrip',
@@ -61,6 +68,8 @@ _NODES = (
     ast.List,
     ast.Tuple,
     ast.Set,
+    ast.Subscript,
+    ast.Slice,
     ast.expr_context,
     ast.boolop,
     ast.unaryop,
@@ -202,5 +211,5 @@ def _makes_text(node: ast.AST) -> bool:
     if isinstance(node, ast.Constant):
         return isinstance(node.value, str | bytes)
     if isinstance(node, ast.Name):
-        return node.id == 'str'
+        return node.id in ('str', 'list', 'tuple', 'set', 'sorted')
     return isinstance(node, ast.List | ast.Tuple | ast.Set)

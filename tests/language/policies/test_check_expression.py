@@ -18,6 +18,10 @@ import pytest
         ("'Left'.lower() + '_arm'", 'left_arm'),
         ('cos(0) * 2', '2.0'),
         ("int('5') if 1 < 2 else None", '5'),
+        ("'mode/fast'.split('/')[0]", 'mode'),
+        ("'mode'[1:3]", 'od'),
+        ("len(set('a_b'.split('_')).intersection(['a', 'c'])) > 0", 'True'),
+        ('any([1, 0]) and sorted(list((2, 1)))', '[1, 2]'),
     ],
 )
 def test_a_result(expression: str, result: str) -> None:
@@ -40,6 +44,9 @@ def test_a_result(expression: str, result: str) -> None:
         "'%999999999d' % 1",
         'str(1) * 999999999',
         '[0] * 999999999',
+        "list('a') * 999999999",
+        "tuple('a') * 999999999",
+        "sorted('a') * 999999999",
         '[x for x in range(9)]',
         '(lambda: 1)()',
         '1' + ' + 1' * 10_000,
