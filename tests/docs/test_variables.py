@@ -33,6 +33,11 @@ OTHERS = {
     'COLCON_IGNORE',
     'CMAKE_CACHEFILE_DIR',  # in CMake's cache, as the next one
     'CMAKE_HOME_DIRECTORY',
+    'CMAKE_PROJECT_NAME',  # in CMake's files, as the next ones
+    'NAME_WE',
+    'OUTPUT_NAME',
+    'PARENT_SCOPE',
+    'PROJECT_NAME',
     'COLCON_CURRENT_PREFIX',  # within colcon's scripts
     'COLCON_DEFAULT_EXECUTOR',
     'COLCON_LOG_LEVEL',
