@@ -38,6 +38,7 @@ from colcon_yamllaunch.runtime.process.spawn import Spawn
 from colcon_yamllaunch.runtime.record.failures import Failures
 from colcon_yamllaunch.runtime.record.failures import OwnerOf
 from colcon_yamllaunch.runtime.record.failures import ParametersOf
+from colcon_yamllaunch.runtime.record.launch_logs import CLIENT_LOG
 from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
 from colcon_yamllaunch.runtime.record.launch_logs import Logs
 from colcon_yamllaunch.runtime.record.launch_logs import Store
@@ -107,6 +108,8 @@ def run_plan(
       input, is connected to; it must have a terminal
     :param owner_of: Tells which package has a Python module that is missing
     :param parameters_of: Tells which parameters a process is given, and where
+    :raises UserError: before anything is started, when the environment lacks
+      what the plan needs
     :raises OutputError: at the end, when output could not be shown; not when
       nobody reads it any more
     """
@@ -131,6 +134,7 @@ def run_plan(
             spawn,
             adoption,
             buffering,
+            None if log_folder is None else log_folder / CLIENT_LOG,
         )
         troubles: list[str] = []
         processes = tuple(plan.processes())

@@ -111,7 +111,7 @@ def _component(walk: Walk, attributes: Attributes) -> None:
     is_lifecycle = attributes.name == 'composable_lifecycle_node'
     walk.draft.entries.append(
         Component(
-            label=walk.draft.component_label([title, full_text or title]),
+            label=walk.draft.component_label(plugin or ''),
             package=package or '',
             plugin=plugin or '',
             container=walk.scope.container or '',

@@ -129,6 +129,7 @@ def together(checks: Iterable[Checked]) -> Checked:
     files: dict[str, Source] = {}
     packages: dict[str, Position] = {}
     executables: dict[ExecutableUse, None] = {}
+    plugins: dict[PluginUse, None] = {}
     for checked in checks:
         for diagnostic in checked.diagnostics:
             where = (diagnostic.message, diagnostic.position)
@@ -138,11 +139,13 @@ def together(checks: Iterable[Checked]) -> Checked:
         for name, position in checked.packages.items():
             packages.setdefault(name, position)
         executables.update(dict.fromkeys(checked.executables))
+        plugins.update(dict.fromkeys(checked.plugins))
     return Checked(
         tuple(diagnostics.values()),
         tuple(files.values()),
         packages,
         tuple(executables),
+        tuple(plugins),
     )
 
 

@@ -4,7 +4,6 @@
 """A plan that is being made."""
 
 from collections.abc import Iterator
-from collections.abc import Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -77,19 +76,14 @@ class PlanDraft:
         The number counts all processes of the launch, as in ROS 2.
         """
         self._count += 1
-        return f'{name}-{self._count}'
+        return f'{program}-{self._count}'
 
-    def component_label(self, names: Sequence[str]) -> str:
-        """
-        Return the label of the next component.
-
-        :param names: What it may be called, the best first
-        """
+    def component_label(self, plugin: str) -> str:
+        """Return a label for the next component, made of its class."""
+        label = name = plugin.rpartition(':')[2] or 'component'
         number = 1
-        free = (name for name in names if name not in self._components)
-        label = next(free, None)
-        while label is None or label in self._components:
+        while label in self._components:
             number += 1
-            label = f'{names[-1]}#{number}'
+            label = f'{name}#{number}'
         self._components.add(label)
         return label

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
@@ -67,16 +68,12 @@ def labels_of(
 
 
 def with_labels(plan: Plan) -> Plan:
-    """
-    Return a plan whose processes are labelled by their nodes.
-
-    Components have their labels, which are names of nodes, too.
-    """
-    processes = list(plan.processes())
-    things = [Unlabelled(p.ros_name, p.node_name) for p in processes]
-    taken = [component.label for component in plan.components()]
-    wished = labels_of(things, taken)
-    labels = dict(zip((p.label for p in processes), wished, strict=True))
+    """Return a plan whose processes and components have their labels."""
+    things = [Unlabelled(p.ros_name, p.node_name) for p in plan.processes()]
+    things += [Unlabelled(c.label, c.node_name) for c in plan.components()]
+    labels = dict(
+        zip((t.name for t in things), labels_of(things), strict=True)
+    )
     return replace(plan, entries=_labelled(plan.entries, labels))
 
 
@@ -92,7 +89,7 @@ def _labelled(
         if isinstance(entry, Timer):
             inner = _labelled(entry.entries, labels)
             entry = replace(entry, entries=inner)
-        elif isinstance(entry, Process) and labels[entry.label] != entry.label:
+        elif isinstance(entry, Process | Component):
             entry = replace(entry, label=labels[entry.label])
         found.append(entry)
     return tuple(found)

@@ -139,6 +139,11 @@ class Process:
     is_lifecycle: bool = False
     autostart: bool = False
 
+    @property
+    def ros_name(self) -> str:
+        """What ROS 2 calls it, or else the label; unique in the plan."""
+        return self.name or self.label
+
 
 @dataclass(frozen=True, slots=True)
 class Component:
@@ -185,8 +190,8 @@ class Component:
 
     @property
     def ros_name(self) -> str:
-        """What ROS 2 calls it, or else the label; unique in the plan."""
-        return self.name or self.label
+        """The label, as ROS 2 has no other name for it."""
+        return self.label
 
 
 @dataclass(frozen=True, slots=True)

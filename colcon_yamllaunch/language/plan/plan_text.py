@@ -35,7 +35,8 @@ def plan_to_text(plan: Plan, cwd: str, setup: str | None = None) -> str:
     Describe what a plan would do, in order.
 
     Each command can be pasted into bash, in a shell that has sourced the
-    workspace; how, stands first.
+    workspace; how, stands first. That of a component loads it into its
+    container once that runs.
 
     :param cwd: The folder that paths are shown relative to
     :param setup: The setup script of the workspace, if there is one
@@ -153,10 +154,59 @@ def process_as_text(process: Process, cwd: str) -> Iterator[str]:
     yield f'{_INDENT}{command(process)}'
     for text in _behaviour(process):
         yield f'{_INDENT}{text}'
-    parameters = list(parameters_of(process))
-    if parameters:
-        yield f'{_INDENT}parameters:'
-    for parameter in parameters:
+    yield from _settings('parameters', parameters_of(process), cwd)
+
+
+def component_as_text(component: Component, cwd: str) -> Iterator[str]:
+    """
+    Describe a component, line by line.
+
+    :param cwd: The folder that paths are shown relative to
+    """
+    facts = [component.label]
+    if component.node_name is not None:
+        facts.append(f'node {component.node_name}')
+    facts.append(f'package {component.package}')
+    facts.append(f'plugin {component.plugin}')
+    facts.append(f'loaded into {component.container}')
+    yield f'{", ".join(facts)}  ({shown_position(component.position, cwd)})'
+    yield f'{_INDENT}{load_command(component)}'
+    if component.is_lifecycle:
+        yield _INDENT + _lifecycle(autostart=component.autostart)
+    yield from _settings('parameters', component.parameters, cwd)
+    arguments = component.extra_arguments
+    yield from _settings('extra arguments', arguments, cwd)
+
+
+def load_command(component: Component) -> str:
+    """Return what loads a component by hand, ready for bash."""
+    words = [component.container, component.package, component.plugin]
+    if component.name:
+        words += ['-n', component.name]
+    if component.namespace:
+        words += ['--node-namespace', component.namespace]
+    for remap in component.remaps:
+        words += ['-r', remap]
+    for parameter in component.parameters:
+        words += ['-p', f'{parameter.name}:={parameter.value}']
+    for argument in component.extra_arguments:
+        words += ['-e', f'{argument.name}:={argument.value}']
+    return ' '.join(['ros2 component load', *map(quoted, words)])
+
+
+def _lifecycle(*, autostart: bool) -> str:
+    if autostart:
+        return 'its node is configured and activated'
+    return 'its node stays unconfigured until somebody changes its state'
+
+
+def _settings(
+    title: str, parameters: Iterable[SetParameter], cwd: str
+) -> Iterator[str]:
+    shown = list(parameters)
+    if shown:
+        yield f'{_INDENT}{title}:'
+    for parameter in shown:
         place = shown_position(parameter.position, cwd)
         origins = ''.join(
             f', passed by {shown_position(origin, cwd)}'

@@ -408,6 +408,7 @@ class Containers:
     def _ask_to_unload(self, task: ComponentTask) -> None:
         container = self._container_of(task)
         self._enter(task, 'unloading')
+        task.ending = ''
         if self._given_up is not None:
             self._kept(task, self._given_up)
             return
@@ -433,8 +434,8 @@ class Containers:
         task.is_wanted = True
         task.is_again = False
         self._enter(task, 'loaded')
-        text = f'{task.label}: could not be unloaded: {reason}'
-        self._tell(events.Warned(text))
+        task.ending = f'could not be unloaded: {reason}'
+        self._tell(events.Warned(f'{task.label}: {task.ending}'))
 
     def _gone(self, task: ComponentTask, reason: str) -> None:
         """Take into account that a component is not loaded any more."""

@@ -50,6 +50,8 @@ class ProcessState:
     :param package: The package that the program belongs to, if any
     :param log: The path of the log with all of its output, if it has one
     :param terminal: Whether keys can be typed at it now
+    :param name: What ROS 2 calls it, its program and number, as
+      `talker.py-2`; None where that is not known
     :param lifecycle: The state of its lifecycle node, such as `active`;
       `unknown` until that is heard of, None for any other process
     """
@@ -65,6 +67,7 @@ class ProcessState:
     package: str | None
     log: str | None
     terminal: bool
+    name: str | None = None
     lifecycle: str | None = None
 
 
@@ -169,7 +172,9 @@ def _known(kind: type[Any], data: object) -> dict[str, Any]:
     if not isinstance(data, Mapping):
         raise TypeError
     return {
-        field.name: data[field.name]
-        for field in fields(kind)
-        if field.name in data or field.default is MISSING
+        f.name: data[f.name]
+        for f in fields(kind)
+        # what has a default came later than others: who wrote the data may
+        # not know it
+        if f.name in data or f.default is MISSING
     }

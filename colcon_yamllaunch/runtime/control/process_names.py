@@ -11,7 +11,8 @@ import re
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.launch_states import ComponentState
+from colcon_yamllaunch.runtime.control.launch_states import Part
 
 _SCRIPTS = ('.py', '.sh')
 _NUMBER = re.compile(r'-\d+$')
@@ -25,7 +26,7 @@ class ProcessNames:
     :param label: Its label, unique in the launch
     :param name: What ROS 2 calls it, as `counter.py-1`, likewise unique; it
       counts without the number, and that of a script without the suffix, too
-    :param executable: The name of its program
+    :param executable: The name of its program, or the class of a component
     :param node: The full name of its ROS node, as `/demo/counter`; without
       the first slash, its last part and each namespace around it count, too
     """
@@ -46,10 +47,12 @@ class ProcessNames:
         )
 
     @classmethod
-    def of_state(cls, process: ProcessState) -> 'ProcessNames':
-        """Return the names of a process of a running launch."""
-        name = process.name or process.label
-        return cls(process.label, name, process.executable, process.node)
+    def of_state(cls, part: Part) -> 'ProcessNames':
+        """Return the names of a process or component that runs."""
+        if isinstance(part, ComponentState):
+            return cls(part.label, part.label, part.plugin, part.node)
+        name = part.name or part.label
+        return cls(part.label, name, part.executable, part.node)
 
     def __iter__(self) -> Iterator[str]:
         """Iterate over all names, the best one first."""

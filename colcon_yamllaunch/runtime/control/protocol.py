@@ -10,11 +10,12 @@ which is :data:`VERSION`, and `request`:
 
 - `status`: the answer has the launch as `launch`, see
   `launch_states.LaunchState`;
-- `stop` and `restart`, with the label of a process as `process`; that of a
-  component has it unloaded, or loaded anew;
-- `change_state`, with the label of a process or a component that has a
-  lifecycle node as `process`, and one of :data:`~.transitions.TRANSITIONS` as
-  `transition`: it is answered when the node has done it, or has not;
+- `stop` and `restart`, with the label of a process as `process`, or what ROS 2
+  calls it; that of a component, or the full name of its node, has it unloaded,
+  or loaded anew;
+- `change_state`, with the label or the full name of a lifecycle node as
+  `process`, and one of `transitions.TRANSITIONS` as `transition`: it is
+  answered when the node has done it, or has not;
 - `shutdown`: everything is stopped; the connection ends with the launch;
 - `attach`, with such a name as `process`: from the answer on, the client sends
   `{"keys": TEXT}` to type at the process, and gets `{"output": TEXT}` for

@@ -108,15 +108,16 @@ class Service:
                 case 'shutdown':
                     self._supervisor.stop('requested', drop_timers=True)
                 case 'stop':
-                    self._stop(_label(message))
+                    self._stop(_name(message))
                 case 'restart':
-                    self._restart(_label(message))
+                    self._restart(_name(message))
                 case 'change_state':
                     self._change_state(message, reply)
                     return None
                 case 'attach':
-                    attached = _label(message)
-                    answer = protocol.success(pid=self._group_of(attached))
+                    task = self._may_attach(_name(message))
+                    attached = task.process.label
+                    answer = protocol.success(pid=task.group)
                 case _:
                     raise ProtocolError('there is no such request')
         except RefusedError as error:
@@ -158,39 +159,43 @@ class Service:
             events.Detached(self._supervisor.task(label).process)
         )
 
-    def _stop(self, label: str) -> None:
-        loader = self._loader_of(label)
-        if loader is None:
-            self._supervisor.stop_process(label)
+    def _stop(self, name: str) -> None:
+        component = self._component(name)
+        if component is None:
+            self._supervisor.stop_process(name)
         else:
-            loader.unload(label)
+            composition, label = component
+            composition.unload(label)
 
-    def _restart(self, label: str) -> None:
-        loader = self._loader_of(label)
-        if loader is None:
-            self._supervisor.restart_process(label)
+    def _restart(self, name: str) -> None:
+        component = self._component(name)
+        if component is None:
+            self._supervisor.restart_process(name)
         else:
-            loader.reload(label)
+            composition, label = component
+            composition.reload(label)
 
-    def _loader_of(self, label: str) -> 'Composition | None':
-        """Return what loads a component; None for a process."""
+    def _component(self, name: str) -> 'tuple[Composition, str] | None':
+        """Return what loads a component, and its label, if it is one."""
         composition = self._composition
-        if composition is None:
-            return None
-        is_component = any(t.label == label for t in composition.tasks)
-        return composition if is_component else None
+        if composition is not None:
+            for task in composition.tasks:
+                node = task.full_name or task.component.node_name
+                if name in (task.label, node):
+                    return composition, task.label
+        return None
 
     def _change_state(self, message: Mapping[str, Any], reply: Reply) -> None:
         from colcon_yamllaunch.runtime.components.transitions import (
             TRANSITIONS,
         )
 
-        label, transition = _label(message), str(message.get('transition'))
+        name, transition = _name(message), str(message.get('transition'))
         if transition not in TRANSITIONS:
             known = ', '.join(TRANSITIONS)
             raise ProtocolError(f"the 'transition' is one of {known}")
         if self._composition is None:
-            raise RefusedError(f"there is no lifecycle node '{label}'")
+            raise RefusedError(f"there is no lifecycle node '{name}'")
 
         def tell(reason: str | None) -> None:
             """Answer once the node has done it (None), or has not."""
@@ -200,18 +205,19 @@ class Service:
                 else protocol.failure(reason)
             )
 
-        self._composition.change_state(label, transition, tell)
+        self._composition.change_state(name, transition, tell)
 
-    def _group_of(self, label: str) -> int | None:
-        """Return the process group of a process to be attached to."""
-        task = self._supervisor.task(label)
+    def _may_attach(self, name: str) -> Task:
+        """Return a process that somebody may be attached to."""
+        task = self._supervisor.task(name)
+        label = task.process.label
         if not task.process.emulate_tty:
             raise RefusedError(
                 f'{label} has no keyboard, as it has no terminal: give it '
                 "'emulate_tty: true' in the launch file, or start the "
                 f'launch with --attach {label}'
             )
-        return task.group
+        return task
 
     def _state(self, task: Task) -> ProcessState:
         process = task.process
@@ -228,6 +234,7 @@ class Service:
             process.package,
             None if log is None else str(log),
             self._terminals.has_keyboard(process.label),
+            process.ros_name,
             self._lifecycle_of(process.label),
         )
 

@@ -84,6 +84,8 @@ class Settings:
     :param spawn: Starts a program as :func:`os.posix_spawn` does
     :param adoption: The children that others started
     :param buffering: What lets programs show a line when it ends
+    :param client_log: The file for what the process that speaks with ROS
+      writes to standard error, if the launch needs one, or None
     """
 
     identity: str
@@ -93,6 +95,7 @@ class Settings:
     spawn: Spawn
     adoption: Adoption
     buffering: LineBuffering
+    client_log: Path | None = None
 
 
 class Engine:
@@ -142,6 +145,9 @@ class Engine:
             self.terminals.handle,
             self._silence.handle,
         ]
+        self._ros = self._ros_link(plan) if plan.needs_ros else None
+        #: The course of what happens in ROS, if anything is to.
+        self.composition = None if self._ros is None else self._ros.composition
         #: The course of the launch.
         self.supervisor = Supervisor(
             plan, self, settings.clock, self.composition
@@ -320,6 +326,8 @@ class Engine:
                 environment.pop(name, None)
             else:
                 environment[name] = value
+        buffering = self._settings.buffering
+        environment |= buffering.variables(process, argv, environment)
         streams = stdin, stdout.writer, stderr.writer
         return self._spawn_in(number, argv, environment, process.cwd, streams)
 
@@ -332,8 +340,6 @@ class Engine:
         streams: tuple[int, int, int],
     ) -> int:
         environment[LAUNCH_ID_VARIABLE] = f'{self._settings.identity}.{number}'
-        buffering = self._settings.buffering
-        environment |= buffering.variables(process, argv, environment)
         with self._cgroup.entered(number):
             return spawn_process(
                 argv,
@@ -424,6 +430,10 @@ class Engine:
 
     def _seconds_to_wait(self) -> float | None:
         wait = self.supervisor.seconds_to_wait()
+        if self._ros is not None:
+            left_of_it = self._ros.seconds_to_wait()
+            if left_of_it is not None:
+                wait = left_of_it if wait is None else min(wait, left_of_it)
         for due in (self._conditions.due(), self._silence.due()):
             if due is None:
                 continue

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from pathlib import Path
 
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import SetParameter
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.output_modes import SHOWN
@@ -186,25 +186,21 @@ def _owner(failure: Failure) -> Process | Component:
 
 
 def _description(failure: Failure) -> str:
-    place = position_text(failure.process.position)
-    return f'{_what_failed(failure)} (from {place})'
+    position = events.shown(_owner(failure).position)
+    return f'{_what_failed(failure)} (from {position})'
 
 
 def _what_failed(failure: Failure) -> str:
-    if isinstance(failure, events.StartFailed):
-        return (
-            f'{failure.process.label} could not be started: {failure.reason}'
-        )
-    label, outcome = failure.process.label, failure.outcome
-    return f'{label} {outcome} after {failure.seconds:.1f} s'
-
-
-def position_text(position: Position) -> str:
-    """Return a position as the user may paste it, shorter from here."""
-    try:
-        relative = os.path.relpath(position.path)
-    except (OSError, ValueError):
-        return str(position)
-    if relative.startswith('..'):
-        return str(position)
-    return str(Position(relative, position.line, position.column))
+    label = _owner(failure).label
+    match failure:
+        case events.StartFailed():
+            return f'{label} could not be started: {failure.reason}'
+        case events.LoadFailed():
+            where = failure.component.container
+            return (
+                f'{label} could not be loaded into {where}: {failure.reason}'
+            )
+        case events.TransitionFailed():
+            return f'{label}: {failure.text}'
+        case events.Exited():
+            return f'{label} {failure.outcome} after {failure.seconds:.1f} s'

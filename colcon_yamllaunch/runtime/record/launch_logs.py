@@ -288,11 +288,14 @@ def folder_names(processes: Iterable[Process]) -> dict[str, str]:
     """
     names: dict[str, str] = {}
     taken = {COMMON_LOG, EVENT_LOG, CLIENT_LOG}
-    for label in labels:
-        base = ''.join(
-            '_' if c == '/' or not c.isprintable() else c for c in label
-        )
-        base = _shortened(base) if base.strip('.') else '_'
+    for process in processes:
+        label = text = process.label
+        number = _NUMBER.search(process.ros_name)
+        if number is not None and not text.endswith(number[0]):
+            text += number[0]
+        text = text.replace('/', '.').lstrip('.')
+        base = ''.join(c if c.isprintable() else '_' for c in text)
+        base = _shortened(base) or '_'
         name = base
         count = 1
         while name in taken:

@@ -9,7 +9,7 @@ import re
 
 from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.runtime.record.failures import position_text
+from colcon_yamllaunch.runtime.core import events
 
 # InvalidParameterTypeException of rclpy, and that of rclcpp, which has two
 # texts (exceptions.hpp and node_parameters.cpp)
@@ -66,7 +66,7 @@ def _place(position: Position) -> str:
         # an installed file is edited in the source
         path = os.path.realpath(position.path)
         position = Position(path, position.line, position.column)
-    return position_text(position)
+    return events.shown(position)
 
 
 def _cure(value: str, wanted: str) -> str:

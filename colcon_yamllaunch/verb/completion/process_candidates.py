@@ -26,7 +26,6 @@ from colcon_yamllaunch.runtime.control.process_names import ProcessNames
 from colcon_yamllaunch.verb.completion.candidates import Candidates
 from colcon_yamllaunch.verb.sessions.selecting import is_selected
 from colcon_yamllaunch.verb.sessions.selecting import matches
-from colcon_yamllaunch.verb.sessions.selecting import program_of
 
 #: Seconds that a running launch may take to answer: one that is suspended
 #: must not hold up the user.
@@ -61,6 +60,7 @@ def parts(
     when none of those is begun.
 
     :param launch: Which launch is meant, as `--of` takes it
+    :param prefix: What the names begin with
     :param only: Tells which of them are meant
     """
     found = [
@@ -69,21 +69,22 @@ def parts(
         for part in state.parts()
         if only(part)
     ]
-    named = [
-        (tuple(names_of(p.label, program_of(p), p.node)), p, state)
-        for state, p in found
-    ]
-    shared = Counter(names[1] for names, _, _ in named)
-    texts = {}
-    for (label, short, *more), part, state in named:
+    named = [(ProcessNames.of_state(p), p, state) for state, p in found]
+    shared = Counter(names.program for names, _, _ in named)
+    texts: dict[str, str] = {}
+    others: dict[str, str] = {}
+    for names, part, state in named:
         phase = part.phase
         if part.lifecycle not in (None, UNKNOWN):
             phase = f'{phase}, {part.lifecycle}'
         text = f'{phase} in {state.title}'
-        texts[short if shared[short] == 1 else label] = text
-        if prefix.startswith('/'):
-            texts |= dict.fromkeys(more, text)
-    return texts
+        best = names.label
+        if best == names.name and shared[names.program] == 1:
+            best = names.program
+        texts[best] = text
+        others |= dict.fromkeys(names, text)
+    begun = any(name.startswith(prefix) for name in texts)
+    return texts if begun else others
 
 
 def transitions(

@@ -37,6 +37,7 @@ from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.preflight import undeclared_imports
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.preflight import unknown_executables
+from colcon_yamllaunch.verb.launching.preflight import unknown_plugins
 from colcon_yamllaunch.workspace.packages.launch_files import (
     checkable_launch_files,
 )

@@ -93,6 +93,13 @@ def unknown_executables(
     return _lacking(uses, locator, unknown_executable)
 
 
+def unknown_plugins(
+    uses: Iterable[PluginUse], locator: PackageLocator
+) -> Iterator[Diagnostic]:
+    """Find components that not even a build would bring."""
+    return _lacking_plugins(uses, locator, unknown_plugin)
+
+
 def executables_in_vain(
     uses: Iterable[ExecutableUse], locator: PackageLocator
 ) -> tuple[Diagnostic, ...]:

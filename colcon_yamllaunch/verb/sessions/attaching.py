@@ -21,7 +21,8 @@ from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import Part
-from colcon_yamllaunch.runtime.control.process_names import matches_process
+from colcon_yamllaunch.runtime.control.process_names import meant_by
+from colcon_yamllaunch.runtime.control.process_names import ProcessNames
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.streams.signals import caught
 from colcon_yamllaunch.runtime.streams.signals import received

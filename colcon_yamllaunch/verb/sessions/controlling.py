@@ -41,8 +41,7 @@ from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 
 #: Seconds between two questions to a launch that was asked for something.
 POLL_INTERVAL = 0.05
-#: The phases in which a process or a component stays for a while.
-_SETTLING = ('stopping', 'waiting', 'loading', 'unloading')
+_UNSETTLED = ('stopping', 'loading', 'unloading')
 
 
 def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
@@ -63,7 +62,10 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
     try:
         if ends:
             return _end_in(chosen, options)
-        processes = choose_processes(chosen.state, options.names)
+        if options.action == 'lifecycle':
+            from colcon_yamllaunch.verb.sessions.lifecycle import change_states
+
+            return change_states(chosen, options.names, options.transition)
         if options.action == 'attach':
             from colcon_yamllaunch.verb.sessions.attaching import attach
 
@@ -88,8 +90,8 @@ def _workspace() -> Path | None:
 def _end_in(chosen: Candidate, options: ControlOptions) -> int:
     if options.action == 'stop' and not options.names:
         return _stop_launch(chosen)
-    processes = choose_processes(chosen.state, options.names)
-    return _end(chosen, processes, options.action)
+    parts = choose_parts(chosen.state, options.names)
+    return _end(chosen, _without_contents(parts), options.action)
 
 
 def _end_in_all(
@@ -169,22 +171,42 @@ def _wait_for_end(chosen: Candidate) -> None:
     say_line(f'stopped {chosen.state.title}')
 
 
-def _end(
-    chosen: Candidate, processes: Sequence[ProcessState], action: str
-) -> int:
-    """Stop processes, or start them anew."""
-    for process in processes:
-        chosen.launch.request(action, process=process.label)
-    failed = False
-    for process in processes:
-        now = _wait_for(chosen, process)
-        ending = 'the launch has ended' if now is None else now.ending
-        if action == 'restart':
-            if now is not None and now.pid is not None:
-                ending = f'started anew, pid {now.pid}'
-            else:
-                failed = True
-        say_line(f'{process.label}: {ending}')
+def _without_contents(parts: Sequence[Part]) -> list[Part]:
+    """Leave out components that go with their container."""
+    labels = {part.label for part in parts}
+    return [
+        part
+        for part in parts
+        if not isinstance(part, ComponentState) or part.process not in labels
+    ]
+
+
+def _end(chosen: Candidate, parts: Sequence[Part], action: str) -> int:
+    """Stop processes and components, or start them anew."""
+    waited = []
+    refusals = []
+    for part in parts:
+        try:
+            chosen.launch.request(action, process=part.label)
+        except LaunchEndedError:
+            raise
+        except ControlError as e:
+            refusals.append(e)
+        else:
+            waited.append(part)
+    if refusals and not waited:
+        raise refusals[0]
+    # of many that a pattern means, some may be as they should be
+    for refusal in refusals:
+        say_line(f'{chosen.state.title}: {refusal}')
+    failed = bool(refusals)
+    if action == 'restart':
+        waited += _contents(chosen, waited)
+    for part in waited:
+        now = _wait_for(chosen, part)
+        text, is_done = _outcome(now, action)
+        failed = failed or not is_done
+        say_line(f'{part.label}: {text}')
     return int(failed)
 
 
@@ -229,10 +251,18 @@ def _wait_for(chosen: Candidate, part: Part) -> Part | None:
             state = chosen.launch.status()
         except LaunchEndedError:
             return None
+        is_long = time.monotonic() - asked > PROGRESS_INTERVAL
         for now in state.parts():
-            if now.label == part.label and now.phase not in _SETTLING:
+            if now.label == part.label and _is_settled(now, is_long):
                 return now
-        if not is_told and time.monotonic() - asked > PROGRESS_INTERVAL:
+        if is_long and not is_told:
             is_told = True
             say_line(f'waiting for {part.label}')
         time.sleep(POLL_INTERVAL)
+
+
+def _is_settled(part: Part, is_long: bool) -> bool:
+    if part.phase == 'waiting' and isinstance(part, ComponentState):
+        # nobody knows when a container of others comes
+        return is_long and part.process is None
+    return part.phase not in _UNSETTLED

@@ -19,7 +19,6 @@ from colcon_yamllaunch.runtime.control.client import ControlError
 from colcon_yamllaunch.runtime.control.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.client import running_launches
 from colcon_yamllaunch.runtime.control.client import RunningLaunch
-from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
@@ -114,7 +113,7 @@ def choose_launch(
     """
     Return the one launch that is meant.
 
-    :param names: The processes that are meant, by name or glob
+    :param names: The processes and components that are meant, by name or glob
     :param root: The workspace whose launches are meant before all others
     :raises UserError: when it is not clear
     """
@@ -137,9 +136,7 @@ def is_pattern(selector: str | None) -> bool:
     return selector is not None and not set('*?[').isdisjoint(selector)
 
 
-def choose_processes(
-    state: LaunchState, names: Sequence[str]
-) -> list[ProcessState]:
+def choose_parts(state: LaunchState, names: Sequence[str]) -> list[Part]:
     """
     Return the processes and components that are meant, in the plan's order.
 
@@ -182,19 +179,11 @@ def choose_processes(
 
 def matches(state: LaunchState, names: Iterable[str]) -> list[list[Part]]:
     """Return for each name the processes and components that it means."""
+    parts = list(state.parts())
+    known = [ProcessNames.of_state(p) for p in parts]
     return [
-        [
-            p
-            for p in state.parts()
-            if matches_process(name, p.label, program_of(p), p.node)
-        ]
-        for name in names
+        [parts[index] for index in meant_by(name, known)] for name in names
     ]
-
-
-def program_of(part: Part) -> str:
-    """Return what runs: a program, or the class of a component."""
-    return part.plugin if isinstance(part, ComponentState) else part.executable
 
 
 def is_selected(state: LaunchState, selector: str) -> bool:
@@ -222,15 +211,11 @@ def _launches(candidates: Iterable[Candidate]) -> str:
 
 
 def _unknown(state: LaunchState, name: str) -> str:
-    known = [
-        known
-        for p in state.parts()
-        for known in names_of(p.label, program_of(p), p.node)
-    ]
+    known = [n for p in state.parts() for n in ProcessNames.of_state(p)]
     labels = listing(p.label for p in state.parts())
     hint = did_you_mean(name, known) or f'there is {labels or "none"}'
-    what = 'process or component' if state.components else 'process'
-    return f"{state.title} has no {what} '{name}': {hint}"
+    others = ' or component' if state.components else ''
+    return f"{state.title} has no process{others} '{name}': {hint}"
 
 
 def _warn(text: str) -> None:

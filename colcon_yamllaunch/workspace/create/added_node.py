@@ -104,7 +104,7 @@ def add_node(added: AddedNode) -> list[str]:
     """
     folder = added.package.path
     file = folder / added.path
-    if file.exists() or added.executable in source_programs(folder):
+    if file.exists() or added.executable in source_programs(folder).names:
         raise UserError(
             f'{added.package.name} has a node {added.executable} already: '
             'nothing was changed'

@@ -15,6 +15,7 @@ from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import is_executable
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 from colcon_yamllaunch.workspace.packages.source_files import source_files
+from colcon_yamllaunch.workspace.packages.source_programs import source_plugins
 from colcon_yamllaunch.workspace.packages.source_programs import (
     source_programs,
 )
@@ -87,9 +88,6 @@ def unknown_executable(
     from colcon_yamllaunch.workspace.packages.install_rules import (
         spells_out_programs,
     )
-    from colcon_yamllaunch.workspace.packages.source_programs import (
-        source_programs,
-    )
 
     own = locator.package(package)
     prefix = locator.prefix(package)
@@ -98,8 +96,10 @@ def unknown_executable(
     if is_executable(Path(prefix, 'lib', package, name)):
         return None
     programs = source_programs(own.path)
-    if own.type not in _KNOWN_TYPES or name in programs.scripts:
+    if own.type not in _KNOWN_TYPES:
         return None
+    if name in programs.scripts:
+        return _in_bin_by_default(package, name, own)
     source = _source_file(own, name)
     is_mentioned = _is_mentioned(own, name)
     is_script = source is not None and (
@@ -107,26 +107,33 @@ def unknown_executable(
     )
     is_known = not is_mentioned and spells_out_programs(own.path)
     if source is not None and is_script and is_known:
-        same = _same_stem(name, source_programs(own.path))
+        same = _same_stem(name, programs.names)
         if not same:
             return _not_installed_program(own, source, name)
         return f"{package} has no '{name}': did you mean '{same[0]}'?"
     if source is not None and Path(source).name == name:
-        path = own.path / source
-        return None if is_executable(path) else _not_executable(path, own)
-    if programs.may_have(name) or _is_mentioned(own, name):
+        files = (own.path / file for file, _ in source_files(own.path))
+        # setuptools makes executable what it installs
+        if own.type.endswith('python') or any(
+            file.name == name and is_executable(file) for file in files
+        ):
+            return None
+        return _not_executable(own.path / source, own)
+    if is_mentioned:
+        return _in_bin_by_default(package, name, own)
+    if programs.may_have(name):
         return None
     if source is not None and Path(source).suffix in _SCRIPTS:
         source = Path(source).name
         return f"{package} has no '{name}': did you mean '{source}'?"
-    programs = source_programs(own.path) or {
+    scripts = programs.names or {
         Path(file).name
         for file, _ in source_files(own.path)
         if Path(file).suffix in _SCRIPTS
         and not file.endswith('.launch.py')
         and _NO_PROGRAMS.isdisjoint(Path(file).parts)
     }
-    there = {*locator.executables(package), *scripts, *programs.names}
+    there = {*locator.executables(package), *scripts}
     listed = _nearest(name, there) if there else ': its build files name none'
     return f"{package} has no executable '{name}'{listed}"
 
@@ -152,6 +159,14 @@ def certainly_unknown_executable(
     if own is not None and ('/' in name or not spells_out_programs(own.path)):
         return None
     return unknown_executable(locator, package, name)
+
+
+def _in_bin_by_default(package: str, name: str, own: Package) -> str | None:
+    """Explain why setuptools installs a program where none is looked for."""
+    is_elsewhere = _SCRIPT_FOLDER.search(text_of(own.path / 'setup.cfg'))
+    if is_elsewhere or not own.type.endswith('python'):
+        return None
+    return _in_bin(package, name, own)
 
 
 def _same_stem(name: str, there: Iterable[str]) -> list[str]:

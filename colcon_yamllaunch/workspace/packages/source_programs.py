@@ -132,6 +132,26 @@ def source_programs(folder: Path) -> SourcePrograms:
     return found
 
 
+def source_plugins(folder: Path) -> set[str]:
+    """
+    Return the components that a package's build would register.
+
+    Names that are only computed by the build are not found.
+
+    :param folder: The source of the package
+    """
+    found: set[str] = set()
+    for name in cmake_files(str(folder))[0]:
+        for command in _commands(text_of(folder / name)):
+            words = command.arguments
+            if command.name == 'rclcpp_components_register_nodes':
+                found.update(words[1:])
+            elif command.name == 'rclcpp_components_register_node':
+                after = pairwise(words)
+                found.update(n for word, n in after if word == 'PLUGIN')
+    return {name for name in found if '::' in name and '$' not in name}
+
+
 @dataclass(frozen=True, slots=True)
 class _Command:
     """

@@ -127,7 +127,7 @@ def test_what_is_left_out(launcher):
 
 def test_names_of_components_of_one_name(launcher):
     text = BOX + loaded('name: a') + loaded('name: a', 'namespace: b')
-    assert [c.label for c in components(launcher, text)] == ['a', '/b/a']
+    assert [c.label for c in components(launcher, text)] == ['a', 'b/a']
     labels = [c.label for c in components(launcher, BOX + loaded() + loaded())]
     assert len(set(labels)) == 2
 

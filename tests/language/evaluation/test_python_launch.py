@@ -176,7 +176,11 @@ def test_without_a_launcher(launcher, file):
     )
     assert "there is no 'ros2' on the PATH" in error.message
     assert 'YAML or XML' in error.hint
-    assert error.may_pass_after_build
+    assert not error.may_pass_after_build
+    launcher.packages.programs['ros2cli'] = {'ros2'}
+    assert launcher.error(
+        'launch:\n- include: {file: «sub/robot.launch.py»}\n'
+    ).may_pass_after_build
     (error,) = launched(launcher, file).errors
     assert "there is no 'ros2'" in error.message
 

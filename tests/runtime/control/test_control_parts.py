@@ -290,6 +290,12 @@ def test_a_launch_becomes_json_and_back():
     assert from_json({**data, 'later': 'addition'}) == a_launch()
 
 
+def test_an_older_launch_does_not_know_all_names():
+    data = asdict(a_launch())
+    del data['processes'][0]['name']
+    assert from_json(data) == a_launch()
+
+
 def test_a_launch_of_an_earlier_version_has_no_components():
     data = asdict(a_launch())
     del data['components'], data['processes'][0]['lifecycle']

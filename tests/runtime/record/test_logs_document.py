@@ -38,7 +38,7 @@ def kinds():
 @pytest.fixture
 def records(process, tmp_path):
     """Return what is written about one event of each type."""
-    talker = process('talker-1')
+    talker = process('kitchen', name='talker-1')
     component = Component(
         'talker', 'demo', 'demo::Talker', '/box', talker.position
     )

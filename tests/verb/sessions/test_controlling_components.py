@@ -194,6 +194,19 @@ def test_one_that_is_refused_does_not_keep_others_from_it(
         ask('stop', 'talker')
 
 
+def test_a_container_of_others_is_not_waited_for(
+    running: FakeLaunch,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(controlling, 'PROGRESS_INTERVAL', 0.0)
+    running.after['remote'] = {'phase': 'waiting'}
+    assert ask('restart', 'remote') == 1
+    assert capsys.readouterr().err == (
+        'remote: waits for the container /far\n'
+    )
+
+
 def test_a_container_brings_its_components_back(
     running: FakeLaunch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -269,6 +269,129 @@ def test_what_is_no_program_is_not_offered_as_one(tree):
     )
 
 
+INDEX = 'share/ament_index/resource_index/rclcpp_components'
+
+
+def test_components(tree):
+    assert tree.locator.plugins('my_pkg') is None
+    # an underlay's counts until the package has its own
+    tree.file(f'ros/{INDEX}/my_pkg', 'old::Node;lib/libold.so\n')
+    assert tree.locator.plugins('my_pkg') == ('old::Node',)
+    listed = tree.installed(f'{INDEX}/my_pkg')
+    listed.write_text('a::Talker;lib/liba.so\n\na::Listener;lib/liba.so')
+    assert tree.locator.plugins('my_pkg') == ('a::Talker', 'a::Listener')
+    assert missing_plugin(tree.locator, 'my_pkg', 'a::Talker') is None
+    assert missing_plugin(tree.locator, 'my_pkg', 'a::Talkr') == (
+        "my_pkg has no component 'a::Talkr': did you mean 'a::Talker'? "
+        'it has a::Talker, a::Listener',
+        True,
+    )
+
+
+def test_a_package_without_components(tree):
+    # containers of other kinds may know better
+    assert missing_plugin(tree.locator, 'rclpy', 'a::B') == (
+        'rclpy has installed no components',
+        False,
+    )
+    text, is_certain = missing_plugin(tree.locator, 'my_pkg', 'a::B')
+    assert is_certain
+    assert 'rclcpp_components_register_nodes(TARGET "a::B")' in text
+    assert str(tree.source / 'CMakeLists.txt') in text
+
+
+def test_components_that_a_build_may_bring(tree):
+    def reason(plugin):
+        found = unknown_plugin(tree.locator, 'my_pkg', plugin)
+        return None if found is None else found.reason
+
+    assert 'it has installed none' in reason('a::Talker')
+    cmake = tree.src(
+        'CMakeLists.txt',
+        'rclcpp_components_register_node(t PLUGIN "a::Talker" EXECUTABLE t)\n',
+    )
+    assert reason('a::Talker') is None
+    assert "did you mean 'a::Talker'?" in reason('a::Talkr')
+    # what other macros or variables make of it shows in the build only
+    cmake.write_text('my_register(${PROJECT_NAME}::Camera)\n')
+    assert reason('my_pkg::Camera') is None
+    tree.src('src/viewer.cpp', 'RCLCPP_COMPONENTS_REGISTER_NODE(v::Viewer)')
+    assert reason('v::Viewer') is None
+    assert reason('v::Viewr') is not None
+    tree.installed(f'{INDEX}/my_pkg').write_text('gone::Node;lib/liba.so')
+    assert reason('gone::Node') is None
+    # an underlay is built already
+    found = unknown_plugin(tree.locator, 'rclpy', 'x::Y')
+    assert found.reason == 'rclpy has installed no components'
+
+
+def test_a_package_that_is_not_there(tree):
+    assert missing_package(tree.locator, 'rclpy') is None
+    assert missing_package(tree.locator, 'my_pgk') == (
+        "there is no package 'my_pgk' in the workspace or an underlay: "
+        "did you mean 'my_pkg'?"
+    )
+    assert missing_package(tree.locator, 'quite_other') == (
+        "there is no package 'quite_other' in the workspace or an underlay"
+    )
+
+
+@given(st.text())
+def test_any_list_of_components_can_be_read(text):
+    for plugin in read_component_index(text):
+        assert plugin
+        assert ';' not in plugin
+        assert plugin in text
+
+
+def test_what_the_source_tells_before_a_build(tree):
+    def explain(name):
+        texts = {
+            explain(tree.locator, 'my_pkg', name)
+            for explain in (unknown_executable, certainly_unknown_executable)
+        }
+        assert len(texts) == 1
+        return texts.pop()
+
+    rule = 'install(PROGRAMS scripts/{} DESTINATION lib/${{PROJECT_NAME}})\n'
+    cmake = tree.src('CMakeLists.txt', rule.format('counter.py'))
+    tree.src('scripts/counter.py', mode=0o755)
+    tree.src('scripts/other.py', mode=0o755)
+    assert explain('counter.py') is None
+    assert explain('counter').endswith("did you mean 'counter.py'?")
+    assert rule.format('other.py').strip() in explain('other.py')
+    assert rule.format('other.py').strip() in explain('other')
+    assert explain('nothing').endswith('it has counter.py')
+    tree.src('scripts/counter.py')
+    assert 'chmod +x scripts/counter.py' in explain('counter.py')
+    # a copy elsewhere may be meant
+    tree.src('more/counter.py', mode=0o755)
+    assert explain('counter.py') is None
+    cmake.write_text('install_all(scripts)\n')
+    unsure = certainly_unknown_executable
+    assert unsure(tree.locator, 'my_pkg', 'other.py') is None
+    assert unsure(tree.locator, 'my_pkg', 'nothing') is None
+
+
+def test_what_a_setup_tells_before_a_build(tmp_path):
+    tree = Tree(tmp_path, type_='ros.ament_python')
+    entry = "{'console_scripts': ['talk = my_pkg.talk:main']}"
+    tree.src('setup.py', f'setup(entry_points={entry})')
+    tree.src('setup.cfg', '[develop]\nscript_dir=$base/lib/my_pkg\n')
+    tree.src('my_pkg/talk.py')
+    tree.src('my_pkg/hear.py')
+
+    def explain(name):
+        return certainly_unknown_executable(tree.locator, 'my_pkg', name)
+
+    assert explain('talk') is None
+    assert explain('talk.py').endswith("did you mean 'talk'?")
+    assert "'hear = my_pkg.hear:main'" in explain('hear')
+    assert explain('sub/talk') is None
+    tree.src('setup.cfg')
+    assert 'install_scripts=$base/lib/my_pkg' in explain('talk')
+
+
 def test_what_its_build_files_name_is_not_unknown(tree):
     tree.src('CMakeLists.txt').write_text(
         'project(my_pkg)\nadd_executable(${PROJECT_NAME}_node x.cpp)\n'
@@ -283,6 +406,7 @@ def test_what_its_build_files_name_is_not_unknown(tree):
 
 def test_an_entry_point_with_the_name_of_a_module(tmp_path):
     tree = Tree(tmp_path, type_='ros.ament_python')
+    tree.src('setup.cfg', '[develop]\nscript_dir=$base/lib/my_pkg\n')
     tree.src('my_pkg/drive.py')
     tree.src('setup.py').write_text(
         "setup(entry_points={'console_scripts': "

@@ -58,6 +58,27 @@ def test_programs(
     ('text', 'names'),
     [
         (
+            'rclcpp_components_register_node(l PLUGIN "a::B" EXECUTABLE b)',
+            {'a::B'},
+        ),
+        ('rclcpp_components_register_node(l\n PLUGIN a::b::C)', {'a::b::C'}),
+        (
+            'rclcpp_components_register_nodes(l "a::B"\n  "a::C")\n',
+            {'a::B', 'a::C'},
+        ),
+        ('rclcpp_components_register_nodes(l "${N}::B")', set()),
+        ('# rclcpp_components_register_nodes(l "a::B")', set()),
+    ],
+)
+def test_components(tmp_path: Path, text: str, names: set[str]) -> None:
+    (tmp_path / 'CMakeLists.txt').write_text(text)
+    assert source_plugins(tmp_path) == names
+
+
+@pytest.mark.parametrize(
+    ('text', 'names'),
+    [
+        (
             'project(pump CXX)\nadd_executable(${PROJECT_NAME}_node x.c)',
             'pump_node',
         ),
