@@ -14,6 +14,7 @@ import yaml
 
 _ITEM = re.compile(r'\s*-(\s|$)')
 _KEY_WITHOUT_SPACE = re.compile(r'(\s*(?:- )?)([\w-]+):[^\s/]')
+_BARE_WORD = re.compile(r'\s*(?:- )?(\w+)\s*$')
 _NO_BREAK_SPACE = '\u00a0'
 _COMMENT_OR_BLANK = re.compile(r'\s*(#|$)')
 
@@ -153,6 +154,14 @@ def _misplaced_colon(
                 'a no-break space stands here, which is no space for YAML',
                 source.position(number, before.index(_NO_BREAK_SPACE)),
                 hint='type it anew as a space',
+            )
+        bare = _BARE_WORD.match(before)
+        if bare and _depth(before) < _depth(line):
+            return error(
+                f"there is no ':' behind '{bare[1]}'",
+                source.position(number, bare.start(1)),
+                hint=f"write '{bare[1]}:'",
+                length=len(bare[1]),
             )
         if _depth(before) == _depth(line) and ':' not in before:
             return error(

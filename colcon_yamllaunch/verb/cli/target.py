@@ -114,8 +114,8 @@ def unknown_package(
     hint = did_you_mean(package, names)
     if hint is None:
         hint = (
-            'run in the workspace that has it, or name that folder: '
-            '--workspace ~/my_ws'
+            'run in the workspace that has it, or name the folder of that one '
+            'with --workspace'
         )
     return (
         f"there is no package '{package}' in the workspace or an underlay: "

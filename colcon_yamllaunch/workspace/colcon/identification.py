@@ -11,6 +11,7 @@ while it is used.
 from collections.abc import Iterable
 from collections.abc import Mapping
 import logging
+import os
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,9 @@ from colcon_core.package_identification import IgnoreLocationException
 from colcon_yamllaunch.workspace.packages.package_folder import IGNORED
 from colcon_yamllaunch.workspace.packages.package_folder import PACKAGE
 from colcon_yamllaunch.workspace.packages.package_folder import PLAIN
+from colcon_yamllaunch.workspace.packages.workspace_root import (
+    VIRTUAL_ENVIRONMENT,
+)
 
 #: Extensions that run a `setup.py`, or what `attr:` names in a `setup.cfg`.
 _RUNNING = (
@@ -141,6 +145,8 @@ class Identification:
 
     def identify_folder(self, folder: str) -> tuple[str, Any]:
         """Return what a folder is, and the bare descriptor of a package."""
+        if os.path.lexists(os.path.join(folder, VIRTUAL_ENVIRONMENT)):
+            return IGNORED, None
         try:
             desc = identify(self.identification, folder)
         except IgnoreLocationException:

@@ -25,8 +25,14 @@ _PACKAGE_FILES = (
     *('package.xml', 'CMakeLists.txt', 'setup.py', 'pyproject.toml'),
     'colcon.pkg',
 )
+#: The file that makes a folder a virtual environment (PEP 405). colcon crawls
+#: it, and takes what is installed there for packages of the workspace.
+VIRTUAL_ENVIRONMENT = 'pyvenv.cfg'
 #: What colcon does not crawl below (colcon-core, colcon-ros).
-IGNORE_MARKERS = ('COLCON_IGNORE', 'AMENT_IGNORE', 'CATKIN_IGNORE')
+IGNORE_MARKERS = (
+    *('COLCON_IGNORE', 'AMENT_IGNORE', 'CATKIN_IGNORE'),
+    VIRTUAL_ENVIRONMENT,
+)
 
 
 def find_root(
@@ -119,7 +125,7 @@ def _crawled_folders(folder: Path) -> Iterator[Path]:
 
 
 def is_ignored(folder: Path) -> bool:
-    """Tell whether colcon was told not to look at this folder."""
+    """Tell whether no packages of a workspace are in a folder."""
     return any(os.path.lexists(folder / name) for name in IGNORE_MARKERS)
 
 

@@ -61,6 +61,14 @@ MISTAKES = {
         'launch:\n  - node:\n      «pkg a\n      exec: b\n',
         "there is no ':' in this line",
     ),
+    'no colon behind an action': (
+        'launch:\n  - «node\n      pkg: a\n      exec: b\n',
+        "there is no ':' behind 'node'",
+    ),
+    'no colon behind launch': (
+        '«launch\n  - node:\n      exec: b\n',
+        "there is no ':' behind 'launch'",
+    ),
     'no-break space for indentation': (
         'launch:\n  - node:\n     «\u00a0pkg: a\n      exec: b\n',
         'a no-break space stands here, which is no space for YAML',

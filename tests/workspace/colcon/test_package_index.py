@@ -470,3 +470,13 @@ def test_mixins(plain, compare):
     mixin.write_text('{build: {a: {cmake-args: [-DM=2]}}}\n')
     packages, _ = compare(arguments=arguments)
     assert '-DM=2' in packages['plain'][5]['cmake_args']
+
+
+def test_a_virtual_environment_has_no_packages(plain, cached):
+    site = 'venv/lib/python3/site-packages'
+    plain.write(f'{site}/numpy/setup.py', SETUP.format('numpy'))
+    plain.write(f'{site}/share/ros_a/package.xml', manifest('ros_a', 'cmake'))
+    plain.write('venv/pyvenv.cfg', 'home = /usr/bin')
+    found, asked = cached()
+    assert (found, asked) == (plain.known, True)
+    assert cached() == (plain.known, False)
