@@ -4,12 +4,14 @@
 """What `colcon create` does, step by step."""
 
 from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from dataclasses import replace
 from importlib.util import find_spec
 import os
 from pathlib import Path
+from pkgutil import iter_modules
 import re
 import shlex
 import subprocess
@@ -75,14 +77,18 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
     except OSError as e:
         raise UserError(f'cannot read {e.filename}: {e.strerror}') from e
     # this runs nothing: a setup.py is read as a text
-    known_package = scan_packages(root, environment).package(package.name)
+    locator = scan_packages(root, environment)
+    known_package = locator.package(package.name)
     if known_package is not None:
         raise UserError(
             f'the workspace has a package {package.name} already, in '
             f'{known_package.path}: nothing was written'
         )
     make_package(package, folder)
-    for warning in _warnings(package, options, environment):
+    for warning in (
+        *_warnings(package, options, environment),
+        *_misspelt(options.dependencies, locator),
+    ):
         say(f'colcon create: warning: {warning}')
     show(_made(package, folder, cwd))
     return 0
@@ -315,6 +321,18 @@ def _warnings(
             f'{what} is not to be found here, and the package needs it: '
             'source its setup.bash, or make one of --build-type cmake'
         )
+
+
+def _misspelt(
+    dependencies: Iterable[str], locator: PackageLocator
+) -> Iterator[str]:
+    """Say which names are not known, and near to one that is."""
+    modules = (module.name for module in iter_modules())
+    known = {*locator.names(), *modules}
+    for name in dependencies:
+        hint = None if name in known else did_you_mean(name, known)
+        if hint is not None:
+            yield f"there is no package '{name}' here: {hint}"
 
 
 def _made(package: NewPackage, folder: Path, cwd: Path) -> str:

@@ -213,6 +213,16 @@ def test_names(developer: User) -> None:
     assert (developer.root / 'src/My-pkg/scripts/My_pkg_node.py').is_file()
 
 
+def test_dependencies_that_are_misspelt(developer: User) -> None:
+    create(developer, 'flow')
+    names = ('--dependencies', 'std_msg', 'flow', 'flou', 'boost')
+    done = create(developer, 'my_pkg', *names)
+    warned = [x for x in done.stderr.splitlines() if 'there is no' in x]
+    assert len(warned) == 2
+    assert "no package 'std_msg' here: did you mean 'std_msgs'?" in warned[0]
+    assert "no package 'flou' here: did you mean 'flow'?" in warned[1]
+
+
 def test_maintainer(developer: User) -> None:
     Path(developer.environment['HOME'], '.gitconfig').unlink()
     message = error(developer, 'my_pkg', '--maintainer-name', 'Ada')
