@@ -140,6 +140,19 @@ class Composition:
         self._containers.started(process)
         self._lifecycles.process_started(process)
 
+    def leaves(self, process: Process, *, is_anew: bool) -> None:
+        """
+        Take into account that somebody asks a process to end.
+
+        :param is_anew: Whether it is then started again. If its node is a
+          lifecycle node, that begins as the launch file says; components get
+          the states back that they have.
+        """
+        self._containers.leaves(process)
+        self._lifecycles.leaves(process.label)
+        if is_anew:
+            self._lifecycles.begins_anew(process.label)
+
     def ended(
         self,
         process: Process,

@@ -162,7 +162,7 @@ class Containers:
                 if task.phase == 'unloading'
                 else _NOT_LOADED.format(label)
             )
-        if task.phase in ('unloaded', 'failed') and not self._comes(task):
+        if task.phase in ('unloaded', 'failed'):
             raise RefusedError(_NOT_LOADED.format(label))
         self._tell(events.Requested(task.component, 'stop'))
         task.is_again = False
@@ -183,6 +183,7 @@ class Containers:
         if self._given_up is not None:
             raise RefusedError(self._given_up)
         self._tell(events.Requested(task.component, 'restart'))
+        self._lifecycles.begins_anew(label)
         if task.unique_id is None and task.phase != 'loading':
             task.is_wanted = True
             self._requests.cancel(task.request)
@@ -201,6 +202,12 @@ class Containers:
         for task in container.tasks:
             if task.is_due and task.is_wanted and task.unique_id is None:
                 self._begin(container, task)
+
+    def leaves(self, process: Process) -> None:
+        """Take into account that a process is asked to end."""
+        container = self._provided_by(process)
+        for task in () if container is None else container.tasks:
+            self._lifecycles.leaves(task.label)
 
     def ended(
         self, process: Process, ending: str, *, asked: bool, again: bool
@@ -308,10 +315,6 @@ class Containers:
 
     def _provided_by(self, process: Process) -> _Container | None:
         return self._containers.get(process.node_name or '')
-
-    def _comes(self, task: ComponentTask) -> bool:
-        """Whether the container of a component may load it again."""
-        return not self._container_of(task).is_gone
 
     def _enter(self, task: ComponentTask, phase: LoadPhase) -> None:
         if phase != task.phase:

@@ -21,6 +21,9 @@ class LifecycleTask:
     :param goal: The state that it is brought to when it starts: what the
       launch file says, or what it had reached before it was respawned
     :param is_running: Whether its process runs, or it is loaded
+    :param is_leaving: Whether its process was asked to end
+    :param is_anew: Whether it starts next as the launch file says, whatever
+      it had reached
     :param is_driven: Whether it is on the way to its goal
     :param request: The number of the transition that is under way
     :param since: When it was asked for the latest step on its way
@@ -31,6 +34,8 @@ class LifecycleTask:
     goal: str | None = None
     state: str | None = None
     is_running: bool = False
+    is_leaving: bool = False
+    is_anew: bool = False
     is_driven: bool = False
     request: int | None = None
     since: float = 0.0

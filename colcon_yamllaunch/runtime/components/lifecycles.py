@@ -27,6 +27,7 @@ _STEPS = {
     ('unconfigured', 'inactive'): 'configure',
     ('inactive', 'active'): 'activate',
 }
+_OTHER_WISH = 'somebody asked for something else'
 # the states that a transition passes through, and where it ends well
 _REACHED = {
     ('configuring', 'inactive'),
@@ -57,16 +58,14 @@ class Lifecycles:
         self._clock = clock
         self._given_up: str | None = None
         self._replies: dict[int, Reply] = {}
+        # what waits for a client, by the labels of the nodes
+        self._wishes: dict[str, tuple[str, Reply]] = {}
         owners: list[Process | Component] = [
             *plan.processes(),
             *plan.components(),
         ]
         self.tasks = [
-            LifecycleTask(
-                owner,
-                owner.node_name,
-                'active' if owner.autostart else None,
-            )
+            LifecycleTask(owner, owner.node_name, _first_goal(owner))
             for owner in owners
             if owner.is_lifecycle
         ]
@@ -112,6 +111,11 @@ class Lifecycles:
         task.node = node
         task.state = None
         task.is_running = True
+        task.is_leaving = False
+        # who was shut down comes back by a new start only
+        if task.is_anew or task.goal == 'finalized':
+            task.goal = _first_goal(task.owner)
+        task.is_anew = False
         task.is_driven = task.goal in ('inactive', 'active')
         task.request = None
         task.since = self._clock()
@@ -129,6 +133,23 @@ class Lifecycles:
         self._drop(task, 'it ended')
         self._patience.forget(task.label)
 
+    def leaves(self, label: str) -> None:
+        """
+        Take into account that the process of a node is asked to end.
+
+        The states that it passes through now are on the way to its end, so
+        nobody wants them to be restored.
+        """
+        task = self._by_label.get(label)
+        if task is not None:
+            task.is_leaving = task.is_running
+
+    def begins_anew(self, label: str) -> None:
+        """Have a node start with the goal of the launch file next time."""
+        task = self._by_label.get(label)
+        if task is not None:
+            task.is_anew = True
+
     def changed(self, node: str, state: str, before: str | None) -> None:
         """Take into account which state a node has, and had before."""
         for task in self.tasks:
@@ -140,27 +161,32 @@ class Lifecycles:
         task = self._named(name)
         if transition not in TRANSITIONS:
             raise RefusedError(f"there is no transition '{transition}'")
-        if not task.is_running or task.node is None:
-            raise RefusedError(f'{task.label} does not run')
-        if not self._requests.is_ready:
-            raise RefusedError(
-                self._given_up or 'the ROS client is still starting'
-            )
-        self._drop(task, 'somebody asked for something else')
-        # who decides on the states from now on is the user
-        task.is_driven = False
-        self._ask(task, transition, reply)
+        if self._given_up is not None:
+            raise RefusedError(self._given_up)
+        if self._requests.is_ready:
+            self._wish(task, transition, reply)
+        else:
+            # it comes soon, and what is not started yet may run then
+            self._drop(task, _OTHER_WISH)
+            self._wishes[task.label] = transition, reply
 
     def client_is_ready(self) -> None:
         """Follow the nodes that run."""
         for task in self.tasks:
             if task.is_running:
                 self._follow(task)
+        wishes, self._wishes = self._wishes, {}
+        for label, (transition, reply) in wishes.items():
+            try:
+                self._wish(self._by_label[label], transition, reply)
+            except RefusedError as error:
+                reply(str(error))
 
     def client_died(self) -> None:
         """Take into account that requests have been lost."""
         for task in self.tasks:
-            self._drop(task, 'the ROS client ended, and starts again')
+            if task.label not in self._wishes:
+                self._drop(task, 'the ROS client ended, and starts again')
 
     def client_given_up(self, reason: str) -> None:
         """Give up with the client."""
@@ -201,6 +227,21 @@ class Lifecycles:
                 return task
         raise RefusedError(f"there is no lifecycle node '{name}'")
 
+    def _wish(
+        self, task: LifecycleTask, transition: str, reply: Reply
+    ) -> None:
+        """
+        Have a node make a transition that a user asked for.
+
+        :raises RefusedError: when it does not run
+        """
+        if not task.is_running or task.node is None:
+            raise RefusedError(f'{task.label} does not run')
+        self._drop(task, _OTHER_WISH)
+        # who decides on the states from now on is the user
+        task.is_driven = False
+        self._ask(task, transition, reply)
+
     def _follow(self, task: LifecycleTask) -> None:
         if task.node is not None:
             self._requests.ask('follow', lambda _: None, node=task.node)
@@ -217,7 +258,8 @@ class Lifecycles:
             self._drive(task)
             return
         task.state = state
-        if (before, state) in _REACHED and not task.is_driven:
+        is_wish = not (task.is_driven or task.is_leaving)
+        if (before, state) in _REACHED and is_wish:
             # somebody else decided so
             task.goal = state
         self._tell(events.StateChanged(task.owner, node, state, before))
@@ -281,6 +323,9 @@ class Lifecycles:
             reply = self._replies.pop(number, None)
             if reply is not None:
                 reply(reason)
+        if task.label in self._wishes:
+            _, reply = self._wishes.pop(task.label)
+            reply(reason)
 
     def _fail(self, task: LifecycleTask, transition: str, reason: str) -> None:
         self._tell(
@@ -294,3 +339,8 @@ class Lifecycles:
             step = _STEPS.get((task.state or 'unconfigured', task.goal or ''))
             self._fail(task, step or 'configure', reason)
         task.is_driven = False
+
+
+def _first_goal(owner: Process | Component) -> str | None:
+    """Return the state that the launch file wants a node to have."""
+    return 'active' if owner.autostart else None

@@ -439,6 +439,9 @@ class Supervisor:
         if task.group is None and task.ended is None:
             raise RefusedError(f'{name} has not been started yet')
         self._host.tell(events.Requested(task.process, action))
+        if self._composition is not None:
+            is_anew = action == 'restart'
+            self._composition.leaves(task.process, is_anew=is_anew)
         respawn = self._respawns.pop(task.number, None)
         if respawn is not None:
             respawn.cancel()

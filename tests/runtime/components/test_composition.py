@@ -326,6 +326,17 @@ def test_what_cannot_be_unloaded_stays(box):
     assert 'a: could not be unloaded: no node found' in warnings(h)[0]
 
 
+def test_what_failed_cannot_be_stopped_whatever_its_container_does(box):
+    h = begin(box(), component('a'))
+    h.ready('/box')
+    h.answer('load', 'no such class')
+    with pytest.raises(RefusedError, match='a is not loaded'):
+        h.composition.unload('a')
+    h.stop('box-1')
+    with pytest.raises(RefusedError, match='a is not loaded'):
+        h.composition.unload('a')
+
+
 def test_a_component_that_is_still_waited_for_can_be_stopped(box):
     h = begin(box(), component('a'), component('b'))
     h.ready()

@@ -41,6 +41,19 @@ def begin(*entries):
     return h
 
 
+def lifecycle_component():
+    return Component(
+        'a',
+        'demo',
+        'demo::It',
+        '/box',
+        Position('/ws/demo.yaml', 7, 9),
+        name='a',
+        is_lifecycle=True,
+        autostart=True,
+    )
+
+
 def goes(h, state, before=None, node='/lc'):
     h.says(event='state', node=node, state=state, **{'from': before})
 
@@ -126,19 +139,9 @@ def test_an_end_before_the_activation_is_one_failure(node, process):
 
 
 def test_a_component_is_activated_once_it_is_loaded(process):
-    position = Position('/ws/demo.yaml', 7, 9)
     h = begin(
         process('box-1', node_name='/box', respawn=True),
-        Component(
-            'a',
-            'demo',
-            'demo::It',
-            '/box',
-            position,
-            name='a',
-            is_lifecycle=True,
-            autostart=True,
-        ),
+        lifecycle_component(),
     )
     assert h.open('follow') == []
     h.there('/box')
@@ -180,6 +183,104 @@ def test_a_user_changes_the_state(node):
         h.composition.change_state('x', 'activate', said.append)
     with pytest.raises(RefusedError, match="no transition 'fly'"):
         h.composition.change_state('/lc', 'fly', said.append)
+
+
+def test_what_a_user_asks_for_before_there_is_a_client_waits_for_it(node):
+    said = []
+    h = History(node(autostart=False), node('lc-2', '/two', autostart=False))
+    h.composition.change_state('lc-1', 'configure', said.append)
+    h.composition.change_state('lc-2', 'configure', said.append)
+    h.turn()
+    h.composition.client_died()
+    h.exit('lc-2')
+    assert transitions(h) == []
+    h.ready()
+    assert [r['node'] for r in h.open('change_state')] == ['/lc']
+    h.answer('change_state')
+    assert said == ['it ended', None]
+    h.composition.client_died()
+    h.composition.change_state('lc-1', 'activate', said.append)
+    h.composition.change_state('lc-2', 'activate', said.append)
+    h.composition.change_state('lc-1', 'cleanup', said.append)
+    h.ready()
+    h.answer('change_state')
+    assert said[2:] == [
+        'somebody asked for something else',
+        'lc-2 does not run',
+        None,
+    ]
+    h.composition.client_died()
+    h.composition.change_state('lc-1', 'configure', said.append)
+    h.composition.client_given_up('it is broken')
+    assert said[-1] == 'it is broken'
+    with pytest.raises(RefusedError, match='it is broken'):
+        h.composition.change_state('lc-1', 'configure', said.append)
+
+
+def wish(h, transition, name='lc-1'):
+    said = []
+    h.composition.change_state(name, transition, said.append)
+    h.answer('change_state')
+    assert said == [None]
+
+
+@pytest.mark.parametrize('transition', ['shutdown', 'deactivate'])
+def test_a_node_that_is_restarted_on_request_is_activated(
+    node, process, transition
+):
+    h = begin(node(), process('other'))
+    activate(h)
+    wish(h, transition)
+    h.restart('lc-1')
+    h.exit('lc-1')
+    activate(h)
+    wish(h, transition)
+    h.stop('lc-1')
+    h.exit('lc-1')
+    h.restart('lc-1')
+    activate(h)
+
+
+def test_a_component_that_is_loaded_anew_is_activated(process):
+    h = begin(process('box-1', node_name='/box'), lifecycle_component())
+    h.there('/box')
+    h.loads(1)
+    activate(h, '/a')
+    wish(h, 'shutdown', 'a')
+    h.composition.reload('a')
+    h.answer('unload')
+    h.loads(2)
+    activate(h, '/a')
+
+
+def test_what_a_node_does_because_it_ends_is_no_state_to_restore(process):
+    h = begin(process('box-1', node_name='/box'), lifecycle_component())
+    h.there('/box')
+    h.loads(1)
+    activate(h, '/a')
+    h.restart('box-1')
+    goes(h, 'deactivating', 'active', '/a')
+    goes(h, 'inactive', 'deactivating', '/a')
+    h.exit('box-1')
+    h.there('/box')
+    h.loads(1)
+    activate(h, '/a')
+
+
+def test_a_restarted_container_has_components_with_their_states(process):
+    h = begin(process('box-1', node_name='/box'), lifecycle_component())
+    h.there('/box')
+    h.loads(1)
+    activate(h, '/a')
+    wish(h, 'deactivate', 'a')
+    h.restart('box-1')
+    h.exit('box-1')
+    h.there('/box')
+    h.loads(1)
+    goes(h, 'unconfigured', node='/a')
+    h.answer('change_state')
+    goes(h, 'inactive', 'configuring', '/a')
+    assert transitions(h) == []
 
 
 def test_a_node_that_is_none_is_said_to_be_waited_for(node):
