@@ -9,7 +9,10 @@ from pathlib import Path
 import signal
 import sys
 
+import colcon_yamllaunch
 import pytest
+
+PACKAGE = Path(colcon_yamllaunch.__file__).parent
 
 
 @pytest.fixture
@@ -128,6 +131,26 @@ def test_what_the_environment_lacks_is_said_before_anything_starts(start, box):
     )
     assert running.events('started') == []
     assert running.screen.count('\n') == 1
+
+
+@pytest.mark.hostile
+def test_what_only_seemed_to_be_there_is_a_failure_later(start, box, tmp_path):
+    for name in ('rclpy', 'rcl_interfaces', 'composition_interfaces'):
+        (tmp_path / 'seeming' / name).mkdir(parents=True)
+        (tmp_path / 'seeming' / name / '__init__.py').touch()
+    running = start(
+        box(),
+        component('a'),
+        environment={
+            'FAKE_MISSING': 'composition_interfaces',
+            'PYTHONPATH': f'{PACKAGE.parent}:{tmp_path / "seeming"}',
+        },
+    )
+    running.shows('a: could not be loaded into /box: for components')
+    running.sends(signal.SIGINT)
+    assert running.ends() == 1
+    assert 'build composition_interfaces in the workspace' in running.screen
+    assert len(running.events('ros_lost')) == 1
 
 
 def test_a_client_that_cannot_run_is_one_error(start, box, ros):

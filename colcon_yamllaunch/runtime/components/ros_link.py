@@ -21,6 +21,7 @@ from typing import Any
 
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.runtime.components.composition import Composition
+from colcon_yamllaunch.runtime.components.ros_needs import are_beside
 from colcon_yamllaunch.runtime.components.ros_needs import missing_packages
 from colcon_yamllaunch.runtime.components.ros_needs import needed_packages
 from colcon_yamllaunch.runtime.core import events
@@ -73,7 +74,11 @@ class RosLink:
         #: The process group of the client, or 0 while there is none.
         self.pid = 0
         #: Whether the environment has what is needed.
-        self.is_found = False
+        self.is_found = are_beside(
+            self._packages, self._pythons[0], environment
+        )
+        # whether a client has said so, too
+        self._is_sure = False
         # of the first Python
         self._missing: list[str] | None = None
         #: Why no launch is possible in this environment, if so.
@@ -270,18 +275,21 @@ class RosLink:
 
     def _found(self, missing: list[str]) -> None:
         if not missing:
-            if not self.is_found:
+            if not self._is_sure:
                 self._first_found = self._python
-            self.is_found = True
+            self.is_found = self._is_sure = True
             return
         if self._missing is None:
             # what the others lack matters less
             self._missing = missing
         is_last = self._python + 1 == len(self._pythons)
-        if is_last and not self.is_found:
+        if is_last and not self._is_sure:
             self.error = missing_packages(
                 self._missing, self._pythons[0], self._environment
             )
+            if self.is_found:
+                # the launch began, as it looked well
+                self.composition.client_given_up(self.error)
 
 
 def _pythons(path: str) -> list[str]:

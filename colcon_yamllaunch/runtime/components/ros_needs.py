@@ -5,6 +5,8 @@
 
 from collections.abc import Mapping
 from collections.abc import Sequence
+import glob
+import os
 
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Timer
@@ -30,6 +32,30 @@ def needed_packages(plan: Plan) -> list[str]:
         'rosgraph_msgs': _has_ros_timer(plan),
     }
     return [name for name, is_needed in needs.items() if is_needed]
+
+
+def are_beside(
+    packages: Sequence[str], python: str, environment: Mapping[str, str]
+) -> bool:
+    """
+    Tell whether files show that a Python finds packages.
+
+    That saves asking it. Where they do not, it may find them all the same.
+
+    :param python: The path of the environment's Python
+    """
+    folders = [
+        f for f in environment.get('PYTHONPATH', '').split(':') if f[:1] == '/'
+    ]
+    prefix = os.path.dirname(os.path.dirname(python))
+    # of a virtual environment; with several versions it is open which counts
+    own = glob.glob(f'{glob.escape(prefix)}/lib/python3*/site-packages')
+    if len(own) == 1:
+        folders += own
+    return all(
+        any(os.path.isfile(f'{f}/{name}/__init__.py') for f in folders)
+        for name in packages
+    )
 
 
 def missing_packages(

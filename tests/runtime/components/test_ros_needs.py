@@ -7,6 +7,7 @@ from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.components.ros_needs import are_beside
 from colcon_yamllaunch.runtime.components.ros_needs import missing_packages
 from colcon_yamllaunch.runtime.components.ros_needs import needed_packages
 
@@ -41,3 +42,18 @@ def test_the_way_out_depends_on_where_ros_is_from():
     text = missing_packages(['composition_interfaces'], '/py', {})
     assert 'build composition_interfaces in the workspace' in text
     assert 'pip' not in text
+
+
+def test_what_files_show_is_not_asked_for(tmp_path):
+    python = str(tmp_path / 'venv/bin/python3')
+    own = tmp_path / 'venv/lib/python3.12/site-packages'
+    (sourced := tmp_path / 'ros').mkdir()
+    environment = {'PYTHONPATH': f':{sourced}'}
+    for folder, name in ((own, 'rclpy'), (sourced, 'lifecycle_msgs')):
+        assert not are_beside(['rclpy', 'lifecycle_msgs'], python, environment)
+        (folder / name).mkdir(parents=True)
+        (folder / name / '__init__.py').touch()
+    assert are_beside(['rclpy', 'lifecycle_msgs'], python, environment)
+    assert not are_beside(['rclpy', 'lifecycle_msgs'], python, {})
+    (tmp_path / 'venv/lib/python3.11/site-packages').mkdir(parents=True)
+    assert not are_beside(['rclpy'], python, {})
