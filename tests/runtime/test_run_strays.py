@@ -106,7 +106,8 @@ def test_a_stray_is_stopped_with_its_process_and_no_other(
     one.shows('[a]      stray ').shows('[b]      stray ')
     found = re.findall(r'\[(.)\] +stray (\d+)', one.screen)
     strays = {label: int(pid) for label, pid in found}
-    place = {'TMPDIR': str(one.folder)}
+    # apart from other launches of the user
+    place = dict.fromkeys(('TMPDIR', 'XDG_RUNTIME_DIR'), str(one.folder))
     (client,) = wait_until(lambda: running_launches(place, pytest.fail))
     client.request('stop', process='a')
     wait_until(lambda: not is_running(strays['a']))

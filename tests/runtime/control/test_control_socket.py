@@ -42,7 +42,10 @@ class Controlled:
     def __init__(self, one, wait_until):
         self.one = one
         self.wait_until = wait_until
-        self.place = {'TMPDIR': str(one.folder)}
+        # apart from other launches of the user
+        self.place = dict.fromkeys(
+            ('TMPDIR', 'XDG_RUNTIME_DIR'), str(one.folder)
+        )
         self.folder = one.folder / f'colcon-launch-{os.getuid()}'
         self.clients = []
         self.client = self.connect()
