@@ -7,6 +7,9 @@ from collections.abc import Iterable
 
 #: How alike two names must be to suggest one for the other, from 0 to 1.
 CUTOFF = 0.6
+#: In how many characters a name may differ from what is a slip of it, those of
+#: both together: two are exchanged or one is another, and one is missing.
+SLIP = 3
 
 
 def nearest(word: str, names: Iterable[str]) -> str | None:
@@ -17,6 +20,19 @@ def nearest(word: str, names: Iterable[str]) -> str | None:
     by_key = {_key(name): name for name in sorted(names, reverse=True)}
     found = difflib.get_close_matches(_key(word), by_key, 1, CUTOFF)
     return by_key[found[0]] if found else None
+
+
+def is_slip(word: str, names: Iterable[str]) -> bool:
+    """Say whether a word is one of the names, but for a slip of the pen."""
+    name = nearest(word, names)
+    if name is None:
+        return False
+    import difflib
+
+    pair = _key(word), _key(name)
+    matcher = difflib.SequenceMatcher(None, *pair)
+    same = sum(block.size for block in matcher.get_matching_blocks())
+    return sum(map(len, pair)) - 2 * same <= SLIP
 
 
 def did_you_mean(word: str, names: Iterable[str]) -> str | None:

@@ -24,6 +24,7 @@ import signal
 import subprocess
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.suggestions import is_slip
 from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.language.evaluation.scope import ANY_NAME
 from colcon_yamllaunch.language.evaluation.values import derived
@@ -110,11 +111,14 @@ def _var(call: Call) -> Value:
     if len(call) > 1:
         return walk.default(call[1], source)
     if not walk.may_be_set(name):
+        names = configurations.all()
         call.fail(
             f"launch configuration '{name}' does not exist",
-            did_you_mean(name, configurations.all())
+            did_you_mean(name, names)
             or f"declare it with 'arg' or set it with 'let' before this, or "
             f'give a default: $(var {name} default)',
+            # who wants what is off by default may be to provide it
+            is_certain=walk.is_on_by_default or is_slip(name, names),
         )
     return unknown(source)
 

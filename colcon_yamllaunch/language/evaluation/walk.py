@@ -201,6 +201,11 @@ class Walk(Policy):
         self._actions = 0
         self._characters = 0
 
+    @property
+    def is_on_by_default(self) -> bool:
+        """Whether all conditions hold when no launch argument is given."""
+        return not self.never and all(guard.taken for guard in self.guards)
+
     def name_place(self, call: Call, path: str) -> None:
         """Take note of a path that a launch file takes for its own."""
 

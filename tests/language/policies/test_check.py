@@ -784,6 +784,44 @@ def test_good_components(launcher: Launcher, target: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ('default', 'name', 'severity'),
+    [
+        ('false', 'model', 'warning'),
+        ('maybe', 'model', 'error'),
+        ('true', 'model', 'error'),
+        # a slip of the pen
+        ('false', 'falg', 'error'),
+        ('false', 'flagg', 'error'),
+    ],
+)
+def test_configurations_that_are_only_read_under_a_condition(
+    launcher: Launcher, default: str, name: str, severity: str
+) -> None:
+    read = f'$(var {name})'
+    text = (
+        f"launch:\n- arg: {{name: flag, default: '{default}'}}\n"
+        '- group:\n  - node: {pkg: alpha, exec: talker, '
+        f'args: {read}, if: $(var flag)}}\n'
+    )
+    if default == 'maybe':
+        # not under the condition
+        text = text.replace('if: $(var flag)', 'name: $(var flag)')
+    message = f"{severity}: launch configuration '{name}' does not exist"
+    assert message in found(launcher, text)
+
+
+def test_a_given_argument_makes_a_condition_certain(
+    launcher: Launcher,
+) -> None:
+    text = (
+        "launch:\n- arg: {name: flag, default: 'false'}\n"
+        '- log: {level: INFO, message: $(var model), if: $(var flag)}\n'
+    )
+    message = "error: launch configuration 'model' does not exist"
+    assert found(launcher, text, flag='true') == [message]
+
+
+@pytest.mark.parametrize(
     ('before', 'after', 'message'),
     [
         ('target: box', 'target: boxx', "is the container '/boxx'"),
