@@ -10,6 +10,7 @@ It reads no files itself: who loads it does, and sends what they say.
 from collections.abc import Iterator
 import os
 
+from colcon_yamllaunch.language.actions.node_parameters import EMPTY_LIST
 from colcon_yamllaunch.language.actions.node_parameters import (
     nested_parameters,
 )
@@ -95,7 +96,12 @@ def _of_node(
 ) -> Iterator[Parameter]:
     if read.warnings:
         walk.report(LaunchError(*read.warnings))
-    if node is None:
-        yield from read.parameters_of(None)
-    elif node.text is not None:
-        yield from read.parameters_of(node.text)
+    if node is not None and node.text is None:
+        return
+    for parameter in read.parameters_of(node and node.text):
+        if parameter.value == ():
+            walk.warn(
+                f"the parameter '{parameter.name}' is left out: {EMPTY_LIST}",
+                parameter.position,
+            )
+        yield parameter

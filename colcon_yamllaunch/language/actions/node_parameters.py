@@ -32,6 +32,9 @@ from colcon_yamllaunch.language.vocabulary.parameter import ParameterTypeError
 from colcon_yamllaunch.language.vocabulary.parameter import ScalarValue
 from colcon_yamllaunch.language.vocabulary.parameter import type_name
 
+#: What is said of a parameter that is an empty list.
+EMPTY_LIST = 'nodes do not accept an empty list, which has no type'
+
 _LIST = 'list_of_'
 
 #: A value, None when it is not known, and where what it is made of was set.
@@ -125,10 +128,7 @@ def _list(walk: Walk, value: ParameterValue, kind: str | None) -> Content:
             else 'quote the values that are texts',
         )
     if not contents:
-        walk.warn(
-            'nodes do not accept an empty list, which has no type',
-            value.position,
-        )
+        walk.warn(EMPTY_LIST, value.position)
         return (), ()
     is_known = len(values) == len(contents)
     return tuple(values) if is_known else None, contents[-1][1]

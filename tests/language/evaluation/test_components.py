@@ -312,6 +312,18 @@ def test_files_of_the_scope(launcher):
     }
 
 
+def test_an_empty_list_in_a_file(launcher):
+    launcher.write('p.yaml', '/**:\n  ros__parameters:\n    a: []\n    b: 1\n')
+    text = BOX + loaded('param: [{from: p.yaml}]')
+    result = launcher.evaluate(f'launch:\n{text}')
+    (warning,) = result.diagnostics
+    assert warning.severity == 'warning'
+    assert warning.message.startswith("the parameter 'a' is left out: ")
+    assert warning.position.line == 3
+    (found,) = result.plan.components()
+    assert values(found) == {'b': '1'}
+
+
 def test_substitutions_in_a_file(launcher):
     launcher.write('p.yaml', '/**: {ros__parameters: {a: $(env SET)}}\n')
     found = component(launcher, 'param: [{from: p.yaml, allow_substs: true}]')
