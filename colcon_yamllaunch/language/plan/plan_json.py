@@ -10,6 +10,7 @@ order. Where several classes may stand, `type` tells which: `process`,
 arguments. The environment is an object with null for a variable that is unset.
 """
 
+from collections import Counter
 import dataclasses
 import json
 import math
@@ -76,7 +77,19 @@ def plan_from_json(text: str) -> Plan:
         )
     fields = {name: data[name] for name in data if name != 'version'}
     plan: Plan = _decode(Plan, fields, 'plan')
+    _check_labels(plan)
     return plan
+
+
+def _check_labels(plan: Plan) -> None:
+    labels = [process.label for process in plan.processes()]
+    labels += [component.label for component in plan.components()]
+    for label, count in Counter(labels).items():
+        if count > 1:
+            raise PlanFormatError(
+                f"{count} processes or components have the label '{label}': "
+                'give each one of its own'
+            )
 
 
 def _encode(value: Any) -> Any:

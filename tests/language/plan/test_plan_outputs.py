@@ -3,13 +3,17 @@
 
 """Plans as JSON, as text and as drawings."""
 
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import count
+from itertools import repeat
 import json
 import subprocess
 
 from colcon_yamllaunch.language.plan.plan import Block
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Condition
+from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -55,6 +59,7 @@ NODE = Process(
     parameters=(RATE,),
     block=1,
 )
+TWIN = replace(NODE, label='twin')
 PLAN = Plan(
     (
         Message('INFO', 'hello'),
@@ -131,7 +136,21 @@ entries = st.recursive(
     ),
     max_leaves=6,
 )
-plans = st.builds(Plan, st.lists(entries, max_size=4).map(tuple))
+
+
+def numbered(entry: Entry, numbers: Iterator[int]) -> Entry:
+    """Return an entry with a label of its own."""
+    if isinstance(entry, Timer):
+        inner = tuple(numbered(e, numbers) for e in entry.entries)
+        return replace(entry, entries=inner)
+    if isinstance(entry, Process | Component):
+        return replace(entry, label=f'{entry.label}{next(numbers)}')
+    return entry
+
+
+plans = st.lists(entries, max_size=4).map(
+    lambda found: Plan(tuple(map(numbered, found, repeat(count()))))
+)
 
 
 @given(plans)
@@ -173,6 +192,10 @@ def test_json_of_a_plan_with_everything() -> None:
             'plan.entries[0].reason is not of the type str',
         ),
         ('[' * 100_000, 'not JSON'),
+        (
+            plan_to_json(Plan((TWIN, Timer(1.0, (TWIN,))))),
+            "2 processes or components have the label 'twin'",
+        ),
     ],
 )
 def test_json_that_is_no_plan(text: str, reason: str) -> None:
