@@ -6,6 +6,7 @@
 from collections.abc import Iterator
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGTERM_TIMEOUT
 from colcon_yamllaunch.language.plan.plan import Entry
@@ -15,6 +16,7 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.plan.plan_text import command
+from colcon_yamllaunch.language.plan.plan_text import load_command
 from colcon_yamllaunch.language.plan.plan_text import quoted
 from colcon_yamllaunch.language.syntax.diagnostics import shown_position
 
@@ -22,6 +24,24 @@ _BEGIN = """\
 #!/usr/bin/env bash
 # What `colcon launch` would run: each process in the background, all at once.
 # It ends when all have ended, and Ctrl-C ends them.
+"""
+
+# Both commands fail at once where no such node runs yet.
+_ROS = """\
+# Components are loaded, and lifecycle nodes activated, by ros2 (its packages
+# ros2component and ros2lifecycle), as soon as their nodes are there, and not
+# again when one comes back by respawn.
+command -v ros2 > /dev/null || {
+  echo 'the command ros2 is needed, and not there' >&2
+  exit 1
+}
+container_runs() {
+  until ros2 component list "$1"; do sleep 0.5; done
+} > /dev/null 2>&1
+activate() {
+  until ros2 lifecycle get "$1"; do sleep 0.5; done > /dev/null 2>&1
+  ros2 lifecycle set "$1" configure && ros2 lifecycle set "$1" activate
+}
 """
 
 # Job control gives each job a process group of its own, which signals can be
@@ -59,6 +79,9 @@ for job in "${jobs[@]}"; do wait "$job" || failed=1; done
 exit "$failed"
 """
 
+_ON_SIGNAL = "trap 'exit 0' INT TERM"
+_UNNAMED = 'not activated: only the program knows the name of its node'
+
 
 def plan_to_script(plan: Plan, cwd: str, setup: str | None = None) -> str:
     """
@@ -84,19 +107,65 @@ def plan_to_script(plan: Plan, cwd: str, setup: str | None = None) -> str:
             sigkill=DEFAULT_SIGKILL_TIMEOUT if times[1] is None else times[1],
         )
     )
+    if _needs_ros2(plan):
+        lines.append(_ROS)
     lines += _jobs(plan.entries, cwd, 0.0)
     return '\n'.join([*lines, _END.rstrip()])
 
 
+def _needs_ros2(plan: Plan) -> bool:
+    activated = any(p.is_lifecycle and p.autostart for p in plan.processes())
+    return activated or any(True for _ in plan.components())
+
+
 def _jobs(entries: tuple[Entry, ...], cwd: str, delay: float) -> Iterator[str]:
+    loads: dict[str, list[Component]] = {}
     for entry in entries:
+        if isinstance(entry, Component):
+            loads.setdefault(entry.container, []).append(entry)
+            continue
         if isinstance(entry, Timer):
+            if entry.on_ros_time:
+                yield (
+                    f'# the next {entry.period:g} s are not those of /clock: '
+                    'the clock of the system counts them'
+                )
             yield from _jobs(entry.entries, cwd, delay + entry.period)
             continue
         if isinstance(entry, Process):
-            place = one_line(shown_position(entry.position, cwd))
-            yield f'# {one_line(entry.label)}  ({place})'
+            yield _title(entry, cwd)
         yield _job(_steps(entry), delay)
+        if isinstance(entry, Process) and entry.is_lifecycle:
+            yield from _activation(entry, delay)
+    for container, components in loads.items():
+        yield from (_title(component, cwd) for component in components)
+        yield _job(_loading(container, components), delay)
+
+
+def _title(entry: Process | Component, cwd: str) -> str:
+    place = one_line(shown_position(entry.position, cwd))
+    return f'# {one_line(entry.label)}  ({place})'
+
+
+def _activation(process: Process, delay: float) -> Iterator[str]:
+    if process.autostart and process.node_name is not None:
+        steps = [_ON_SIGNAL, f'activate {quoted(process.node_name)}']
+        yield _job(steps, delay)
+    elif process.autostart:
+        yield f'# {_UNNAMED}\n'
+
+
+def _loading(container: str, components: list[Component]) -> list[str]:
+    """Return the steps that load components one after the other."""
+    steps = [_ON_SIGNAL, 'failed=0', f'container_runs {quoted(container)}']
+    for component in components:
+        load = load_command(component)
+        if component.autostart and component.node_name is None:
+            steps.append(f'# {_UNNAMED}')
+        elif component.autostart:
+            load = f'{load} && activate {quoted(str(component.node_name))}'
+        steps.append(f'{{ {load}; }} || failed=1')
+    return [*steps, 'exit "$failed"']
 
 
 def _job(steps: list[str], delay: float) -> str:
@@ -127,7 +196,7 @@ def _steps(entry: Entry) -> list[str]:
             else (f'for ((round = 0; round <= {retries}; round++))')
         )
         steps = [
-            "trap 'exit 0' INT TERM",
+            _ON_SIGNAL,
             f'{rounds}; do {steps[0]}; sleep {entry.respawn_delay:g}; done',
         ]
     return steps

@@ -5,10 +5,12 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 import signal
 import subprocess
 
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -117,3 +119,95 @@ def test_what_ignores_sigint_is_killed(tmp_path: Path) -> None:
 def test_empty_plan(tmp_path: Path) -> None:
     with start(tmp_path) as script:
         assert script.wait(DEADLINE) == 0
+
+
+#: A `ros2` that knows a container from its second call on, and refuses one
+#: component.
+ROS2 = """\
+#!/bin/sh
+case "$*" in
+'component list /box') mkdir "$0.asked" 2> /dev/null && exit 1 ;;
+*refused*) echo "refused $*"; exit 1 ;;
+'lifecycle get '*) ;;
+*) echo "ros2 $*" ;;
+esac
+exit 0
+"""
+
+
+def component(name: str, **fields: object) -> Component:
+    """Return a component for the container `/box`."""
+    values = {
+        'label': name or 'anonymous',
+        'package': 'demo',
+        'plugin': 'demo::Node',
+        'container': '/box',
+        'position': HERE,
+        'name': name,
+    } | fields
+    return Component(**values)  # type: ignore[arg-type]
+
+
+def test_components_are_loaded_in_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / 'ros2'
+    program.write_text(ROS2)
+    program.chmod(0o755)
+    monkeypatch.setenv('PATH', str(tmp_path), prepend=':')
+    with start(
+        tmp_path,
+        component('one', remaps=("a:=it's",)),
+        component('refused'),
+        component('two', is_lifecycle=True, autostart=True),
+        component('', is_lifecycle=True, autostart=True),
+    ) as script:
+        output, _ = script.communicate(timeout=DEADLINE)
+    load = 'component load /box demo demo::Node'
+    assert output.splitlines() == [
+        f"ros2 {load} -n one -r a:=it's",
+        f'refused {load} -n refused',
+        f'ros2 {load} -n two',
+        'ros2 lifecycle set /two configure',
+        'ros2 lifecycle set /two activate',
+        f'ros2 {load}',
+    ]
+    assert script.returncode == 1
+    text = (tmp_path / 'run.sh').read_text()
+    assert '# not activated: only the program knows' in text
+
+
+def test_lifecycle_nodes_are_activated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / 'ros2'
+    program.write_text(ROS2)
+    program.chmod(0o755)
+    monkeypatch.setenv('PATH', str(tmp_path), prepend=':')
+    node = shell('true', is_lifecycle=True, node_name='/arm')
+    timer = Timer(0.0, (replace(node, autostart=True),), on_ros_time=True)
+    with start(tmp_path, node, timer) as script:
+        output, _ = script.communicate(timeout=DEADLINE)
+    assert output.splitlines() == [
+        'ros2 lifecycle set /arm configure',
+        'ros2 lifecycle set /arm activate',
+    ]
+    assert script.returncode == 0
+    assert 'not those of /clock' in (tmp_path / 'run.sh').read_text()
+
+
+def test_ros2_is_needed_for_components_only(tmp_path: Path) -> None:
+    plan = Plan((component('one'),))
+    script = tmp_path / 'run.sh'
+    script.write_text(plan_to_script(plan, '/ws'))
+    ended = subprocess.run(
+        ['/bin/bash', script],
+        env={'PATH': str(tmp_path)},
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=DEADLINE,
+        check=False,
+    )
+    assert ended.stderr == 'the command ros2 is needed, and not there\n'
+    assert ended.returncode == 1
+    assert 'ros2' not in plan_to_script(Plan((shell('true'),)), '/ws')
