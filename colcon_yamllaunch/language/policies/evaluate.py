@@ -224,7 +224,9 @@ class _Launch(Walk):
         # only launches with components need it
         from colcon_yamllaunch.language.policies import node_checks
 
-        node_checks.warn_of_missing_containers(self)
+        if all(d.severity != 'error' for d in self.diagnostics):
+            # an action with an error is none of the launch's nodes
+            node_checks.warn_of_missing_containers(self)
         node_checks.warn_of_useless_sections(self, in_full=False)
 
     def warn_of_unknown_arguments(self, given: Mapping[str, str]) -> None:
