@@ -396,6 +396,10 @@ class _TreeReader:
         hint = meant and f"did you mean '{meant}'?"
         if isinstance(value, Scalar) and value.kind == 'null' and not hint:
             hint = "quote a value that has a ',' in it"
+        if name == 'autostart':
+            hint = (
+                "it is one of 'lifecycle_node' and 'composable_lifecycle_node'"
+            )
         if hint is None and known:
             hint = f'the attributes are {listing(known)}'
         self._report(
@@ -479,7 +483,6 @@ def _unreadable(
 
 def _meant(name: str, known: Iterable[str]) -> str | None:
     """Return the attribute that is meant by one that does not exist."""
-    elsewhere = names_elsewhere.ATTRIBUTES.get(name, name)
     elsewhere = names_elsewhere.ATTRIBUTES.get(name, name)
     return elsewhere if elsewhere in known else nearest(name, known)
 

@@ -582,3 +582,15 @@ def test_that_the_page_says_the_same_in_yaml_and_xml(launcher):
     )
     assert len(yaml) == 2
     assert yaml == xml
+
+
+def test_an_error_of_a_container_is_all_that_is_said(launcher):
+    box = BOX.replace('talker', 'tolker')
+    (problem,) = launcher.evaluate(f'launch:\n{box}{loaded()}').diagnostics
+    assert "'tolker'" in problem.message
+
+
+def test_autostart_of_what_has_no_states(launcher):
+    text = BOX + loaded('autostart: true')
+    (problem,) = launcher.errors(f'launch:\n{text}')
+    assert "'composable_lifecycle_node'" in problem.hint
