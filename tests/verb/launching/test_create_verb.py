@@ -101,6 +101,11 @@ def test_package_builds_launches_runs_and_passes_its_tests(
     if dependencies:
         words += ['--dependencies', *dependencies]
     done = create(developer, *words)
+    file = f'{name}.launch.yaml'
+    check = developer.start(
+        'colcon', 'launch', name, file, '--check', '--portable'
+    )
+    assert check.end() == 0, check.output
     launch_and_test(developer, done.stdout, f'Hello from {name}')
     run = developer.start('colcon', 'run', name, executable)
     run.wait_for('Hello 2')

@@ -11,7 +11,7 @@ launch:
 @[else]@
   - executable:
       cmd: >-
-        '$(find-pkg-prefix @(name))/lib/@(name)/@(executable)'
-        --settings '$(find-pkg-share @(name))/config/@(name).ini'
+        $(find-pkg-prefix @(name))/lib/@(name)/@(executable)
+        --settings $(find-pkg-share @(name))/config/@(name).ini
       output: screen
 @[end if]@
