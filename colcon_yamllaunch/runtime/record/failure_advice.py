@@ -122,11 +122,13 @@ class Advisor:
         except StartError:
             return None
         text = f"it ran with {used}, which has no module '{module}'"
+        # what is installed may be a link to the file that is edited
+        source = os.path.realpath(program)
         for other in self._interpreters():
             if other != used and _has_module(other, module):
                 return (
                     f'{text}; {other} has it: let the first line of '
-                    f'{program} be #!/usr/bin/env python3'
+                    f'{source} be #!/usr/bin/env python3'
                 )
         return f'{text}: install it there, or source the underlay that has it'
 

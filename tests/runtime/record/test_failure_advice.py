@@ -70,6 +70,14 @@ def test_a_module_that_another_interpreter_has(advice, machine):
     assert text.endswith(f'{machine}/node.py be #!/usr/bin/env python3')
 
 
+def test_the_file_to_edit_is_the_source_that_is_linked(advice, machine):
+    library = machine / 'venv/lib/python3.12/site-packages'
+    (library / 'mission').mkdir(parents=True)
+    (machine / 'installed.py').symlink_to(machine / 'node.py')
+    text = advice(MISSING, program='installed.py')
+    assert f'let the first line of {machine}/node.py be ' in text
+
+
 def test_a_module_that_nobody_has(advice):
     assert 'install it there, or source the underlay' in advice(MISSING)
 
