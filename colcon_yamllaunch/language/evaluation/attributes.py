@@ -161,11 +161,6 @@ class Attributes:
             return text.literal
         return self.required(name).text
 
-    def optional_text(self, name: str) -> str | None:
-        """Return a text, None when it is left out."""
-        value = self.value(name)
-        return None if value is None else value.text
-
     def boolean(self, name: str) -> bool | None:
         """Return a boolean."""
         return self._parsed(name, parse_boolean)
