@@ -117,15 +117,15 @@ def parse_launch_options(known: Any) -> LaunchOptions:
     values, positionals, arguments = split_line(known)
     if values.version:
         return LaunchOptions(version=True)
+    control = _control_options(values, positionals)
+    if control is not None:
+        read_options(values, 'launch')
+        return LaunchOptions(control=control)
     refuse_unknown(positionals, 'launch')
     if values.paths is not None:
         # it takes whatever follows
         more, values.paths = _split_arguments(values.paths)
         arguments = more + arguments
-    control = _control_options(values, positionals)
-    if control is not None:
-        read_options(values, 'launch')
-        return LaunchOptions(control=control)
     # the process of a new launch is no request to a running one
     attach, values.attach = values.attach, None
     read = read_options(values, 'launch')
@@ -166,6 +166,12 @@ def _control_options(
     if not given:
         return None
     action = given[0]
+    names: Sequence[str] = positionals
+    if action == 'attach':
+        names = (values.attach,)
+    elif action != 'status':
+        names = (*getattr(values, action), *positionals)
+    _refuse_options(action, names)
     if action == 'status' and positionals:
         raise UserError(
             f"--status takes no '{positionals[0]}': it shows all running "
@@ -176,11 +182,6 @@ def _control_options(
             "--restart needs the NAME of a process or component; '*' means "
             'all of them'
         )
-    names: Sequence[str] = ()
-    if action == 'attach':
-        names = (values.attach,)
-    elif action != 'status':
-        names = (*getattr(values, action), *positionals)
     transition = ''
     if action == 'lifecycle':
         names, transition = _read_transition(names)
@@ -192,6 +193,16 @@ def _control_options(
         values.status or TEXT,
         transition,
     )
+
+
+def _refuse_options(action: str, names: Sequence[str]) -> None:
+    """Refuse options that do not exist, which argparse takes for names."""
+    if '--all' in names:
+        meant = f"--{action} '*' means all of a launch"
+        if action in ('status', 'stop'):
+            meant = f"--{action} --of '*' means all launches"
+        raise UserError(f"there is no option '--all': {meant}")
+    refuse_unknown(names, 'launch')
 
 
 def _read_transition(words: Sequence[str]) -> tuple[Sequence[str], str]:

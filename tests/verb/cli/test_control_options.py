@@ -15,11 +15,16 @@ from colcon_yamllaunch.verb.cli.option_scanner import scan
 import pytest
 
 
-def parsed(line: str) -> LaunchOptions:
+def known(line: str = '', **values: object) -> argparse.Namespace:
     parser = argparse.ArgumentParser()
     parser.add_argument('positionals', nargs=argparse.REMAINDER)
     add_options(parser, 'launch')
-    return parse_launch_options(parser.parse_args(line.split()))
+    read = parser.parse_args(line.split())
+    return argparse.Namespace(**{**vars(read), **values})
+
+
+def parsed(line: str) -> LaunchOptions:
+    return parse_launch_options(known(line))
 
 
 @pytest.mark.parametrize(
@@ -106,6 +111,25 @@ def test_launches_are_no_requests(line: str) -> None:
 def test_what_makes_no_sense_is_refused(line: str, text: str) -> None:
     with pytest.raises(UserError, match=text):
         parsed(line)
+
+
+@pytest.mark.parametrize(
+    ('asked', 'word', 'text'),
+    [
+        ('stop', '--all', r"--stop --of '\*' means all launches"),
+        ('restart', '--all', r"--restart '\*' means all of a launch"),
+        ('stop', '--forse', "no option '--forse': did you mean '--force'"),
+        ('logs', '--folow', "no option '--folow': did you mean '--follow'"),
+    ],
+)
+def test_an_option_that_does_not_exist_is_no_name(
+    asked: str, word: str, text: str
+) -> None:
+    # colcon's parser takes them for names
+    with pytest.raises(UserError, match=text):
+        parse_launch_options(known(**{asked: [word]}))
+    with pytest.raises(UserError, match=r"--status --of '\*' means all"):
+        parse_launch_options(known(positionals=['--all'], status='text'))
 
 
 def test_prefix_options_win_over_launch_arguments() -> None:
