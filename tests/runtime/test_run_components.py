@@ -100,9 +100,10 @@ def test_a_failed_load_is_a_failure_and_the_rest_goes_on(start, box, ros):
     running.shows('b: loaded into /box').sends(signal.SIGINT)
     assert running.ends() == 1
     assert (
-        'failed: a could not be loaded into /box: there is no such plugin '
+        'a: could not be loaded into /box: there is no such plugin '
         '(from /ws/demo.yaml:7:9)'
     ) in running.screen
+    assert 'failed: a could not be loaded into /box' in running.screen
     (event,) = running.events('load_failed')
     assert event['reason'] == 'there is no such plugin'
 

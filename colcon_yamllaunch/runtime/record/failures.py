@@ -58,9 +58,10 @@ class Failures:
         self._core_dumps: dict[str, str | None] = {}
         self._ros_lost: str | None = None
         self._left_behind: dict[int, events.LeftBehind] = {}
-        # whose output was shown last, and how many lines of ours after it
-        self._shown_last: str | None = None
+        # how many lines of ours were shown after the last output of a
+        # process, in all and until something was told about whom
         self._lines_after = 0
+        self._told: dict[str, int] = {}
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
@@ -69,21 +70,24 @@ class Failures:
             case events.Output():
                 self._keep(event)
                 if event.stream in SHOWN[event.process.output]:
-                    self._shown_last = event.process.label
                     self._lines_after = 0
+                    self._told = {event.process.label: 0}
             case events.Started():
                 self._failures.pop(event.process.label, None)
                 self._tails.pop(event.process.label, None)
             case events.Exited(failed=True) | events.StartFailed():
                 self._failures[event.process.label] = event
                 self._look_for_core_dump(event)
+                self._note_reason(event)
             case events.LoadFailed():
                 self._failures[event.component.label] = event
+                self._note_reason(event)
             case events.Loaded():
                 self._failures.pop(event.component.label, None)
             case events.TransitionFailed():
                 # that its process failed says more
                 self._failures.setdefault(event.process.label, event)
+                self._note_reason(event)
             case events.StateChanged(state='active'):
                 self._failures.pop(event.process.label, None)
             case events.RosLost():
@@ -122,13 +126,8 @@ class Failures:
         first, *others = self._failures.values()
         label = _owner(first).label
         report = self._report(first)
-        lines = [f'failed: {_description(first)}']
-        # what stands right above is not shown again
-        stands_above = (
-            self._shown_last == label
-            and self._lines_after <= limits.TAIL_LINES
-        )
-        if report.tail and not stands_above:
+        lines = [f'failed: {self._description(first)}']
+        if report.tail and not self._stands_above(first):
             lines.append(f'  the last lines of {label}:')
             lines.extend(f'  | {line}' for line in report.tail)
         if report.advice is not None:
@@ -137,7 +136,7 @@ class Failures:
             lines.append(f'  all of its output: {report.log_file}')
         if core_dump := self._core_dumps.get(label):
             lines.append(f'  its core dump: {core_dump}')
-        lines.extend(f'then failed: {_description(f)}' for f in others)
+        lines.extend(f'then failed: {self._description(f)}' for f in others)
         return (*lines, *lost)
 
     def _report(self, failure: Failure) -> events.FailureReport:
@@ -152,6 +151,24 @@ class Failures:
             tail,
             self._log_files.get(process.label),
             self._advise(failure, tail),
+        )
+
+    def _description(self, failure: Failure) -> str:
+        position = events.shown(_owner(failure).position)
+        what = _what_failed(failure)
+        if self._stands_above(failure):
+            what = what.removesuffix(f': {_reason(failure)}')
+        return f'{what} (from {position})'
+
+    def _note_reason(self, failure: Failure) -> None:
+        if _reason(failure) is not None:
+            self._told[_owner(failure).label] = self._lines_after
+
+    def _stands_above(self, failure: Failure) -> bool:
+        """Tell whether what would be told stands right above already."""
+        told = self._told.get(_owner(failure).label)
+        return (
+            told is not None and self._lines_after - told <= limits.TAIL_LINES
         )
 
     def _look_for_core_dump(
@@ -185,9 +202,8 @@ def _owner(failure: Failure) -> Process | Component:
     return failure.process
 
 
-def _description(failure: Failure) -> str:
-    position = events.shown(_owner(failure).position)
-    return f'{_what_failed(failure)} (from {position})'
+def _reason(failure: Failure) -> str | None:
+    return None if isinstance(failure, events.Exited) else failure.reason
 
 
 def _what_failed(failure: Failure) -> str:

@@ -114,7 +114,9 @@ def test_the_last_run_counts(process):
 
 
 def test_a_process_that_did_not_start_failed(process):
-    failures = heard(StartFailed(process('bad'), 'there is no such thing'))
+    failed = StartFailed(process('bad'), 'there is no such thing')
+    other = Output(process('other'), 'stdout', b'something else\n')
+    failures = heard(failed, other)
     assert failures.exit_code == 1
     assert failures.summary() == (
         'failed: bad could not be started: there is no such thing '
@@ -137,6 +139,20 @@ def test_what_stands_right_above_is_not_shown_again(process):
     assert '  | one' in heard(*told).summary()
 
 
+def test_a_reason_that_stands_right_above_is_not_told_again(process):
+    first = StartFailed(process('first'), 'no: such thing')
+    second = StartFailed(process('second'), 'no: such thing')
+    assert heard(first, second).summary() == (
+        'failed: first could not be started (from /ws/demo.yaml:14:5)',
+        'then failed: second could not be started (from /ws/demo.yaml:14:5)',
+    )
+    (report,) = heard(first).reports()
+    assert report.text == 'first could not be started: no: such thing'
+    others = [exited(process(f'p{n}'), code=0) for n in range(20)]
+    (line,) = heard(first, *others).summary()
+    assert line.startswith('failed: first could not be started: no: such ')
+
+
 def test_what_was_not_shown_or_is_far_above_is_told(process):
     quiet = process('quiet', output='own_log')
     told = [Output(quiet, 'stderr', b'one\n'), exited(quiet, code=3)]
@@ -147,11 +163,12 @@ def test_what_was_not_shown_or_is_far_above_is_told(process):
     assert '  | one' in heard(*told).summary()
 
 
-def test_a_component_that_was_loaded_after_all_is_no_failure():
+def test_a_component_that_was_loaded_after_all_is_no_failure(process):
     position = Position('/ws/demo.yaml', 7, 9)
     component = Component('a', 'demo', 'demo::A', '/box', position)
     refused = LoadFailed(component, 'no such plugin')
-    failures = heard(refused)
+    said = Output(process(), 'stdout', b'something else\n')
+    failures = heard(refused, said)
     assert failures.exit_code == 1
     assert failures.summary() == (
         'failed: a could not be loaded into /box: no such plugin '
@@ -166,7 +183,8 @@ def test_a_component_that_was_loaded_after_all_is_no_failure():
 def test_a_node_that_was_activated_after_all_is_no_failure(process):
     node = process('lc-1')
     failed = TransitionFailed(node, '/lc', 'configure', 'it would not')
-    assert heard(failed).summary() == (
+    said = Output(process('other'), 'stdout', b'something else\n')
+    assert heard(failed, said).summary() == (
         "failed: lc-1: the transition 'configure' of /lc failed: "
         'it would not (from /ws/demo.yaml:14:5)',
     )
