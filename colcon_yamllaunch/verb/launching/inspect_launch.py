@@ -34,6 +34,7 @@ from colcon_yamllaunch.verb.cli.messages import show_json
 from colcon_yamllaunch.verb.cli.option_table import TEXT
 from colcon_yamllaunch.verb.cli.target import Target
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
+from colcon_yamllaunch.verb.launching.preflight import invalid_manifests
 from colcon_yamllaunch.verb.launching.preflight import undeclared_imports
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.preflight import unknown_executables
@@ -81,11 +82,14 @@ def _check(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
         check(flow.request(target), portable=options.portable)
         for target in targets
     )
+    owners = filter(None, (flow.locator.package_of(t.path) for t in targets))
+    used = {*checked.packages, *(owner.name for owner in owners)}
     found = (
         *_guesses(flow),
         *checked.diagnostics,
         *unknown_executables(checked.executables, flow.locator),
         *unknown_plugins(checked.plugins, flow.locator),
+        *invalid_manifests(sorted(used), flow.locator),
         *undeclared_packages(checked.packages, flow.locator),
         *undeclared_imports(checked.packages, flow.locator),
     )

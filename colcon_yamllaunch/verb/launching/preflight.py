@@ -14,6 +14,7 @@ from colcon_yamllaunch.language.evaluation.findings import PluginUse
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.workspace.packages.manifest import invalid_manifest
 from colcon_yamllaunch.workspace.packages.missing_files import (
     certainly_unknown_executable,
 )
@@ -84,6 +85,22 @@ def undeclared_imports(
                 Position(str(found.path), found.line, found.column),
                 f'add <exec_depend>{found.owner}</exec_depend>',
             )
+
+
+def invalid_manifests(
+    uses: Iterable[str], locator: PackageLocator
+) -> Iterator[Diagnostic]:
+    """
+    Find packages whose manifests colcon passes over.
+
+    :param uses: The packages that the launch uses
+    """
+    for name in uses:
+        package = locator.package(name)
+        reason = package and invalid_manifest(package)
+        if package is not None and reason:
+            position = Position(str(package.path / 'package.xml'), 1, 1)
+            yield Diagnostic('error', reason, position)
 
 
 def unknown_executables(

@@ -239,11 +239,6 @@ class WorkspaceSession:
         :raises WorkspaceError: when one of them is such a package
         """
         for name in sorted(self.package_names.intersection(names)):
-            package = self._packages[name]
-            reason = invalid_manifest(package)
+            reason = invalid_manifest(self._packages[name])
             if reason is not None:
-                raise WorkspaceError(
-                    f'{package.path / "package.xml"} is invalid, so colcon '
-                    f'would build {name} as a {package.type} package without '
-                    f'its dependencies: {reason}'
-                )
+                raise WorkspaceError(reason)

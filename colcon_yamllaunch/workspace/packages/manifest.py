@@ -42,7 +42,14 @@ def invalid_manifest(package: Package) -> str | None:
     """Tell what is wrong with a manifest that colcon did not use, if so."""
     if package.type.startswith('ros.'):
         return None
-    return manifest_error(package.path)
+    error = manifest_error(package.path)
+    if error is None:
+        return None
+    return (
+        f'{package.path / _MANIFEST} is invalid, so colcon would build '
+        f'{package.name} as a {package.type} package without its '
+        f'dependencies: {error}'
+    )
 
 
 def broken_manifests(

@@ -207,9 +207,10 @@ def test_workspace_that_was_moved(user: User) -> None:
 def test_invalid_manifest(user: User) -> None:
     user.package('one')
     user.manifest('one', mail='nonsense')
-    output = user.launch('one', 'one', code=1)
-    assert 'src/one/package.xml is invalid' in output
-    assert 'nonsense' in output
+    for words in ([], ['--check']):
+        output = user.launch('one', 'one', *words, code=1)
+        assert 'src/one/package.xml is invalid' in output
+        assert 'nonsense' in output
     assert not (user.root / 'build').exists()
 
 
