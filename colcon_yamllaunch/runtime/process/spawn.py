@@ -118,10 +118,7 @@ def _explanation(error: OSError, program: str) -> str:
             return f"'{program}' is a folder, not a program"
         interpreter = _interpreter(program)
         if os.access(program, os.X_OK) and interpreter is not None:
-            return (
-                f"the first line of '{program}' names the interpreter "
-                f"'{interpreter}', which may not be executed"
-            )
+            return _names(program, interpreter) + ' may not be executed'
         return _not_executable(program)
     if error.errno == errno.ENOENT:
         return _missing(program)
@@ -129,6 +126,15 @@ def _explanation(error: OSError, program: str) -> str:
         return _wrong_format(program)
     reason = os.strerror(error.errno) if error.errno else str(error)
     return f"'{program}': {reason}"
+
+
+def _names(program: str, interpreter: str) -> str:
+    """Begin a sentence about the interpreter that a script names."""
+    # what is installed may be a link to the file that is edited
+    return (
+        f"the first line of '{os.path.realpath(program)}' names the "
+        f"interpreter '{interpreter}', which"
+    )
 
 
 def _ends_as_on_windows(program: str) -> str:
@@ -166,8 +172,7 @@ def interpreter_of(program: str, path: str) -> str | None:
         return find_program(words[1], path)
     except StartError:
         raise StartError(
-            f"the first line of '{program}' names the interpreter "
-            f"'{words[1]}', which is not in the folders of PATH; "
+            f'{_names(program, words[1])} is not in the folders of PATH; '
             'install it, or correct the line'
         ) from None
 
@@ -214,8 +219,7 @@ def _missing(program: str) -> str:
     if interpreter.endswith('\r'):
         return _ends_as_on_windows(program)
     return (
-        f"the first line of '{program}' names the interpreter "
-        f"'{interpreter}', which does not exist; "
+        f'{_names(program, interpreter)} does not exist; '
         'install it, or correct the line'
     )
 

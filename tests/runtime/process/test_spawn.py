@@ -162,6 +162,10 @@ def test_a_script_whose_interpreter_is_not_in_the_path(start, script):
     text = refusal(start, [str(path)])
     assert f"first line of '{path}'" in text
     assert "'python9', which is not in the folders of PATH" in text
+    # what is installed may be a link to what is edited
+    installed = path.with_name('installed')
+    installed.symlink_to(path)
+    assert f"first line of '{path}'" in refusal(start, [str(installed)])
 
 
 def test_a_script_without_a_first_line_for_its_interpreter(start, script):
