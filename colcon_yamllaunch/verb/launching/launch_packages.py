@@ -64,12 +64,12 @@ class LaunchPackages:
         return True
 
     def similar(self, path: str) -> Iterable[str]:
-        """Return the names of launch files that could be meant."""
+        """Return the names of files in its folder that could be meant."""
         shared = self._locator.shared(path)
         if shared is not None:
-            package, _ = shared
-            files = find_launch_files(package.path)
-            return [os.path.basename(file) for file in files]
+            package, file = shared
+            files = map(Path, find_launch_files(package.path))
+            return [f.name for f in files if f.parent == file.parent]
         try:
             return os.listdir(os.path.dirname(path))
         except OSError:

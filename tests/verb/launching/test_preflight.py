@@ -115,6 +115,22 @@ def test_parameter_file_is_not_installed(user: User) -> None:
     assert cure in output
 
 
+def test_file_is_looked_for_in_its_folder(user: User) -> None:
+    folder = user.package(
+        'one',
+        'launch:\n'
+        '  - node: {pkg: one, exec: hello.sh, param: [\n'
+        '      {from: $(find-pkg-share one)/config/ones.yaml}]}\n',
+    )
+    # what is near is a launch file
+    output = user.launch('one', 'one', '--plan')
+    assert 'ones.yaml' in output
+    assert 'did you mean' not in output
+    (folder / 'config/onse.yaml').write_text('{}')
+    output = user.launch('one', 'one', '--plan')
+    assert "did you mean 'onse.yaml'?" in output
+
+
 def test_package_name_is_misspelled(user: User) -> None:
     user.package('my_camera', NODE.replace('{name}', 'my_camrea'))
     output = user.launch('my_camera', 'my_camera', code=1)
