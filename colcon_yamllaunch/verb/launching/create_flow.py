@@ -125,6 +125,9 @@ def _add_node(
     check_node_name(node, build_type, is_cpp)
     added = AddedNode(package, node, is_cpp)
     made, *changed = add_node(added)
+    missing = _missing_ros(is_cpp, locator, environment)
+    if added.is_ros and missing is not None:
+        say(f'colcon create: warning: {missing}')
     lines = [
         f'Added the node {node} to {_shown(package.path, cwd)}',
         f'  {made} (new)',
@@ -312,15 +315,25 @@ def _warnings(
             f'there is a package {package.name} in {prefix} already: in this '
             'workspace, the new one takes its place'
         )
+    missing = _missing_ros(package.is_cpp, underlays, environment)
+    if package.is_ros and missing is not None:
+        yield f'{missing}, or make one of --build-type cmake'
+
+
+def _missing_ros(
+    is_cpp: bool, locator: PackageLocator, environment: Mapping[str, str]
+) -> str | None:
+    """Return what to say if a node has nothing of ROS to be built with."""
     has_ros = environment.get('AMENT_PREFIX_PATH') or find_spec('rclpy')
     what = 'ROS 2'
-    if package.is_cpp:
-        has_ros, what = underlays.prefix('rclcpp'), 'rclcpp of ROS 2'
-    if package.is_ros and not has_ros:
-        yield (
-            f'{what} is not to be found here, and the package needs it: '
-            'source its setup.bash, or make one of --build-type cmake'
-        )
+    if is_cpp:
+        has_ros, what = locator.prefix('rclcpp'), 'rclcpp of ROS 2'
+    if has_ros:
+        return None
+    return (
+        f'{what} is not to be found here, and the package needs it: source '
+        'its setup.bash'
+    )
 
 
 def _misspelt(

@@ -326,3 +326,5 @@ def test_package_with_a_node_of_rclcpp(developer: User) -> None:
         developer, 'pump', '--add-node', 'x'
     )
     assert 'already' in error(developer, 'pumps', '--add-node', 'pump.cpp')
+    done = create(developer, 'pumps', '--add-node', 'valve.cpp')
+    assert 'rclcpp of ROS 2 is not to be found here' in done.stderr
