@@ -118,7 +118,10 @@ def _explanation(error: OSError, program: str) -> str:
             return f"'{program}' is a folder, not a program"
         interpreter = _interpreter(program)
         if os.access(program, os.X_OK) and interpreter is not None:
-            return _names(program, interpreter) + ' may not be executed'
+            return (
+                f"the first line of '{_source(program)}' names the "
+                f"interpreter '{interpreter}', which may not be executed"
+            )
         return _not_executable(program)
     if error.errno == errno.ENOENT:
         return _missing(program)
@@ -128,13 +131,9 @@ def _explanation(error: OSError, program: str) -> str:
     return f"'{program}': {reason}"
 
 
-def _names(program: str, interpreter: str) -> str:
-    """Begin a sentence about the interpreter that a script names."""
-    # what is installed may be a link to the file that is edited
-    return (
-        f"the first line of '{os.path.realpath(program)}' names the "
-        f"interpreter '{interpreter}', which"
-    )
+def _source(program: str) -> str:
+    """Return the file to edit, which what is installed may link to."""
+    return os.path.realpath(program)
 
 
 def _ends_as_on_windows(program: str) -> str:
@@ -143,7 +142,7 @@ def _ends_as_on_windows(program: str) -> str:
         f"the lines of '{program}' end as on Windows, so its "
         'interpreter is not found; convert it: '
         # in place of a link, sed would put a copy
-        f"sed -i 's/\\r$//' {os.path.realpath(program)}"
+        f"sed -i 's/\\r$//' {_source(program)}"
     )
 
 
@@ -172,7 +171,8 @@ def interpreter_of(program: str, path: str) -> str | None:
         return find_program(words[1], path)
     except StartError:
         raise StartError(
-            f'{_names(program, words[1])} is not in the folders of PATH; '
+            f"the first line of '{_source(program)}' names the interpreter "
+            f"'{words[1]}', which is not in the folders of PATH; "
             'install it, or correct the line'
         ) from None
 
@@ -219,7 +219,8 @@ def _missing(program: str) -> str:
     if interpreter.endswith('\r'):
         return _ends_as_on_windows(program)
     return (
-        f'{_names(program, interpreter)} does not exist; '
+        f"the first line of '{_source(program)}' names the interpreter "
+        f"'{interpreter}', which does not exist; "
         'install it, or correct the line'
     )
 
