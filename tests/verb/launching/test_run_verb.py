@@ -289,7 +289,7 @@ def test_package_of_an_underlay_needs_no_workspace(
     elsewhere = tmp_path / 'elsewhere'
     elsewhere.mkdir()
     install = str(tools.root / 'install')
-    assert 'name that folder: --workspace' in error(
+    assert 'with --workspace' in error(
         tools, 'tools', 'show.py', cwd=elsewhere
     )
     tools.environment['COLCON_PREFIX_PATH'] = install
