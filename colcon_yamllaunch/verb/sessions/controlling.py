@@ -3,6 +3,8 @@
 
 """What `colcon launch` does about launches that run already."""
 
+from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -102,8 +104,23 @@ def _end_in_all(
         return _stop_launches(candidates)
     having = [c for c in candidates if all(matches(c.state, options.names))]
     # the first one says which name is unknown
-    codes = [_end_in(c, options) for c in having or candidates[:1]]
-    return max(codes)
+    return _in_each(having or candidates[:1], lambda c: _end_in(c, options))
+
+
+def _in_each(
+    candidates: Iterable[Candidate], act: Callable[[Candidate], int]
+) -> int:
+    """Do something in several launches; one that refuses stops no other."""
+    code = 0
+    for candidate in candidates:
+        try:
+            code = max(code, act(candidate))
+        except LaunchEndedError:
+            continue
+        except ControlError as e:
+            say(f'colcon launch: error: {candidate.state.title}: {e}')
+            code = 1
+    return code
 
 
 def _status(candidates: Sequence[Candidate], form: str) -> int:
@@ -139,26 +156,19 @@ def _described(
 
 def _stop_launch(chosen: Candidate) -> int:
     _begin_to_stop(chosen)
-    _wait_for_end(chosen)
-    return 0
+    return _wait_for_end(chosen)
 
 
 def _stop_launches(candidates: Sequence[Candidate]) -> int:
-    stopping, code = [], 0
-    for candidate in candidates:
-        try:
-            _begin_to_stop(candidate)
-        except LaunchEndedError:
-            continue
-        except ControlError as e:
-            # the others can be stopped all the same
-            say(f'colcon launch: error: {candidate.state.title}: {e}')
-            code = 1
-        else:
-            stopping.append(candidate)
-    for candidate in stopping:
-        _wait_for_end(candidate)
-    return code
+    stopping = []
+
+    def begin(candidate: Candidate) -> int:
+        _begin_to_stop(candidate)
+        stopping.append(candidate)
+        return 0
+
+    code = _in_each(candidates, begin)
+    return max(code, _in_each(stopping, _wait_for_end))
 
 
 def _begin_to_stop(chosen: Candidate) -> None:
@@ -166,9 +176,10 @@ def _begin_to_stop(chosen: Candidate) -> None:
     say_line(f'stopping {chosen.state.title} (pid {chosen.state.pid})')
 
 
-def _wait_for_end(chosen: Candidate) -> None:
+def _wait_for_end(chosen: Candidate) -> int:
     chosen.launch.wait_for_end(chosen.state.pid)
     say_line(f'stopped {chosen.state.title}')
+    return 0
 
 
 def _without_contents(parts: Sequence[Part]) -> list[Part]:

@@ -325,3 +325,22 @@ def test_the_launch_may_end_meanwhile(
     for action, more in (('lifecycle', 'shutdown'), ('stop', '')):
         with pytest.raises(UserError, match='demo: the launch has ended'):
             ask(action, 'mapper', transition=more)
+
+
+def test_a_launch_that_refuses_holds_up_no_other(
+    running: FakeLaunch,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    refusing = FakeLaunch()
+    refusing.refused['box-1'] = 'the whole launch is being stopped'
+    candidates = [
+        Candidate(launch, launch.state)  # type: ignore[arg-type]
+        for launch in (refusing, running)
+    ]
+    monkeypatch.setattr(controlling, 'find_launches', lambda *_: candidates)
+    assert ask('restart', 'box-1', launch='*') == 1
+    assert running.requests == [('restart', 'box-1')]
+    said = capsys.readouterr()
+    assert 'error: demo: the whole launch is being stopped' in said.err
+    assert 'box-1: started anew' in said.out + said.err
