@@ -232,7 +232,90 @@ class Timer:
     on_ros_time: bool = False
 
 
-Entry = Process | Component | Message | Shutdown | Timer
+@dataclass(frozen=True, slots=True)
+class ChangeState:
+    """
+    A transition of a lifecycle node, asked for when its turn comes.
+
+    :param node: The full name of the node
+    :param transition: One of `configure`, `cleanup`, `activate`,
+      `deactivate`, `shutdown`
+    :param position: Where the launch file says so
+    """
+
+    node: str
+    transition: str
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class SignalProcess:
+    """
+    A signal to a process of the launch.
+
+    :param process: What ROS 2 calls the process
+    :param signal: The number of the signal; 0 to stop the process as
+      `--stop` does, with all steps of the escalation
+    :param position: Where the launch file says so
+    """
+
+    process: str
+    signal: int
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class HostCall:
+    """
+    Something that only the host of launch files in Python can go on with.
+
+    When its turn comes, the host is asked, and answers with more plan.
+
+    :param number: What the host knows it by
+    :param title: What it is, such as `OpaqueFunction spawn_more`
+    :param position: Where the launch file says so
+    """
+
+    number: int
+    title: str
+    position: Position
+
+
+Entry = (
+    Process
+    | Component
+    | Message
+    | Shutdown
+    | Timer
+    | ChangeState
+    | SignalProcess
+    | HostCall
+)
+
+
+@dataclass(frozen=True, slots=True)
+class EventHandler:
+    """
+    What a launch file in Python does when something happens.
+
+    The host of launch files in Python is told what happens, and answers with
+    more plan; here is only what there is to be seen of it before.
+
+    :param event: `start`, `exit`, `output`, `complete`, `shutdown`, `state`
+      or `other`
+    :param processes: What ROS 2 calls the processes that it waits for; empty
+      for all of them, or when it is not about processes
+    :param condition: What else has to hold, such as `inactive`; or empty
+    :param actions: What it does, a line each, such as `start rviz2` or
+      `call on_exit`
+    :param position: Where the launch file says so
+    """
+
+    event: str
+    processes: tuple[str, ...]
+    condition: str
+    actions: tuple[str, ...]
+    position: Position
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,12 +328,14 @@ class Plan:
     :param conditions: The conditions that were evaluated, in order
     :param left_open: The substitutions that stand in it as they are written;
       with any, it is to be looked at, and not to be run
+    :param handlers: What launch files in Python do when something happens
     """
 
     entries: tuple[Entry, ...] = ()
     blocks: tuple[Block, ...] = ()
     conditions: tuple[Condition, ...] = ()
     left_open: tuple[str, ...] = ()
+    handlers: tuple[EventHandler, ...] = ()
 
     def processes(self) -> Iterator[Process]:
         """Iterate over all processes, those behind timers too."""
@@ -266,7 +351,9 @@ class Plan:
         pending = list(self.entries)
         while pending:
             match pending.pop():
-                case Component() | Process(is_lifecycle=True):
+                case Component() | ChangeState():
+                    return True
+                case Process(is_lifecycle=True):
                     return True
                 case Timer(on_ros_time=True):
                     return True
@@ -284,3 +371,22 @@ class Plan:
                 pending.extend(reversed(entry.entries))
             else:
                 yield entry
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """
+    What comes to a plan while it runs.
+
+    :param entries: What to do next, as if it had stood at the end; labels of
+      processes and components differ from all that are there already
+    :param blocks: All blocks of the plan from now on, those before first
+    :param handlers: The event handlers that there are from now on
+    :param problems: What went wrong, as lines for the user; the launch fails
+      with any
+    """
+
+    entries: tuple[Entry, ...] = ()
+    blocks: tuple[Block, ...] = ()
+    handlers: tuple[EventHandler, ...] = ()
+    problems: tuple[str, ...] = ()
