@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from typing import Any
 from typing import Protocol
 
+from colcon_yamllaunch.language.plan.plan import EventHandler
+from colcon_yamllaunch.language.plan.plan import Growth
+
 #: A message of the host or for it; see the program of the host.
 HostMessage = Mapping[str, Any]
 
@@ -31,4 +34,62 @@ class LaunchHost(Protocol):
         Wait for the next message.
 
         :raises HostError: when none comes in time, or the host ended
+        """
+
+
+class Growing(Protocol):
+    """
+    Goes on turning what the host says into plan while the plan runs.
+
+    It says nothing by itself: whoever has the link to the host passes events
+    on by :meth:`ask`, and what comes by :meth:`take`, one by one and in order.
+    """
+
+    @property
+    def handlers(self) -> tuple[EventHandler, ...]:
+        """The event handlers that there are now."""
+
+    @property
+    def wants_output(self) -> frozenset[str]:
+        """What ROS 2 calls the processes whose output the host wants."""
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether the end of an answer is still to come."""
+
+    def id_of(self, name: str) -> int | None:
+        """
+        Return what the host knows a process or component by.
+
+        :param name: Its `ros_name`; None is returned for one that the host
+          has nothing to do with, as of a YAML file
+        """
+
+    def ask(self, request: HostMessage) -> None:
+        """
+        Send a request, `event` or `call`, without its number.
+
+        :raises HostError: when there is no host any more
+        """
+
+    def take(self, message: HostMessage) -> Growth | None:
+        """
+        Take what the host said, and return what comes of a whole answer.
+
+        It waits for the host only where a YAML or XML file that is included
+        now includes one in Python: then it receives by itself.
+
+        :return: With `done`, what comes to the plan, which may be nothing;
+          else None
+        :raises HostError: when there is no host any more
+        """
+
+    def lost(self, reason: str) -> Growth:
+        """
+        Take into account that the host ended.
+
+        What it had said of an answer that has no end counts. There are no
+        handlers any more, and nothing is awaited.
+
+        :param reason: What became of it, as a line; empty if it was to end
         """

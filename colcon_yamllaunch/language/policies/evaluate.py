@@ -19,6 +19,7 @@ from colcon_yamllaunch.language.actions.handlers import HANDLERS
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import Checked
+from colcon_yamllaunch.language.evaluation.launch_host import Growing
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
@@ -44,9 +45,11 @@ class Evaluation(Checked):
     What a launch file comes to.
 
     :param plan: What to run; not complete when there are errors
+    :param growing: What makes more of it while it runs, if anything does
     """
 
     plan: Plan
+    growing: Growing | None = None
 
 
 def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
