@@ -74,6 +74,7 @@ def run_plan(
     attach: str | None = None,
     owner_of: OwnerOf = lambda _module, _package: None,
     parameters_of: ParametersOf = lambda process: process.parameters,
+    identity: str = '',
 ) -> int:
     """
     Run a plan to its end, and return the exit code.
@@ -108,6 +109,8 @@ def run_plan(
       input, is connected to; it must have a terminal
     :param owner_of: Tells which package has a Python module that is missing
     :param parameters_of: Tells which parameters a process is given, and where
+    :param identity: The identity of the launch, see `launch_scan`; by default
+      a new one
     :raises UserError: before anything is started, when the environment lacks
       what the plan needs
     :raises OutputError: at the end, when output could not be shown; not when
@@ -127,7 +130,7 @@ def run_plan(
         stack.callback(adoption.end)
         buffering = LineBuffering(environment.get('PATH', os.defpath))
         settings = Settings(
-            new_identity(),
+            identity or new_identity(),
             environment,
             display.descriptor,
             clock,

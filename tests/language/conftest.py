@@ -50,6 +50,9 @@ class FakePackages:
     def names(self) -> Iterable[str]:
         return self.programs
 
+    def own_names(self) -> Iterable[str]:
+        return self.programs
+
     def executable(self, package: str, name: str) -> str | None:
         if name not in self.programs.get(package, ()):
             return None

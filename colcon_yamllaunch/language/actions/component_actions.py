@@ -10,7 +10,6 @@ from colcon_yamllaunch.language.actions.component_parameters import (
     component_parameters,
 )
 from colcon_yamllaunch.language.actions.node_parameters import parameter_value
-from colcon_yamllaunch.language.actions.process_actions import check_unique
 from colcon_yamllaunch.language.actions.process_actions import full_node_name
 from colcon_yamllaunch.language.actions.process_actions import node_name
 from colcon_yamllaunch.language.actions.process_actions import node_namespace
@@ -103,7 +102,7 @@ def _component(walk: Walk, attributes: Attributes) -> None:
     remaps = remap_rules(walk, attributes)
     extra = list(_extra_arguments(walk, attributes))
     if full_text is not None:
-        check_unique(walk, attributes, full_text)
+        walk.note_node(full_text, attributes.item.texts['name'])
     elif name is not None:
         walk.may_have_others = True
     if not walk.is_launch:

@@ -22,7 +22,6 @@ from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.attributes import parse_seconds
 from colcon_yamllaunch.language.evaluation.attributes import Word
 from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
-from colcon_yamllaunch.language.evaluation.findings import NamedNode
 from colcon_yamllaunch.language.evaluation.scope import environment_changes
 from colcon_yamllaunch.language.evaluation.scope import Names
 from colcon_yamllaunch.language.evaluation.values import Value
@@ -39,8 +38,6 @@ from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 
 #: The environment variable that replaces every `output`, as in ROS 2.
 OUTPUT_OVERRIDE = 'OVERRIDE_LAUNCH_PROCESS_OUTPUT'
-#: How many nodes of one name are compared with another one.
-MAXIMUM_NAMESAKES = 8
 
 Parsed = TypeVar('Parsed')
 # a text that is not known is None
@@ -139,7 +136,7 @@ def run_node(
     )
     _add_process(walk, attributes, node)
     if full_text is not None:
-        check_unique(walk, attributes, full_text)
+        walk.note_node(full_text, attributes.item.texts['name'])
     elif name is not None or is_container:
         walk.may_have_others = True
     return full_text
@@ -205,30 +202,6 @@ def full_node_name(
     text = None if outer is None else f'{outer.rstrip("/")}/{name.text}'
     sources = name.sources | namespace.sources
     return name._replace(text=text, sources=sources)
-
-
-def check_unique(walk: Walk, attributes: Attributes, full_name: str) -> None:
-    """Warn of a node that has the name of another one."""
-    if walk.never:
-        return
-    text = attributes.item.texts['name']
-    node = NamedNode(text.position, tuple(walk.guards))
-    others = walk.nodes.setdefault(full_name, [])
-    for other in others:
-        if node.may_meet(other):
-            place = f'line {other.position.line} of ' + os.path.basename(
-                other.position.path
-            )
-            walk.warn(
-                f"another node of this launch has the name '{full_name}' too",
-                text,
-                'this node is launched more than once'
-                if other.position == node.position
-                else f'the other one is in {place}',
-            )
-            break
-    if len(others) < MAXIMUM_NAMESAKES:
-        others.append(node)
 
 
 def _scope_parameters(walk: Walk) -> Arguments:

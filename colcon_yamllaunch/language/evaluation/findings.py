@@ -172,6 +172,27 @@ class Findings:
         """The includes that led to the open file, innermost first."""
         return tuple(reversed(self._includes))
 
+    def error_count(self) -> int:
+        """Return how many errors there are so far."""
+        return sum(d.severity == 'error' for d in self.diagnostics)
+
+    def snapshot(self) -> 'Findings':
+        """Return what was found so far, for :meth:`restore`."""
+        copy = Findings()
+        copy.restore(self)
+        return copy
+
+    def restore(self, before: 'Findings') -> None:
+        """Forget what was found since a snapshot, but for the packages."""
+        self.diagnostics[:] = before.diagnostics
+        self._reported = set(before._reported)
+        self.executables[:] = before.executables
+        self.plugins[:] = before.plugins
+        self.targets[:] = before.targets
+        self.may_have_others = before.may_have_others
+        self.section_uses[:] = before.section_uses
+        self.nodes = {name: [*nodes] for name, nodes in before.nodes.items()}
+
     def warn(
         self, message: str, at: Span | None, hint: str | None = None
     ) -> None:

@@ -9,13 +9,22 @@ from typing import Protocol
 
 from colcon_yamllaunch.language.plan.plan import EventHandler
 from colcon_yamllaunch.language.plan.plan import Growth
+from colcon_yamllaunch.language.syntax.position import Span
 
 #: A message of the host or for it; see the program of the host.
 HostMessage = Mapping[str, Any]
 
 
 class HostError(Exception):
-    """The host cannot be asked; the text says why, in one line."""
+    """The host cannot be asked; the text says what became of it."""
+
+
+class NoHostError(HostError):
+    """There is no host, as the environment does not have what it needs."""
+
+
+class HostTimeoutError(HostError):
+    """The host does not answer; the text says for how long."""
 
 
 class LaunchHost(Protocol):
@@ -25,15 +34,40 @@ class LaunchHost(Protocol):
         """
         Send a message.
 
-        :raises HostError: when there is no host, as `launch` is not there or
-          it ended
+        :raises HostError: when there is none, or it ended
         """
 
     def receive(self) -> HostMessage:
         """
         Wait for the next message.
 
-        :raises HostError: when none comes in time, or the host ended
+        :raises HostTimeoutError: when none comes in time
+        :raises HostError: when the host ended
+        """
+
+    def doing(self) -> HostMessage:
+        """Return what the host is doing, a message `where`, and end it."""
+
+
+class Dialogue(Protocol):
+    """What was asked of the host, and what it said."""
+
+    #: What it has said of each launch argument, by its name.
+    declared: dict[str, HostMessage]
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether there is something left to be asked while the plan runs."""
+
+    def ask(self, request: HostMessage, origin: Span) -> HostMessage:
+        """
+        Ask for something in the scope that there is, and do what it says.
+
+        :param origin: What asks for it
+        :return: The end of the answer, with the text of a `value` if it had
+          one; the scope is taken over
+        :raises HostError: when there is no host, or it does not answer
+        :raises LaunchError: when the launch cannot go on
         """
 
 

@@ -3,6 +3,7 @@
 
 """A plan that is being made."""
 
+from collections.abc import Iterable
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -58,6 +59,30 @@ class PlanDraft:
         index = self._open_blocks[-1]
         self._blocks[index] = replace(self._blocks[index], title=title)
 
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """All blocks so far."""
+        return tuple(self._blocks)
+
+    def go_on_in(self, block: int | None) -> None:
+        """Let what comes stand in a block that was there before."""
+        self._open_blocks = [] if block is None else [block]
+
+    def snapshot(self) -> 'PlanDraft':
+        """Return the draft as it is, for :meth:`restore`."""
+        copy = PlanDraft()
+        copy.restore(self)
+        return copy
+
+    def restore(self, before: 'PlanDraft') -> None:
+        """Forget what was added since a snapshot."""
+        self.entries[:] = before.entries
+        self.conditions[:] = before.conditions
+        self._blocks[:] = before._blocks
+        self._open_blocks[:] = before._open_blocks
+        self._count = before._count
+        self._components = set(before._components)
+
     @contextmanager
     def collect(self) -> Iterator[list[Entry]]:
         """Give the entries that are added for the time of the context."""
@@ -77,6 +102,10 @@ class PlanDraft:
         """
         self._count += 1
         return f'{program}-{self._count}'
+
+    def take_labels(self, labels: Iterable[str]) -> None:
+        """Take note of labels that no further component gets."""
+        self._components.update(labels)
 
     def component_label(self, plugin: str) -> str:
         """Return a label for the next component, made of its class."""

@@ -6,6 +6,7 @@
 from abc import ABC
 from abc import abstractmethod
 import os
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import Findings
@@ -22,6 +23,9 @@ from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.tree.text import Text
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.language.evaluation.launch_host import Dialogue
 
 #: How to know what a plan leaves open.
 RUN_COMMANDS = 'if you trust the launch file, add --run-commands'
@@ -45,6 +49,15 @@ class Policy(Findings, Surroundings, ABC):
         Findings.__init__(self)
         #: The substitutions that were left open, as they are written.
         self.left_open: list[str] = []
+        #: What was asked of the host of launch files in Python, if anything.
+        self.dialogue: Dialogue | None = None
+        #: Returns the host; None where there is none.
+        self.open_host = request.host
+        #: Whether that ended before it should.
+        self.has_lost_host = False
+        #: The launch files in Python that were read, in order.
+        self.python_files: dict[str, None] = {}
+        self._source_paths: dict[str, str] = {}
         Surroundings.__init__(self, request)
 
     @abstractmethod
@@ -74,14 +87,14 @@ class Policy(Findings, Surroundings, ABC):
         """
 
     @abstractmethod
-    def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
+    def read_failed(self, problem: LaunchError, origin: Span | None) -> None:
         """
         Take note of a launch file that cannot be read.
 
         :param origin: Where it is included, None for the outermost
         """
 
-    def read_in_part(self, problem: LaunchError, origin: Text | None) -> None:
+    def read_in_part(self, problem: LaunchError, origin: Span | None) -> None:
         """
         Take note of a launch file of which some entries cannot be read.
 
@@ -177,6 +190,15 @@ class Policy(Findings, Surroundings, ABC):
 
     def note_file(self, path: str, file: LaunchFile) -> None:
         """Take note of a launch file that is read for the first time."""
+
+    def source_path(self, path: str) -> str:
+        """Return the file in a source that is installed at a path, or it."""
+        source = self._source_paths.get(path)
+        if source is None:
+            located = self.packages.locate(path)
+            source = path if located is None else located[1]
+            self._source_paths[path] = source
+        return source
 
     def is_program(self, path: str) -> bool:
         """Say whether there is such a program, or a build may bring it."""

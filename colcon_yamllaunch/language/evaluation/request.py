@@ -3,10 +3,15 @@
 
 """What is to be launched, and all that the result depends on."""
 
+from collections.abc import Callable
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.vocabulary.package_lookup import Packages
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.language.evaluation.launch_host import LaunchHost
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +26,8 @@ class Request:
     :param arguments: The launch arguments that are given
     :param cwd: The folder that relative paths start from, absolute
     :param log_folder: The folder that `$(log_dir)` names
+    :param host: Returns what reads launch files in Python; without it,
+      `ros2 launch` runs them
     """
 
     name: str
@@ -30,3 +37,4 @@ class Request:
     arguments: Mapping[str, str]
     cwd: str
     log_folder: str = ''
+    host: 'Callable[[], LaunchHost] | None' = None

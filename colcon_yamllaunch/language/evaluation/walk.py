@@ -19,6 +19,7 @@ import os
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.findings import NamedNode
 from colcon_yamllaunch.language.evaluation.plan_draft import PlanDraft
 from colcon_yamllaunch.language.evaluation.policy import Policy
 from colcon_yamllaunch.language.evaluation.policy import RUN_COMMANDS
@@ -33,6 +34,7 @@ from colcon_yamllaunch.language.plan.plan import Condition
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.source_text import read_source
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.template import Substitution
@@ -55,6 +57,8 @@ MAXIMUM_ACTIONS = 200_000
 #: A text that is twice what it was has 10^17 times as many after 59 steps.
 MAXIMUM_TEXT = 16_000_000
 MAXIMUM_TEXTS = 128_000_000
+#: How many nodes of one name are compared with another one.
+MAXIMUM_NAMESAKES = 8
 #: The suffix of launch files in Python.
 PYTHON_SUFFIX = '.py'
 #: What is wrong when launch files include one another without end.
@@ -263,7 +267,7 @@ class Walk(Policy):
         return any(source.path == path for source in self._open)
 
     @contextmanager
-    def within(self, source: Source, origin: Text | None) -> Iterator[None]:
+    def within(self, source: Source, origin: Span | None) -> Iterator[None]:
         """Go through another file for the time of the context."""
         self._open.append(source)
         if origin is not None:
@@ -289,7 +293,7 @@ class Walk(Policy):
         if problem is not None:
             self.fail(problem)
 
-    def visit_file(self, name: str, path: str, origin: Text | None) -> bool:
+    def visit_file(self, name: str, path: str, origin: Span | None) -> bool:
         """
         Do the actions of a launch file; return whether it could be read.
 
@@ -314,8 +318,24 @@ class Walk(Policy):
             self.visit_all(file.entities)
         return True
 
+    def visit_from_python(self, name: str, path: str, origin: Span) -> None:
+        """
+        Go through a launch file that one in Python includes.
+
+        :param name: The path that it goes by
+        :param path: The file to read
+        :raises EndlessError: when they include one another without end
+        """
+        if self.depth >= MAXIMUM_INCLUDE_DEPTH:
+            self.report(too_deep(origin.position))
+            raise EndlessError
+        if path.endswith(PYTHON_SUFFIX):
+            self.launch_python(name, path, origin)
+        else:
+            self.visit_file(name, path, origin)
+
     def read_file(
-        self, name: str, path: str, origin: Text | None
+        self, name: str, path: str, origin: Span | None
     ) -> LaunchFile | None:
         """
         Read a launch file, unless it was read before.
@@ -356,7 +376,7 @@ class Walk(Policy):
             else:
                 self.visit(entity)
 
-    def count_action(self, place: Item | Attributes) -> None:
+    def count_action(self, place: Item | Attributes | Position) -> None:
         """Take note of an action, or of a round of a loop."""
         self._actions += 1
         if self._actions > MAXIMUM_ACTIONS:
@@ -426,6 +446,29 @@ class Walk(Policy):
             )
         sources = value.sources or frozenset((value.key,))
         return Guard(value.key, wanted, sources, None)
+
+    def note_node(self, full_name: str, at: Span) -> None:
+        """Take note of a node; warn of one that has the name of another."""
+        if self.never:
+            return
+        node = NamedNode(at.position, tuple(self.guards))
+        others = self.nodes.setdefault(full_name, [])
+        for other in others:
+            if node.may_meet(other):
+                place = f'line {other.position.line} of ' + os.path.basename(
+                    other.position.path
+                )
+                self.warn(
+                    f"another node of this launch has the name '{full_name}' "
+                    'too',
+                    at,
+                    'this node is launched more than once'
+                    if other.position == node.position
+                    else f'the other one is in {place}',
+                )
+                break
+        if len(others) < MAXIMUM_NAMESAKES:
+            others.append(node)
 
     def end(
         self, message: str, position: Position, hint: str | None = None

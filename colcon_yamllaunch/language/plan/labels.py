@@ -67,12 +67,20 @@ def labels_of(
     return labels
 
 
-def with_labels(plan: Plan) -> Plan:
-    """Return a plan whose processes and components have their labels."""
+def with_labels(plan: Plan, taken: Collection[str] = ()) -> Plan:
+    """
+    Return a plan whose processes and components have their labels.
+
+    :param taken: See :func:`labels_of`
+    """
     things = [Unlabelled(p.ros_name, p.node_name) for p in plan.processes()]
     things += [Unlabelled(c.label, c.node_name) for c in plan.components()]
     labels = dict(
-        zip((t.name for t in things), labels_of(things), strict=True)
+        zip(
+            (t.name for t in things),
+            labels_of(things, taken),
+            strict=True,
+        )
     )
     return replace(plan, entries=_labelled(plan.entries, labels))
 

@@ -96,7 +96,7 @@ class _OpenFile:
     """
 
     path: str
-    origin: Text | None
+    origin: Span | None
     conditions: int
     use: FileUse
 
@@ -161,7 +161,7 @@ class _Check(Walk):
         else:
             self.scope.merge(inner, None if is_sure else guard)
 
-    def visit_file(self, name: str, path: str, origin: Text | None) -> bool:
+    def visit_file(self, name: str, path: str, origin: Span | None) -> bool:
         is_read = self.read_file(name, path, origin) is not None
         if not is_read:
             self.scope.configurations.is_open = True
@@ -183,7 +183,7 @@ class _Check(Walk):
     def note_file(self, path: str, file: LaunchFile) -> None:
         self._arguments.add(path, file)
 
-    def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
+    def read_failed(self, problem: LaunchError, origin: Span | None) -> None:
         self.report(problem)
 
     def launch_python(self, name: str, path: str, origin: Span) -> None:

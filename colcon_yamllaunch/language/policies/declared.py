@@ -219,7 +219,7 @@ class _Listing(Walk):
             hint=f"'ros2 launch -s {path}' shows them",
         )
 
-    def read_in_part(self, problem: LaunchError, origin: Text | None) -> None:
+    def read_in_part(self, problem: LaunchError, origin: Span | None) -> None:
         if origin is not None and self._is_conditional:
             self.read_failed(problem, origin)
             return
@@ -228,7 +228,7 @@ class _Listing(Walk):
                 where = (mistake.message, mistake.position)
                 self.mistakes.setdefault(where, mistake)
 
-    def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
+    def read_failed(self, problem: LaunchError, origin: Span | None) -> None:
         if origin is None or not self._is_conditional:
             self.report(problem)
             return

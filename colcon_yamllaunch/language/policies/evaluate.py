@@ -13,13 +13,13 @@ from dataclasses import replace
 import importlib
 import math
 import os
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import Checked
-from colcon_yamllaunch.language.evaluation.launch_host import Growing
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
@@ -38,6 +38,9 @@ from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.text import Text
 
+if TYPE_CHECKING:
+    from colcon_yamllaunch.language.evaluation.launch_host import Growing
+
 
 @dataclass(frozen=True, slots=True)
 class Evaluation(Checked):
@@ -49,7 +52,7 @@ class Evaluation(Checked):
     """
 
     plan: Plan
-    growing: Growing | None = None
+    growing: 'Growing | None' = None
 
 
 def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
@@ -65,20 +68,31 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
     walk = _Launch(request)
     walk.runs = runs
     walk.launch(request.name, request.path)
-    if request.arguments and not walk.has_python:
-        # what a launch file in Python declares is not known
+    if walk.dialogue is not None:
+        walk.finish_host(request)
+    if request.arguments and not walk.has_opaque:
         walk.warn_of_unknown_arguments(request.arguments)
         walk.warn_of_overwritten_arguments()
     walk.warn_of_shell_variables()
     if walk.targets or walk.section_uses:
         walk.warn_of_nodes()
+    plan = replace(walk.draft.plan(), left_open=tuple(walk.left_open))
+    growing = None
+    if walk.dialogue is not None and all(
+        d.severity != 'error' for d in walk.diagnostics
+    ):
+        # most launch files are not in Python
+        from colcon_yamllaunch.language.host import growing_launch
+
+        plan, growing = growing_launch.growing_launch(walk, plan)
     return Evaluation(
         tuple(walk.diagnostics),
         tuple(f.source for f in walk.files.values() if f is not None),
         walk.packages_used,
         tuple(walk.executables),
         tuple(walk.plugins),
-        replace(walk.draft.plan(), left_open=tuple(walk.left_open)),
+        plan,
+        growing,
     )
 
 
@@ -86,7 +100,8 @@ class _Launch(Walk):
     """Goes through what a launch does."""
 
     is_launch = True
-    has_python = False
+    #: Whether there are launch files of which nothing is known.
+    has_opaque = False
 
     def __init__(self, request: Request) -> None:
         super().__init__(request, HANDLERS, MAKERS)
@@ -145,14 +160,25 @@ class _Launch(Walk):
     def launch_python(self, name: str, path: str, origin: Span) -> None:
         # before the package is built, only the file in its source is there
         file = name if os.path.isfile(name) else path
-        self.has_python = self.may_have_others = True
         # most launch files are not in Python
         from colcon_yamllaunch.language.actions import python_launch
 
         with self.draft.within_block('file', path, origin.position):
-            python_launch.add_python_launch(self, file, origin)
+            if not python_launch.launch_in_python(self, file, origin):
+                self.has_opaque = True
 
-    def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
+    def finish_host(self, request: Request) -> None:
+        """Let the host do what is to be done when all is read."""
+        from colcon_yamllaunch.language.actions import python_launch
+
+        try:
+            python_launch.finish(self, request.path)
+        except LaunchError as e:
+            self.report(e)
+        except (AlreadyReportedError, EndlessError):
+            pass
+
+    def read_failed(self, problem: LaunchError, origin: Span | None) -> None:
         raise problem
 
     def missing_argument(self, attributes: Attributes, name: str) -> None:
@@ -240,6 +266,9 @@ class _Launch(Walk):
         known = {*self.read, *launch_arguments.PROCESS_ARGUMENTS}
         files = [file for file in self.files.values() if file is not None]
         declared = launch_arguments.declared_arguments(files)
+        if self.dialogue is not None:
+            declared |= self.dialogue.declared.keys()
+            known |= launch_arguments.in_python(self.python_files, given)
         for name in given:
             if name not in declared | known:
                 hint = launch_arguments.undeclared_hint(name, declared)

@@ -5,8 +5,10 @@
 
 from collections.abc import Collection
 from collections.abc import Iterable
+from pathlib import Path
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
@@ -30,6 +32,16 @@ def declared_arguments(files: Iterable[LaunchFile]) -> set[str]:
         for file in files
         for entity in file.walk()
         if entity.action.name in ARGUMENT_ACTIONS
+    }
+
+
+def in_python(paths: Iterable[str], names: Iterable[str]) -> set[str]:
+    """Return those of some names that launch files in Python have."""
+    texts = [text_of(Path(path)) for path in paths]
+    return {
+        name
+        for name in names
+        if any(f"'{name}'" in t or f'"{name}"' in t for t in texts)
     }
 
 

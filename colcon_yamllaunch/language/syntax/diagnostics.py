@@ -22,7 +22,7 @@ Severity = Literal['error', 'warning']
 
 #: The longest piece of a source line that is shown, in characters.
 MAXIMUM_LINE_WIDTH = 160
-#: How many includes of a chain are shown.
+#: How many includes, or calls, of a chain are shown.
 MAXIMUM_INCLUDES = 8
 
 
@@ -40,6 +40,7 @@ class Diagnostic:
       first
     :param origins: Where the value that is wrong was set, and what it was
       made of, nearest first
+    :param calls: The calls that led there in Python, innermost first
     :param may_pass_after_build: Whether building the workspace may mend it,
       as with a program that a package in the workspace brings
     """
@@ -52,6 +53,7 @@ class Diagnostic:
     includes: tuple[Position, ...] = ()
     may_pass_after_build: bool = False
     origins: tuple[Position, ...] = ()
+    calls: tuple[Position, ...] = ()
 
 
 class LaunchError(Exception):
@@ -150,7 +152,8 @@ def _render_one(diagnostic: Diagnostic, cwd: str) -> Sequence[str]:
     for number, origin in enumerate(diagnostic.origins):
         verb = 'passed by' if number else 'its value was set at'
         lines.append(f'  {verb} {shown_position(origin, cwd)}')
-    lines.extend(_include_chain(diagnostic.includes, cwd))
+    lines.extend(_chain('called from', diagnostic.calls, cwd))
+    lines.extend(_chain('included from', diagnostic.includes, cwd))
     return lines
 
 
@@ -159,14 +162,14 @@ def _within(text: str) -> str:
     return text.replace('\n', '\n    ')
 
 
-def _include_chain(includes: Sequence[Position], cwd: str) -> Iterator[str]:
-    hidden = len(includes) - MAXIMUM_INCLUDES
-    for number, include in enumerate(includes):
+def _chain(how: str, positions: Sequence[Position], cwd: str) -> Iterator[str]:
+    hidden = len(positions) - MAXIMUM_INCLUDES
+    for number, position in enumerate(positions):
         if 0 <= number - MAXIMUM_INCLUDES // 2 < hidden:
             if number == MAXIMUM_INCLUDES // 2:
                 yield f'  … {hidden} more'
             continue
-        yield f'  included from {shown_position(include, cwd)}'
+        yield f'  {how} {shown_position(position, cwd)}'
 
 
 def shown_position(position: Position, cwd: str) -> str:

@@ -20,6 +20,9 @@ class Packages(Protocol):
     def names(self) -> Iterable[str]:
         """Return the names of all packages."""
 
+    def own_names(self) -> Iterable[str]:
+        """Return the names of the packages of the workspace."""
+
     def executable(self, package: str, name: str) -> str | None:
         """
         Return the path of a package's program, or None when there is none.

@@ -27,13 +27,12 @@ from colcon_yamllaunch.runtime.components.ros_needs import needed_packages
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.process.pythons import pythons
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.runtime.streams.watches import Watches
 
 #: What the process runs; it imports nothing of this package.
 PROGRAM = Path(__file__).with_name('ros_client.py')
-
-_PYTHON = 'python3'
 
 #: Starts a program with standard streams; returns its process group.
 Start = Callable[[list[str], tuple[int, int, int]], int]
@@ -67,7 +66,7 @@ class RosLink:
         self._clock = clock
         self._log = log
         self._packages = needed_packages(plan)
-        self._pythons = _pythons(environment.get('PATH', os.defpath))
+        self._pythons = pythons(environment.get('PATH', os.defpath))
         self._python = self._first_found = 0
         #: The course of what it is asked for.
         self.composition = Composition(plan, self._send, tell, clock)
@@ -290,18 +289,6 @@ class RosLink:
             if self.is_found:
                 # the launch began, as it looked well
                 self.composition.client_given_up(self.error)
-
-
-def _pythons(path: str) -> list[str]:
-    """Return the Pythons of an environment; the first one counts most."""
-    found: dict[str, str] = {}
-    for folder in path.split(':'):
-        candidate = os.path.join(folder, _PYTHON)
-        if os.path.isfile(candidate) and os.access(candidate, os.X_OK):
-            # not that of the program: each virtual environment is one
-            found.setdefault(os.path.realpath(folder), candidate)
-    # whose lack is reported when it is started
-    return list(found.values())[: limits.PYTHONS] or [_PYTHON]
 
 
 def _reaped(pid: int) -> bool:

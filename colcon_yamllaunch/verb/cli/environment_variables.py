@@ -27,6 +27,13 @@ LOG_TOTAL = EnvironmentVariable(
     'What the log folders of all launches may take together: a size such as '
     f'500MB (default: {ALL_LOGS_LIMIT // 10**9}GB), or `none`',
 )
+#: How long launch files in Python may take; the name is
+#: `language.host.python_errors.TIMEOUT_VARIABLE`.
+PYTHON_TIMEOUT = EnvironmentVariable(
+    'COLCON_LAUNCH_PYTHON_TIMEOUT',
+    'How many seconds may pass without a sign of life while a launch file in '
+    'Python is read (default: 60)',
+)
 #: Whose workspaces are used; its name is `workspace.packages.trust.TRUST`.
 TRUSTED = EnvironmentVariable(
     'COLCON_LAUNCH_TRUST',

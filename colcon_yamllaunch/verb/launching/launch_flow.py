@@ -13,6 +13,7 @@ from pathlib import Path
 import signal
 import sys
 from typing import NoReturn
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.text_files import content_of
@@ -46,6 +47,10 @@ from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.preflight import unknown_plugins
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.language.evaluation.launch_host import Growing
+    from colcon_yamllaunch.ros.host_link import HostLink
 
 #: How often what a build brought may make more packages necessary.
 MAXIMUM_ROUNDS = 5
@@ -94,6 +99,11 @@ class LaunchFlow:
             runs=options.runs,
         )
         self._packages = LaunchPackages(self._workspace.locator, built=False)
+        # the process that reads launch files in Python, and its environment
+        self._host: HostLink | None = None
+        self._host_environment: Mapping[str, str] = {}
+        # what makes more of the plan while it runs
+        self._growing: Growing | None = None
         self._builds = Builds(
             self._workspace,
             exactly=options.paths is not None,
@@ -109,6 +119,12 @@ class LaunchFlow:
             except _GiveUpError as e:
                 return e.returncode
             return self._run(plan, environment, plan_run)
+
+    def close(self) -> None:
+        """End the process that reads launch files in Python, if it runs."""
+        if self._host is not None:
+            self._host.close()
+            self._host = None
 
     def run_saved(self, path: Path, plan_run: PlanRun) -> int:
         """
@@ -143,6 +159,13 @@ class LaunchFlow:
         # who types Ctrl-C once more just when the launch has ended gets its
         # exit code all the same: from here on only the launch takes SIGINT
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        identity = ''
+        if self._host is not None:
+            identity = self._host.identity
+            if self._growing is None:
+                self._host.release()
+            else:
+                self._host.entrust()
         store = None
         if self._log_folder is not None:
             store = log_store_of(self._log_folder, self._environment, say)
@@ -155,6 +178,7 @@ class LaunchFlow:
             label,
             lambda module, user: self.locator.undeclared_owner(module, user),
             self._workspace.lock.release,
+            identity,
         )
 
     def _tell_of_doubled_nodes(
@@ -214,6 +238,7 @@ class LaunchFlow:
         self._stop_at_errors(target, evaluation)
         self.report(evaluation.diagnostics)
         self._check_before_start(evaluation)
+        self._growing = evaluation.growing
         return evaluation.plan, request.environment
 
     def target(self) -> Target:
@@ -257,15 +282,45 @@ class LaunchFlow:
         target = target or self.target()
         self._packages = LaunchPackages(self._workspace.locator, built=built)
         located = self._packages.locate(target.name)
+        environment = self._process_environment()
         return Request(
             target.path if located is None else located[0],
             target.path,
             packages=self._packages,
-            environment=self._process_environment(),
+            environment=environment,
             arguments=self._options.arguments,
             cwd=str(self.cwd),
             log_folder=self._log_dir,
+            host=lambda: self._open_host(environment),
         )
+
+    def _open_host(self, environment: Mapping[str, str]) -> 'HostLink':
+        """
+        Return the process that reads launch files in Python.
+
+        It is the one that there is, unless it is in another environment.
+
+        :raises UserError: when the user's time limit is no number
+        """
+        # most launch files are not in Python
+        from colcon_yamllaunch.ros import host_link
+        from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
+
+        if self._host is not None and self._host_environment != environment:
+            self.close()
+        if self._host is None:
+            log = None
+            if self._log_folder is not None and not self._options.inspects:
+                log = self._log_folder / host_link.LOG_NAME
+            self._host = host_link.HostLink(
+                environment,
+                str(self.cwd),
+                log,
+                new_identity(),
+                host_link.timeout_of(self._environment),
+            )
+            self._host_environment = environment
+        return self._host
 
     def _stop_at_errors(self, target: Target, evaluation: Evaluation) -> None:
         errors = evaluation.errors
@@ -316,6 +371,9 @@ class LaunchFlow:
                 # as without --quiet, with the colours of the compiler
                 print(output.getvalue().rstrip(), file=sys.stderr, flush=True)
             raise _GiveUpError(update.returncode)
+        if update.changed:
+            # it may have imported what is another now
+            self.close()
         return update.changed
 
     def _tell_of_build(self, target: Target, evaluation: Evaluation) -> None:

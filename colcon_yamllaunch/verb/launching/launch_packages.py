@@ -32,6 +32,10 @@ class LaunchPackages:
         #: The launch files that were found in a source only, in order.
         self.not_installed: dict[str, None] = {}
 
+    def own_names(self) -> Iterable[str]:
+        """Return the names of the packages of the workspace."""
+        return [package.name for package in self._locator.packages()]
+
     def explain_executable(self, package: str, name: str) -> str:
         """Say why a package has no such program, and the way out."""
         return missing_executable(self._locator, package, name) or ''

@@ -4,6 +4,7 @@
 """From the command line of `colcon launch` to its exit code."""
 
 from collections.abc import Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -49,11 +50,12 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
     plan_run = PlanRun(options, cwd, environment)
     with plan_run.reported():
         flow = LaunchFlow(options, cwd, environment, log_folder)
-        if options.inspects:
-            # a launch that runs does without all that this imports
-            from colcon_yamllaunch.verb.launching.inspect_launch import inspect
+        with closing(flow):
+            if options.inspects:
+                # a launch that runs does without all that this imports
+                from colcon_yamllaunch.verb.launching import inspect_launch
 
-            return inspect(flow, options)
-        if options.from_plan is not None:
-            return flow.run_saved(options.from_plan, plan_run)
-        return flow.run(plan_run)
+                return inspect_launch.inspect(flow, options)
+            if options.from_plan is not None:
+                return flow.run_saved(options.from_plan, plan_run)
+            return flow.run(plan_run)

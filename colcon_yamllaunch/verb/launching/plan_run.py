@@ -77,6 +77,7 @@ class PlanRun:
         attach: str | None,
         owner_of: OwnerOf,
         when_started: Callable[[], None],
+        identity: str = '',
     ) -> int:
         """
         Run a plan, and return the exit code.
@@ -90,6 +91,7 @@ class PlanRun:
         :param owner_of: Tells which package has a missing Python module
         :param when_started: Is called when all processes were started that
           wait for nothing
+        :param identity: The identity that the launch has already, if any
         """
         self._when_started = when_started
         self._to_start = sum(isinstance(e, Process) for e in plan.entries)
@@ -122,6 +124,7 @@ class PlanRun:
             observers=observers,
             owner_of=owner_of,
             parameters_of=_parameters_of,
+            identity=identity,
         )
         if self._ended is not None and self._ended.exit_code:
             from colcon_yamllaunch.verb.launching.annotations import annotate

@@ -1,0 +1,146 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What comes to a plan while it runs."""
+
+from dataclasses import replace
+
+from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
+from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.walk import EndlessError
+from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.host.host_dialogue import HostDialogue
+from colcon_yamllaunch.language.host.host_dialogue import Intake
+from colcon_yamllaunch.language.host.python_errors import python_error
+from colcon_yamllaunch.language.plan.labels import with_labels
+from colcon_yamllaunch.language.plan.plan import EventHandler
+from colcon_yamllaunch.language.plan.plan import Growth
+from colcon_yamllaunch.language.plan.plan import Message
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.diagnostics import render
+from colcon_yamllaunch.language.syntax.position import Position
+
+
+class GrowingLaunch:
+    """
+    Goes on with a walk while its plan runs; see `Growing`.
+
+    :param plan: What came of the walk so far
+    """
+
+    def __init__(self, walk: Walk, dialogue: HostDialogue, plan: Plan) -> None:
+        self._walk = walk
+        self._dialogue = dialogue
+        self._start = Position(next(iter(walk.python_files), ''), 1, 1)
+        self._labels = {p.label for p in plan.processes()}
+        self._labels |= {c.label for c in plan.components()}
+        walk.draft.take_labels(self._labels)
+        walk.draft.entries = []
+        self._told = len(walk.diagnostics)
+        # the requests without an answer, with the blocks that asked
+        self._asked: list[tuple[int, int | None]] = []
+        self._intake: Intake | None = None
+
+    @property
+    def handlers(self) -> tuple[EventHandler, ...]:
+        """See `Growing`."""
+        return self._dialogue.handlers
+
+    @property
+    def wants_output(self) -> frozenset[str]:
+        """See `Growing`."""
+        return self._dialogue.wants_output
+
+    @property
+    def is_busy(self) -> bool:
+        """See `Growing`."""
+        return bool(self._asked)
+
+    def id_of(self, name: str) -> int | None:
+        """See `Growing`."""
+        return self._dialogue.ids.get(name)
+
+    def ask(self, request: HostMessage) -> None:
+        """See `Growing`."""
+        block = None
+        if self._walk.draft.blocks:
+            # that of the launch itself
+            block = 0
+        if request['do'] == 'call':
+            block = self._dialogue.calls.pop(request['number'], block)
+        self._asked.append((self._dialogue.send(request), block))
+
+    def take(self, message: HostMessage) -> Growth | None:
+        """See `Growing`."""
+        if self._intake is None:
+            if self._asked:
+                self._walk.draft.go_on_in(self._asked[0][1])
+            self._intake = Intake(self._dialogue, self._start)
+        if message.get('say') != 'done':
+            self._intake.take(message)
+            return None
+        self._asked = [a for a in self._asked if a[0] != message.get('id')]
+        return self._growth(self._problems(self._intake, message))
+
+    def lost(self, reason: str) -> Growth:
+        """See `Growing`."""
+        self._asked.clear()
+        self._dialogue.forget_handlers()
+        self._dialogue.calls.clear()
+        return self._growth([reason] if reason else [])
+
+    def _problems(self, intake: Intake, message: HostMessage) -> list[str]:
+        cwd = self._walk.cwd
+        try:
+            intake.finish()
+        except LaunchError as e:
+            return [render(self._walk.located(e).diagnostics, cwd)]
+        except (AlreadyReportedError, EndlessError):
+            return []
+        if 'error' in message:
+            problem = python_error(self._walk, message['error'], self._start)
+            return [render(problem.diagnostics, cwd)]
+        if 'refused' in message:
+            return [f'{self._start.path}: {message["refused"]}']
+        return []
+
+    def _growth(self, problems: list[str]) -> Growth:
+        walk = self._walk
+        if self._intake is not None:
+            self._intake.__exit__()
+            self._intake = None
+        entries, walk.draft.entries = walk.draft.entries, []
+        for diagnostic in walk.diagnostics[self._told :]:
+            text = render([diagnostic], walk.cwd)
+            if diagnostic.severity == 'error':
+                problems.append(text)
+            else:
+                entries.insert(0, Message('WARNING', text))
+        self._told = len(walk.diagnostics)
+        grown = with_labels(Plan(tuple(entries)), self._labels)
+        labels = {p.label for p in grown.processes()}
+        labels |= {c.label for c in grown.components()}
+        self._labels |= labels
+        walk.draft.take_labels(labels)
+        return Growth(
+            grown.entries,
+            walk.draft.blocks,
+            self._dialogue.handlers,
+            tuple(problems),
+        )
+
+
+def growing_launch(
+    walk: Walk, plan: Plan
+) -> tuple[Plan, GrowingLaunch | None]:
+    """
+    Return a plan with its event handlers, and what makes more of it.
+
+    The latter is None when nothing does.
+    """
+    dialogue = walk.dialogue
+    if not isinstance(dialogue, HostDialogue) or not dialogue.goes_on:
+        return plan, None
+    growing = GrowingLaunch(walk, dialogue, plan)
+    return replace(plan, handlers=dialogue.handlers), growing

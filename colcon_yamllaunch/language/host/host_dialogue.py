@@ -1,0 +1,485 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What the host of launch files in Python is asked, and what comes of it.
+
+It answers a request by messages that become entries of the plan, in the order
+in which they come; the program of the host says which there are.
+"""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from contextlib import ExitStack
+import os
+from typing import Any
+
+from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
+from colcon_yamllaunch.language.evaluation.findings import PluginUse
+from colcon_yamllaunch.language.evaluation.findings import Wanted
+from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
+from colcon_yamllaunch.language.evaluation.launch_host import LaunchHost
+from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
+from colcon_yamllaunch.language.evaluation.walk import EndlessError
+from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.host.scope_messages import content
+from colcon_yamllaunch.language.host.scope_messages import scope_as_json
+from colcon_yamllaunch.language.host.scope_messages import take_scope
+from colcon_yamllaunch.language.plan.plan import ChangeState
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import Condition
+from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import EventHandler
+from colcon_yamllaunch.language.plan.plan import HostCall
+from colcon_yamllaunch.language.plan.plan import Message
+from colcon_yamllaunch.language.plan.plan import OUTPUT_MODES
+from colcon_yamllaunch.language.plan.plan import ParameterFile
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import SetParameter
+from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import SignalProcess
+from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.language.syntax.position import Span
+from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.language.vocabulary.parameter import Parameter
+
+
+class HostDialogue:
+    """
+    All that a walk asks the host.
+
+    :param walk: What is done with the launch files
+    :param host: The host, which forgets what it knew before
+    """
+
+    def __init__(self, walk: Walk, host: LaunchHost) -> None:
+        self.walk = walk
+        self.host = host
+        self._requests = 0
+        #: What ROS 2 calls the processes that the host knows by a number.
+        self.names: dict[int, str] = {}
+        #: The same the other way round.
+        self.ids: dict[str, int] = {}
+        self._handlers: list[HostMessage] = []
+        self._outputs: list[int] = []
+        #: Is told of launch arguments that are declared.
+        self.declared: dict[str, HostMessage] = {}
+        #: The blocks in which something was left to be called.
+        self.calls: dict[int, int | None] = {}
+        packages = walk.packages
+        self.send(
+            {
+                'do': 'start',
+                'log_folder': walk.log_folder or '',
+                'packages': {
+                    name: {
+                        'prefix': prefix,
+                        'built': os.path.isdir(
+                            os.path.join(prefix, 'share', name)
+                        ),
+                    }
+                    for name in packages.own_names()
+                    if (prefix := packages.prefix(name)) is not None
+                },
+            }
+        )
+
+    def send(self, request: Mapping[str, Any]) -> int:
+        """
+        Send a request, and return its number.
+
+        :raises HostError: when there is no host
+        """
+        self._requests += 1
+        self.host.send({**request, 'id': self._requests})
+        return self._requests
+
+    def ask(self, request: Mapping[str, Any], origin: Span) -> HostMessage:
+        """
+        Ask for something in the scope that there is, and do what it says.
+
+        :param origin: What asks for it
+        :return: The end of the answer, with the text of a `value` if it had
+          one; the scope is taken over
+        :raises HostError: when there is no host, or it does not answer
+        :raises LaunchError: when the launch cannot go on
+        """
+        number = self.send({**request, 'scope': scope_as_json(self.walk)})
+        with Intake(self, origin) as intake:
+            while True:
+                message = self.host.receive()
+                if message.get('say') == 'done':
+                    if message.get('id') == number:
+                        break
+                    continue
+                intake.take(message)
+        intake.finish()
+        if 'scope' in message:
+            take_scope(self.walk, message['scope'], origin)
+        return {**message, 'value': intake.value}
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether there is something left to be asked while the plan runs."""
+        return bool(self._handlers or self.calls)
+
+    @property
+    def handlers(self) -> tuple[EventHandler, ...]:
+        """The event handlers that there are."""
+        return tuple(
+            EventHandler(
+                str(said['event']),
+                tuple(
+                    self.names.get(who, f'process {who}')
+                    if isinstance(who, int)
+                    else str(who)
+                    for who in said.get('processes') or ()
+                ),
+                str(said.get('condition') or ''),
+                tuple(map(str, said.get('actions', ()))),
+                position_of(said, Position('', 1, 1), self.walk),
+            )
+            for said in self._handlers
+        )
+
+    @property
+    def wants_output(self) -> frozenset[str]:
+        """What ROS 2 calls the processes whose output the host wants."""
+        return frozenset(
+            self.names[who] for who in self._outputs if who in self.names
+        )
+
+    def note_handlers(self, said: HostMessage) -> None:
+        """Take note of the event handlers that there are."""
+        self._handlers = list(said.get('handlers', ()))
+        self._outputs = list(said.get('output', ()))
+
+    def forget_handlers(self) -> None:
+        """Take note that there are none any more."""
+        self._handlers, self._outputs = [], []
+
+
+class Intake:
+    """
+    The messages of one answer, which become entries of the plan.
+
+    :param origin: What has asked
+    """
+
+    def __init__(self, dialogue: HostDialogue, origin: Span) -> None:
+        self._dialogue = dialogue
+        self._walk = dialogue.walk
+        self._origin = origin
+        self._open: list[tuple[HostMessage, ExitStack, list[Entry]]] = []
+        self._failure: Exception | None = None
+        #: The text that was asked for.
+        self.value: str | None = None
+
+    def __enter__(self) -> 'Intake':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        while self._open:
+            self._open.pop()[1].close()
+
+    def finish(self) -> None:
+        """
+        Say what went wrong on the way.
+
+        :raises LaunchError: when it was an error
+        :raises EndlessError: when the launch would hardly ever end
+        """
+        if self._failure is not None:
+            raise self._failure
+
+    def take(self, message: HostMessage) -> None:
+        """
+        Do what a message says.
+
+        :raises HostError: when there is no host any more
+        """
+        if self._failure is not None:
+            # what is asked must be answered all the same
+            if 'ask' in message:
+                self._answer(message, {'failed': True})
+            return
+        take = _TAKERS.get(str(message.get('say')))
+        if take is None:
+            return
+        try:
+            self._walk.count_action(self._position(message))
+            take(self, message)
+        except (LaunchError, AlreadyReportedError, EndlessError) as e:
+            self._failure = e
+            if 'ask' in message:
+                self._answer(message, {'failed': True})
+
+    def _position(self, message: HostMessage) -> Position:
+        return position_of(message, self._origin.position, self._walk)
+
+    def _answer(self, message: HostMessage, answer: Mapping[str, Any]) -> None:
+        self._dialogue.host.send({'answer': message['ask'], **answer})
+
+    def _begin(self, message: HostMessage) -> None:
+        draft, position = self._walk.draft, self._position(message)
+        kind, title = str(message['kind']), str(message.get('title') or '')
+        stack = ExitStack()
+        entries: list[Entry] = []
+        if kind == 'timer':
+            entries = stack.enter_context(draft.collect())
+            title = title or f'{message["period"]:g} s'
+        stack.enter_context(draft.within_block(kind, title, position))
+        if kind == 'file':
+            source = Source(title, title, '')
+            stack.enter_context(self._walk.within(source, position))
+        self._open.append((message, stack, entries))
+
+    def _end(self, message: HostMessage) -> None:
+        begun, stack, entries = self._open.pop()
+        if message.get('title'):
+            self._walk.draft.name_block(str(message['title']))
+        stack.close()
+        if begun['kind'] == 'timer':
+            self._add(
+                Timer(
+                    float(begun.get('period') or 0.0),
+                    tuple(entries),
+                    begun.get('cancel_on_shutdown') is not False,
+                    begun.get('on_ros_time') is True,
+                )
+            )
+
+    def _add(self, entry: Entry) -> None:
+        self._walk.draft.entries.append(entry)
+
+    def _process(self, message: HostMessage) -> None:
+        walk, position = self._walk, self._position(message)
+        name = walk.draft.process_name(str(message['program']))
+        self._dialogue.names[message['id']] = name
+        self._dialogue.ids[name] = message['id']
+        node = message.get('node')
+        is_container = message.get('is_container') is True
+        output = message.get('output')
+        self._add(
+            Process(
+                label=name,
+                argv=tuple(map(self._argument, message['argv'])),
+                cwd=os.path.normpath(
+                    os.path.join(walk.cwd, message.get('cwd') or '')
+                ),
+                position=position,
+                name=name,
+                environment=tuple(
+                    sorted(
+                        (n, v)
+                        for n, v in message.get('environment', {}).items()
+                        if walk.environment.get(n) != v
+                    )
+                ),
+                output=output if output in OUTPUT_MODES else 'both',
+                package=message.get('package'),
+                node_name=node,
+                parameters=self._parameters(message),
+                block=walk.draft.block,
+                is_container=is_container,
+                **{n: message[n] for n in _PROCESS_FIELDS if n in message},
+            )
+        )
+        if node is not None:
+            walk.note_node(node, position)
+        elif is_container:
+            walk.may_have_others = True
+
+    def _argument(self, said: str | HostMessage) -> str | ParameterFile:
+        if isinstance(said, str):
+            return said
+        return ParameterFile(str(said['content']), self._parameters(said))
+
+    def _parameters(self, said: HostMessage) -> tuple[SetParameter, ...]:
+        return tuple(
+            parameter.as_set()
+            for parameter in self._set(said.get('parameters'), said)
+        )
+
+    def _set(
+        self, parameters: list[HostMessage] | None, said: HostMessage
+    ) -> list[Parameter]:
+        """Return parameters; they are set where that is, or their node is."""
+        return [
+            Parameter(
+                str(one['name']),
+                value,
+                position_of(one, self._position(said), self._walk),
+            )
+            for one in parameters or ()
+            if (value := content(one['value'])) not in (None, ())
+        ]
+
+    def _component(self, message: HostMessage) -> None:
+        walk, position = self._walk, self._position(message)
+        package, plugin = str(message['package']), str(message['plugin'])
+        container = str(message['container'])
+        walk.plugins.append(PluginUse(package, plugin, position, position))
+        if not walk.never:
+            walk.targets.append(Wanted(container, walk.place_of(position)))
+        component = Component(
+            label=walk.draft.component_label(plugin),
+            package=package,
+            plugin=plugin,
+            container=container,
+            position=position,
+            name=message.get('name') or '',
+            namespace=message.get('namespace') or '',
+            remaps=tuple(map(str, message.get('remaps', ()))),
+            parameters=tuple(
+                p.as_json() for p in self._set(message['parameters'], message)
+            ),
+            extra_arguments=tuple(
+                p.as_json()
+                for p in self._set(message.get('extra_arguments'), message)
+            ),
+            block=walk.draft.block,
+            is_lifecycle=message.get('is_lifecycle') is True,
+            autostart=message.get('autostart') is True,
+        )
+        self._add(component)
+        if component.node_name is not None:
+            walk.note_node(component.node_name, position)
+
+    def _message(self, message: HostMessage) -> None:
+        self._add(Message(str(message['level']), str(message['text'])))
+
+    def _shutdown(self, message: HostMessage) -> None:
+        self._add(Shutdown(str(message.get('reason') or '')))
+
+    def _change_state(self, message: HostMessage) -> None:
+        node, transition = str(message['node']), str(message['transition'])
+        self._add(ChangeState(node, transition, self._position(message)))
+
+    def _signal(self, message: HostMessage) -> None:
+        name = self._dialogue.names.get(message['process'])
+        if name is not None:
+            position = self._position(message)
+            self._add(SignalProcess(name, int(message['signal']), position))
+
+    def _call(self, message: HostMessage) -> None:
+        number, title = int(message['number']), str(message['title'])
+        self._dialogue.calls[number] = self._walk.draft.block
+        self._add(HostCall(number, title, self._position(message)))
+
+    def _condition(self, message: HostMessage) -> None:
+        self._walk.draft.conditions.append(
+            Condition(
+                str(message['text']),
+                message['taken'] is True,
+                self._position(message),
+            )
+        )
+
+    def _package(self, message: HostMessage) -> None:
+        name = str(message['name'])
+        if self._walk.packages.prefix(name) is not None:
+            self._walk.use_package(name, self._position(message))
+
+    def _executable(self, message: HostMessage) -> None:
+        self._walk.executables.append(
+            ExecutableUse(
+                str(message['package']),
+                str(message['name']),
+                str(message['path']),
+                self._position(message),
+            )
+        )
+
+    def _file(self, message: HostMessage) -> None:
+        self._walk.python_files.setdefault(str(message['path']))
+
+    def _warning(self, message: HostMessage) -> None:
+        text, hint = str(message['text']), message.get('hint')
+        self._walk.warn(text, self._position(message), hint)
+
+    def _declares(self, message: HostMessage) -> None:
+        self._dialogue.declared.setdefault(str(message['name']), message)
+
+    def _value(self, message: HostMessage) -> None:
+        self.value = str(message['text'])
+
+    def _handlers(self, message: HostMessage) -> None:
+        self._dialogue.note_handlers(message)
+
+    def _locate(self, message: HostMessage) -> None:
+        located = self._walk.packages.locate(str(message['path']))
+        path = None if located is None else located[1]
+        self._answer(message, {'path': path})
+
+    def _include(self, message: HostMessage) -> None:
+        """Go through a launch file in YAML or XML that Python includes."""
+        walk, position = self._walk, self._position(message)
+        path = str(message['path'])
+        located = walk.packages.locate(walk.absolute(path))
+        if located is None:
+            raise error(f"the launch file '{path}' does not exist", position)
+        before = walk.error_count()
+        with walk.within_scope(walk.scope.inner()):
+            take_scope(walk, message['scope'], position)
+            walk.visit_from_python(*located, position)
+            scope = scope_as_json(walk)
+        if walk.error_count() > before:
+            self._answer(message, {'failed': True})
+        else:
+            self._answer(message, {'scope': scope})
+
+
+def position_of(
+    said: HostMessage, otherwise: Position, walk: Walk | None = None
+) -> Position:
+    """
+    Return the position in a message.
+
+    :param otherwise: What to take where there is none
+    :param walk: Tells the file in a source that is installed there
+    """
+    match said.get('position'):
+        case [str(path), int(line), int(column)]:
+            if walk is not None:
+                path = walk.source_path(path)
+            return Position(path, line, column)
+    return otherwise
+
+
+# what is called the same in a process of the plan
+_PROCESS_FIELDS = (
+    'emulate_tty',
+    'respawn',
+    'respawn_delay',
+    'respawn_max_retries',
+    'sigterm_timeout',
+    'sigkill_timeout',
+    'on_exit_shutdown',
+    'is_lifecycle',
+    'autostart',
+)
+_TAKERS: Mapping[str, Callable[[Intake, HostMessage], None]] = {
+    'begin': Intake._begin,
+    'end': Intake._end,
+    'process': Intake._process,
+    'component': Intake._component,
+    'message': Intake._message,
+    'shutdown': Intake._shutdown,
+    'change_state': Intake._change_state,
+    'signal': Intake._signal,
+    'call': Intake._call,
+    'condition': Intake._condition,
+    'package': Intake._package,
+    'executable': Intake._executable,
+    'file': Intake._file,
+    'warning': Intake._warning,
+    'argument': Intake._declares,
+    'value': Intake._value,
+    'handlers': Intake._handlers,
+    'locate': Intake._locate,
+    'include': Intake._include,
+}

@@ -1,0 +1,97 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What went wrong in a launch file in Python, as problems of that file."""
+
+import os
+
+from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
+from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.host.host_dialogue import position_of
+from colcon_yamllaunch.language.host.python_source import named_packages
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.position import Position
+
+#: The variable with the seconds that the host may take.
+TIMEOUT_VARIABLE = 'COLCON_LAUNCH_PYTHON_TIMEOUT'
+# of an exception that no build helps against
+_CERTAIN = ('SyntaxError:', 'IndentationError:', 'TabError:')
+
+
+def python_error(
+    walk: Walk, said: HostMessage, start: Position
+) -> LaunchError:
+    """
+    Return the error that the end of an answer tells.
+
+    :param said: Its `error`
+    :param start: The start of the launch file
+    """
+    text, hint = str(said['text']), said.get('hint')
+    may_pass = not text.startswith(_CERTAIN) and may_be_built(walk)
+    package, argument = said.get('package'), said.get('argument')
+    if argument is not None:
+        text = f"launch argument '{argument}' is required, and was not given"
+        hint = f'give it: {argument}:=…'
+        may_pass = False
+    elif package is not None and walk.packages.prefix(package) is None:
+        text, hint = walk.no_package(package)
+        may_pass = False
+    frames = said.get('frames') or ()
+    problem = at_frames(walk, frames, text, hint, start, may_pass=may_pass)
+    if may_pass:
+        _use_named_packages(walk)
+    if package is not None and may_pass:
+        position = problem.diagnostics[0].position
+        walk.use_package(package, position or start)
+    return problem
+
+
+def at_frames(
+    walk: Walk,
+    frames: 'list[HostMessage] | tuple[()]',
+    text: str,
+    hint: str | None,
+    start: Position,
+    *,
+    may_pass: bool = False,
+) -> LaunchError:
+    """
+    Return an error at the innermost of some calls in Python.
+
+    :param start: Where it is when there are none
+    """
+    positions = [position_of(frame, start, walk) for frame in frames]
+    *calls, position = positions or [start]
+    length = 1
+    if frames and frames[-1].get('end_column'):
+        length = max(1, int(frames[-1]['end_column']) - position.column)
+    return LaunchError(
+        Diagnostic(
+            'error',
+            text,
+            position,
+            hint,
+            length,
+            may_pass_after_build=may_pass,
+            calls=tuple(reversed(calls)),
+        )
+    )
+
+
+def may_be_built(walk: Walk) -> bool:
+    """Say whether something of the workspace may still be built."""
+    for name in walk.packages.own_names():
+        prefix = walk.packages.prefix(name) or ''
+        return walk.packages.may_appear(os.path.join(prefix, 'share', name))
+    return False
+
+
+def _use_named_packages(walk: Walk) -> None:
+    """Note what launch files name, so that all of it is built at once."""
+    own = set(walk.packages.own_names())
+    for path in walk.python_files:
+        for name, position in named_packages(path):
+            if name in own:
+                walk.use_package(name, position)
