@@ -318,6 +318,12 @@ class Walk(Policy):
             self.visit_all(file.entities)
         return True
 
+    def note_python(self, path: str) -> None:
+        """Take note of a launch file in Python that is read."""
+        if path not in self.python_files:
+            self.python_files[path] = None
+            self.sources.append(Source(path, path, ''))
+
     def visit_from_python(self, name: str, path: str, origin: Span) -> None:
         """
         Go through a launch file that one in Python includes.

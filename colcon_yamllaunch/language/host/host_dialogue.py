@@ -11,9 +11,12 @@ in which they come; the program of the host says which there are.
 from collections.abc import Callable
 from collections.abc import Mapping
 from contextlib import ExitStack
+from functools import lru_cache
 import os
+from pathlib import Path
 from typing import Any
 
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
 from colcon_yamllaunch.language.evaluation.findings import PluginUse
 from colcon_yamllaunch.language.evaluation.findings import Wanted
@@ -45,6 +48,9 @@ from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
+
+#: How many lines of a call are searched for a text.
+MAXIMUM_CALL_LINES = 40
 
 
 class HostDialogue:
@@ -322,7 +328,14 @@ class Intake:
         walk, position = self._walk, self._position(message)
         package, plugin = str(message['package']), str(message['plugin'])
         container = str(message['container'])
-        walk.plugins.append(PluginUse(package, plugin, position, position))
+        walk.plugins.append(
+            PluginUse(
+                package,
+                plugin,
+                written_at(plugin, position),
+                written_at(package, position),
+            )
+        )
         if not walk.never:
             walk.targets.append(Wanted(container, walk.place_of(position)))
         component = Component(
@@ -382,20 +395,23 @@ class Intake:
     def _package(self, message: HostMessage) -> None:
         name = str(message['name'])
         if self._walk.packages.prefix(name) is not None:
-            self._walk.use_package(name, self._position(message))
+            position = written_at(name, self._position(message))
+            self._walk.use_package(name, position)
 
     def _executable(self, message: HostMessage) -> None:
+        name, position = str(message['name']), self._position(message)
         self._walk.executables.append(
             ExecutableUse(
                 str(message['package']),
-                str(message['name']),
+                name,
                 str(message['path']),
-                self._position(message),
+                written_at(name, position),
             )
         )
 
     def _file(self, message: HostMessage) -> None:
-        self._walk.python_files.setdefault(str(message['path']))
+        path = self._walk.source_path(str(message['path']))
+        self._walk.note_python(path)
 
     def _warning(self, message: HostMessage) -> None:
         text, hint = str(message['text']), message.get('hint')
@@ -448,6 +464,23 @@ def position_of(
                 path = walk.source_path(path)
             return Position(path, line, column)
     return otherwise
+
+
+def written_at(text: str, call: Position) -> Position:
+    """Return where a text is written within or behind a call, else that."""
+    lines = _lines(call.path)[call.line - 1 :][:MAXIMUM_CALL_LINES]
+    for number, line in enumerate(lines):
+        start = 0 if number else call.column - 1
+        for quote in ('"', "'"):
+            column = line.find(f'{quote}{text}{quote}', start)
+            if column >= 0:
+                return Position(call.path, call.line + number, column + 2)
+    return call
+
+
+@lru_cache(maxsize=8)
+def _lines(path: str) -> list[str]:
+    return text_of(Path(path)).split('\n')
 
 
 # what is called the same in a process of the plan

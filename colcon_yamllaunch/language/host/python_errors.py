@@ -19,6 +19,15 @@ TIMEOUT_VARIABLE = 'COLCON_LAUNCH_PYTHON_TIMEOUT'
 _CERTAIN = ('SyntaxError:', 'IndentationError:', 'TabError:')
 
 
+class MissingArgumentError(LaunchError):
+    """A launch argument that has no default is not given."""
+
+    def included_from(self, position: Position) -> 'LaunchError':
+        """Return the same error with one more include in its chain."""
+        problem = super().included_from(position)
+        return MissingArgumentError(*problem.diagnostics)
+
+
 def python_error(
     walk: Walk, said: HostMessage, start: Position
 ) -> LaunchError:
@@ -45,6 +54,8 @@ def python_error(
     if package is not None and may_pass:
         position = problem.diagnostics[0].position
         walk.use_package(package, position or start)
+    if argument is not None:
+        return MissingArgumentError(*problem.diagnostics)
     return problem
 
 

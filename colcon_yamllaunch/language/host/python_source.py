@@ -7,8 +7,10 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.language.evaluation.declared_argument import (
+    DeclaredArgument,
+)
 from colcon_yamllaunch.language.syntax.position import Position
 
 # what takes the name of a package first, by the name that it is called by
@@ -27,20 +29,6 @@ _PACKAGE_KEYWORDS = ('package', 'package_name')
 _ARGUMENT = 'DeclareLaunchArgument'
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenArgument:
-    """
-    A launch argument that is declared by a name that stands there.
-
-    :param default: Its default, None when it has none or that is computed
-    :param choices: Those that stand there
-    """
-
-    name: str
-    default: str | None = None
-    choices: tuple[str, ...] = ()
-
-
 def named_packages(path: str) -> Iterator[tuple[str, Position]]:
     """Iterate over the names of packages that stand in a launch file."""
     for call in _calls(path):
@@ -54,7 +42,7 @@ def named_packages(path: str) -> Iterator[tuple[str, Position]]:
                 yield text, Position(path, value.lineno, column)
 
 
-def written_arguments(path: str) -> Iterator[WrittenArgument]:
+def written_arguments(path: str) -> Iterator[DeclaredArgument]:
     """Iterate over the launch arguments that a launch file declares."""
     for call in _calls(path):
         keywords = {k.arg: k.value for k in call.keywords}
@@ -64,10 +52,16 @@ def written_arguments(path: str) -> Iterator[WrittenArgument]:
         name = _text(first)
         if name is None:
             continue
+        default = keywords.get('default_value')
+        if len(call.args) > 1:
+            default = call.args[1]
         choices = keywords.get('choices')
-        yield WrittenArgument(
+        yield DeclaredArgument(
             name,
-            _text(keywords.get('default_value')),
+            Position(path, call.lineno, call.col_offset + 1),
+            _text(keywords.get('description')),
+            # one that is computed shows only when it runs
+            '…' if default and _text(default) is None else _text(default),
             tuple(filter(None, map(_text, choices.elts)))
             if isinstance(choices, ast.List | ast.Tuple)
             else (),

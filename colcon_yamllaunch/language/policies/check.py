@@ -21,6 +21,7 @@ from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
+from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.values import expression_error
 from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.evaluation.values import Value
@@ -187,10 +188,45 @@ class _Check(Walk):
         self.report(problem)
 
     def launch_python(self, name: str, path: str, origin: Span) -> None:
-        self.warn('a launch file in Python cannot be checked', origin)
-        # what it declares and runs is not known
+        # what it declares and reads is not known
         self.files[path] = None
-        self.may_have_others = True
+        self._visits[path] = self._visits.get(path, 0) + 1
+        reason = self._visit_python(name, path, origin)
+        # with other arguments it may set anything
+        self.scope.configurations.is_open = True
+        if reason is not None:
+            self.warn(
+                f'a launch file in Python cannot be checked{reason}', origin
+            )
+            self.may_have_others = True
+
+    def _visit_python(self, name: str, path: str, origin: Span) -> str | None:
+        """Return why a launch file in Python could not be visited, if so."""
+        # most launch files are not in Python
+        from colcon_yamllaunch.language.host import python_visit
+        from colcon_yamllaunch.language.host.python_errors import (
+            MissingArgumentError,
+        )
+
+        # before the package is built, only the file in its source is there
+        file = name if os.path.isfile(name) else path
+        is_certain = self.is_on_by_default
+        found = self.snapshot()
+        try:
+            python_visit.visit_in_python(self, 'visit', file, origin)
+        except python_visit.NotTakenOverError as e:
+            self.restore(found)
+            return '' if e.reason is None else f': {e.reason}'
+        except MissingArgumentError as e:
+            # the outermost file is checked only with what has a default
+            self.fail(e, is_certain=is_certain and self.depth > 0)
+            self.may_have_others = True
+        except LaunchError as e:
+            self.fail(e, is_certain=is_certain)
+            self.may_have_others = True
+        except AlreadyReportedError:
+            self.may_have_others = True
+        return None
 
     def follow(
         self, attributes: Attributes, located: tuple[str, str] | None
@@ -204,6 +240,10 @@ class _Check(Walk):
             self.scope.configurations.is_open = True
             return
         path = located[1]
+        if path.endswith(PYTHON_SUFFIX):
+            use.is_open = True
+            self.launch_python(*located, file)
+            return
         use.includes.add(path)
         is_read = self.visit_file(*located, file)
         if not self.never:
@@ -219,7 +259,9 @@ class _Check(Walk):
             self._check_passed(path, pair, here | behind.read)
 
     def _may_follow(self, path: str, file: Text) -> bool:
-        if path.endswith(PYTHON_SUFFIX):
+        if path.endswith(PYTHON_SUFFIX) and (
+            self.open_host is None or self.never
+        ):
             return False
         conditions = [f.conditions for f in self._files if f.path == path]
         if conditions and conditions[0] < self._conditions:

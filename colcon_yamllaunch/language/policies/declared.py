@@ -10,14 +10,20 @@ and not by what a condition comes to, since another argument may change that.
 
 from collections.abc import Iterable
 from collections.abc import Mapping
+from dataclasses import replace
+import os
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
 from colcon_yamllaunch.language.actions.handlers import PASSIVE
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.declared_argument import (
+    DeclaredArgument,
+)
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
+from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.values import unknown
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import DEPTH_PROBLEM
@@ -39,30 +45,6 @@ _ONLY_LAUNCHED = frozenset(
 )
 # stands for any condition: another argument may change what it comes to
 _MAYBE = Guard('condition', True, frozenset(('condition',)), None)
-
-
-@dataclass(frozen=True, slots=True)
-class DeclaredArgument:
-    """
-    A launch argument.
-
-    :param name: Its name
-    :param position: Where it is declared first
-    :param description: What it is for, if the launch file says so
-    :param default: The default as it is written, None when it is required
-    :param choices: The values that it may have; empty when any
-    :param is_conditional: Whether it is used only under some condition
-    :param set_at: Where a launch file itself sets the value, so that one from
-      the command line does not count; None when none does
-    """
-
-    name: str
-    position: Position
-    description: str | None = None
-    default: str | None = None
-    choices: tuple[str, ...] = ()
-    is_conditional: bool = False
-    set_at: Position | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,9 +170,6 @@ class _Listing(Walk):
         if name in self.arguments:
             return
         texts = attributes.item.texts
-        value = self.scope.configurations.get(name)
-        is_set = value is not None and value.text is not None
-        origins = value.origins if value is not None and is_set else ()
         self.arguments[name] = DeclaredArgument(
             name,
             attributes.position,
@@ -198,7 +177,7 @@ class _Listing(Walk):
             texts['default'].plain if 'default' in texts else None,
             choices,
             self._is_conditional,
-            origins[0] if origins else None,
+            self._set_at(name),
         )
 
     def missing_argument(self, attributes: Attributes, name: str) -> None:
@@ -213,11 +192,43 @@ class _Listing(Walk):
         return None
 
     def launch_python(self, name: str, path: str, origin: Span) -> None:
-        raise error(
-            'the launch arguments of a launch file in Python show only '
-            'when it runs',
-            hint=f"'ros2 launch -s {path}' shows them",
-        )
+        if not self._note_python(name, path, origin):
+            raise error(
+                'the launch arguments of a launch file in Python show only '
+                'when it runs',
+                hint=f"'ros2 launch -s {path}' shows them",
+            )
+
+    def _note_python(self, name: str, path: str, origin: Span) -> bool:
+        """
+        Note what a launch file in Python declares, and return whether it is.
+
+        :raises LaunchError: when the file has mistakes
+        """
+        # most launch files are not in Python
+        from colcon_yamllaunch.language.host import python_declarations
+
+        # before the package is built, only the file in its source is there
+        file = name if os.path.isfile(name) else path
+        said = python_declarations.declared_arguments(self, file, origin)
+        for argument in said or ():
+            self.arguments.setdefault(
+                argument.name,
+                replace(
+                    argument,
+                    is_conditional=self._is_conditional
+                    or argument.is_conditional,
+                    set_at=self._set_at(argument.name),
+                ),
+            )
+        return said is not None
+
+    def _set_at(self, name: str) -> Position | None:
+        """Return where the launch files set an argument themselves."""
+        value = self.scope.configurations.get(name)
+        if value is None or value.text is None:
+            return None
+        return next(iter(value.origins), None)
 
     def read_in_part(self, problem: LaunchError, origin: Span | None) -> None:
         if origin is not None and self._is_conditional:
@@ -252,11 +263,22 @@ class _Listing(Walk):
             # of a file that includes itself, all arguments are known already
             return
         if located[1].endswith(PYTHON_SUFFIX):
-            self._note('it is written in Python', file.position)
+            self._follow_python(*located, file)
         elif self.depth >= MAXIMUM_INCLUDE_DEPTH:
             self._note(DEPTH_PROBLEM, file.position)
         else:
             self.visit_file(*located, file)
+
+    def _follow_python(self, name: str, path: str, origin: Span) -> None:
+        is_known = False
+        try:
+            is_known = self._note_python(name, path, origin)
+        except LaunchError as e:
+            self.read_failed(e, origin)
+        except AlreadyReportedError:
+            pass
+        if not is_known:
+            self._note('it is written in Python', origin.position)
 
     def _note(self, message: str, position: Position) -> None:
         self.not_followed.setdefault(position, message)

@@ -169,10 +169,10 @@ class _Launch(Walk):
 
     def finish_host(self, request: Request) -> None:
         """Let the host do what is to be done when all is read."""
-        from colcon_yamllaunch.language.actions import python_launch
+        from colcon_yamllaunch.language.host import python_visit
 
         try:
-            python_launch.finish(self, request.path)
+            python_visit.finish(self, request.path)
         except LaunchError as e:
             self.report(e)
         except (AlreadyReportedError, EndlessError):
@@ -268,6 +268,7 @@ class _Launch(Walk):
         declared = launch_arguments.declared_arguments(files)
         if self.dialogue is not None:
             declared |= self.dialogue.declared.keys()
+            declared |= launch_arguments.written_in_python(self.python_files)
             known |= launch_arguments.in_python(self.python_files, given)
         for name in given:
             if name not in declared | known:

@@ -35,6 +35,13 @@ def declared_arguments(files: Iterable[LaunchFile]) -> set[str]:
     }
 
 
+def written_in_python(paths: Iterable[str]) -> set[str]:
+    """Return the launch arguments that launch files in Python declare."""
+    from colcon_yamllaunch.language.host.python_source import written_arguments
+
+    return {a.name for path in paths for a in written_arguments(path)}
+
+
 def in_python(paths: Iterable[str], names: Iterable[str]) -> set[str]:
     """Return those of some names that launch files in Python have."""
     texts = [text_of(Path(path)) for path in paths]

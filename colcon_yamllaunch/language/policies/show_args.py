@@ -6,8 +6,10 @@
 from collections.abc import Iterator
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.language.evaluation.declared_argument import (
+    DeclaredArgument,
+)
 from colcon_yamllaunch.language.policies.declared import Declarations
-from colcon_yamllaunch.language.policies.declared import DeclaredArgument
 from colcon_yamllaunch.language.syntax.diagnostics import shown_position
 
 _INDENT = ' ' * 8

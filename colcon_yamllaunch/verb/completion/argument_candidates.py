@@ -8,8 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from colcon_yamllaunch.language.actions.scope_actions import BOOLEAN_CHOICES
+from colcon_yamllaunch.language.evaluation.declared_argument import (
+    DeclaredArgument,
+)
 from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.policies.declared import DeclaredArgument
 from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.verb.cli.target import package_target
 from colcon_yamllaunch.verb.cli.target import path_target

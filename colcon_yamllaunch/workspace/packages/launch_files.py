@@ -31,6 +31,7 @@ LAUNCH_SUFFIXES = (
 )
 _YAML_SUFFIXES = ('.yaml', '.yml')
 _LAUNCH = re.compile(r'^\s*[\'"]?launch[\'"]?\s*:|<launch\b', re.M)
+_PYTHON_LAUNCH = re.compile(r'^def generate_launch_description\b', re.M)
 _MANIFEST = 'package.xml'
 _PARAMETER_FOLDERS = frozenset(('config', 'cfg', 'param', 'params'))
 
@@ -54,10 +55,10 @@ def find_launch_files(folder: Path) -> tuple[str, ...]:
 
 def checkable_launch_files(folder: Path) -> tuple[str, ...]:
     """
-    Find what is certainly a launch file, and in YAML or XML.
+    Find what is certainly a launch file.
 
-    A file in a folder `launch` has to look like one, as parameters may lie
-    there, too.
+    A file in a folder `launch` has to look like one, as parameters and modules
+    of Python may lie there, too.
 
     :param folder: As for :func:`find_launch_files`
     """
@@ -65,8 +66,7 @@ def checkable_launch_files(folder: Path) -> tuple[str, ...]:
         file
         for file in find_launch_files(folder)
         if _is_likely(file)
-        and not file.endswith('.py')
-        and ('.launch.' in file or _LAUNCH.search(text_of(folder / file)))
+        and ('.launch.' in file or _looks_like_one(folder / file))
     )
 
 
@@ -159,6 +159,11 @@ def _may_be_launch_file(path: Path) -> bool:
 def _is_likely(file: str) -> bool:
     path = PurePosixPath(file)
     return 'launch' in path.parent.parts or '.launch' in path.suffixes
+
+
+def _looks_like_one(path: Path) -> bool:
+    pattern = _PYTHON_LAUNCH if path.suffix == '.py' else _LAUNCH
+    return pattern.search(text_of(path)) is not None
 
 
 def _is_yaml(file: str) -> bool:

@@ -8,9 +8,11 @@ from pathlib import Path
 from textwrap import dedent
 from typing import Any
 
+from colcon_yamllaunch.language.evaluation.declared_argument import (
+    DeclaredArgument,
+)
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.declared import Declarations
-from colcon_yamllaunch.language.policies.declared import DeclaredArgument
 from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.policies.show_args import show_arguments
