@@ -54,6 +54,8 @@ MAXIMUM_LINE = 64 * 1024 * 1024
 
 _STDERR = 2
 _AT_ONCE = Timeouts(0.0, 0.0)
+# for what launch files have started in the background
+_AT_THE_END = Timeouts(0.0, 1.0)
 
 
 def timeout_of(environment: Mapping[str, str]) -> float:
@@ -213,7 +215,7 @@ class HostLink:
         """
         End it, but not what launch files have started in the background.
 
-        The launch ends that.
+        That goes on until :meth:`close`.
         """
         with suppress(HostError):
             # it removes what it has made for launch files that were read
@@ -227,15 +229,14 @@ class HostLink:
 
     def close(self) -> None:
         """End it with all that it has started."""
-        strays = _Strays(self.identity, {self.pid: NUMBER})
+        strays = _Strays(self.identity, {self.pid: NUMBER} if self.pid else {})
         if self.pid:
             self._close_pipes()
             self._await_end()
             self._end()
-            if strays.search(()):
-                now = time.monotonic()
-                timeouts = {NUMBER: _AT_ONCE}
-                Escalation(strays, timeouts, now, signal.SIGKILL).run()
+        if self._begun and strays.search(()):
+            timeouts, now = {NUMBER: _AT_THE_END}, time.monotonic()
+            Escalation(strays, timeouts, now, signal.SIGTERM).run()
         self.entrust()
 
     def _await_end(self) -> None:

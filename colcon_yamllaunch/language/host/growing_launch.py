@@ -37,6 +37,8 @@ class GrowingLaunch:
         self._labels |= {c.label for c in plan.components()}
         walk.draft.take_labels(self._labels)
         walk.draft.entries = []
+        # what has a name may have ended when something else gets it
+        walk.nodes.clear()
         self._told = len(walk.diagnostics)
         # the requests without an answer, with the blocks that asked
         self._asked: list[tuple[int, int | None]] = []
@@ -118,6 +120,7 @@ class GrowingLaunch:
             else:
                 entries.insert(0, Message('WARNING', text))
         self._told = len(walk.diagnostics)
+        walk.nodes.clear()
         grown = with_labels(Plan(tuple(entries)), self._labels)
         labels = {p.label for p in grown.processes()}
         labels |= {c.label for c in grown.components()}

@@ -1,0 +1,94 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Launch files in Python that a played host reads."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from colcon_yamllaunch.language.evaluation.findings import Checked
+from colcon_yamllaunch.language.policies.check import check
+from colcon_yamllaunch.language.policies.declared import Declarations
+from colcon_yamllaunch.language.policies.declared import find_declarations
+from colcon_yamllaunch.language.policies.evaluate import evaluate
+from colcon_yamllaunch.language.policies.evaluate import Evaluation
+import pytest
+from support.played_host import Message
+from support.played_host import Play
+from support.played_host import PlayedHost
+
+from tests.language.conftest import Launcher
+
+#: Includes the launch file in Python.
+INCLUDE = 'launch: [include: {file: robot.launch.py}]\n'
+
+
+class Played:
+    """
+    A launch file in Python, which is played, and others that include it.
+
+    :param plays: What the file does, by its path
+    """
+
+    def __init__(self, launcher: Launcher) -> None:
+        self.launcher = launcher
+        self.plays: dict[str, Callable[[Message], Play]] = {}
+        self.host = PlayedHost(self._play)
+        self.path = self.file('robot.launch.py')
+
+    def file(self, name: str, text: str = '# made up\n') -> str:
+        """Write a launch file in Python."""
+        return str(self.launcher.write(name, text))
+
+    def does(self, play: Callable[[Message], Play], path: str = '') -> None:
+        """Let a launch file do something."""
+        self.plays[path or self.path] = play
+
+    def _play(self, request: Message) -> Play:
+        play = self.plays.get(request.get('path', request['do']), _nothing)
+        return play(request)
+
+    def evaluate(self, text: str = INCLUDE, **arguments: str) -> Evaluation:
+        """Evaluate a launch file in YAML."""
+        request = self.launcher.request(text, **arguments)
+        return evaluate(replace(request, host=lambda: self.host))
+
+    def evaluate_itself(self, **arguments: str) -> Evaluation:
+        """Evaluate the launch file in Python."""
+        request = self.launcher.request('launch: []', **arguments)
+        request = replace(request, name=self.path, path=self.path)
+        return evaluate(replace(request, host=lambda: self.host))
+
+    def good(self, text: str = INCLUDE, **arguments: str) -> Evaluation:
+        """Evaluate a launch file that has nothing wrong with it."""
+        evaluation = self.evaluate(text, **arguments)
+        assert evaluation.diagnostics == ()
+        return evaluation
+
+    def check(self, text: str = INCLUDE) -> Checked:
+        """Check a launch file in YAML."""
+        request = self.launcher.request(text)
+        request = replace(request, host=lambda: self.host)
+        return check(request, portable=False)
+
+    def check_itself(self) -> Checked:
+        """Check the launch file in Python."""
+        request = self.launcher.request('launch: []')
+        request = replace(request, name=self.path, path=self.path)
+        request = replace(request, host=lambda: self.host)
+        return check(request, portable=False)
+
+    def declared(self, text: str = INCLUDE) -> Declarations:
+        """Return the launch arguments of a launch file in YAML."""
+        request = self.launcher.request(text)
+        return find_declarations(replace(request, host=lambda: self.host))
+
+
+def _nothing(_request: Message) -> Play:
+    yield from ()
+    return None
+
+
+@pytest.fixture
+def played(launcher: Launcher) -> Played:
+    return Played(launcher)

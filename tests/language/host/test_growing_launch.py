@@ -1,0 +1,179 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What the host answers while the plan runs becomes more of the plan."""
+
+from colcon_yamllaunch.language.evaluation.launch_host import Growing
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import EventHandler
+from colcon_yamllaunch.language.plan.plan import Growth
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.syntax.position import Position
+from support.played_host import Message
+from support.played_host import Play
+from support.played_host import position
+from support.played_host import process
+
+from tests.language.host.conftest import Played
+
+
+def handlers(played: Played, *which: object) -> Message:
+    handler = {
+        'event': 'exit',
+        'processes': [*which] or None,
+        'condition': '',
+        'actions': ['start rviz2'],
+        'position': position(played.path, 3, 5),
+    }
+    return {'say': 'handlers', 'handlers': [handler], 'output': [1, 77]}
+
+
+def begun(played: Played, **plays: object) -> tuple[Plan, Growing]:
+    """Evaluate a file with a handler and a call."""
+
+    def play(_request: Message) -> Play:
+        yield process(1, node='/talker')
+        yield {'say': 'begin', 'kind': 'group', 'title': ''}
+        yield {'say': 'call', 'number': 4, 'title': 'more'}
+        yield {'say': 'end'}
+        yield handlers(played, 1, 'later')
+
+    played.does(play)
+    for name, its in plays.items():
+        played.plays[name] = its  # type: ignore[assignment]
+    evaluation = played.good()
+    assert evaluation.growing is not None
+    return evaluation.plan, evaluation.growing
+
+
+def grown(played: Played, growing: Growing, request: Message) -> Growth:
+    """Ask for something, and return all that comes of it."""
+    growing.ask(request)
+    assert growing.is_busy
+    growths = []
+    while growing.is_busy:
+        growth = growing.take(played.host.receive())
+        growths += [] if growth is None else [growth]
+    (growth,) = growths
+    return growth
+
+
+def test_a_plan_has_its_handlers(played: Played) -> None:
+    plan, growing = begun(played)
+    place = Position(played.path, 3, 5)
+    names = ('talker-1', 'later')
+    handler = EventHandler('exit', names, '', ('start rviz2',), place)
+    assert plan.handlers == growing.handlers == (handler,)
+    assert growing.wants_output == {'talker-1'}
+    assert (growing.id_of('talker-1'), growing.id_of('echo-2')) == (1, None)
+    assert [r['do'] for r in played.host.requests][-1] == 'finish'
+
+
+def test_an_event_makes_more_of_the_plan(played: Played) -> None:
+    def event(request: Message) -> Play:
+        assert request['event']['type'] == 'exit'
+        yield process(2, node='/talker')
+        yield {
+            'say': 'component',
+            'id': 3,
+            'container': '/box',
+            'package': 'alpha',
+            'plugin': 'x::talker',
+            'parameters': [],
+        }
+        yield handlers(played)
+
+    plan, growing = begun(played, event=event)
+    event_of = {'type': 'exit', 'process': 1, 'returncode': 0}
+    growth = grown(played, growing, {'do': 'event', 'event': event_of})
+    second, component = growth.entries
+    assert isinstance(second, Process)
+    assert isinstance(component, Component)
+    labels = {p.label for p in plan.processes()}
+    assert labels == {'talker'}
+    assert (second.label, second.name) == ('talker-2', 'talker-2')
+    assert component.label not in ('talker', 'talker-2')
+    assert growth.blocks == plan.blocks
+    assert second.block == 0
+    assert growth.handlers[0].processes == ()
+    assert growing.id_of('talker-2') == 2
+
+
+def test_a_call_goes_on_where_it_stood(played: Played) -> None:
+    def call(request: Message) -> Play:
+        assert request['number'] == 4
+        yield {'say': 'begin', 'kind': 'group', 'title': 'x'}
+        yield process(2)
+        yield {'say': 'end'}
+        yield process(3)
+
+    plan, growing = begun(played, call=call)
+    growth = grown(played, growing, {'do': 'call', 'number': 4})
+    inner, outer = growth.entries
+    assert isinstance(inner, Process)
+    assert isinstance(outer, Process)
+    assert outer.block == len(plan.blocks) - 1
+    assert inner.block == len(plan.blocks)
+    assert growth.blocks[-1].parent == outer.block
+
+
+def test_files_that_are_included_while_it_runs(played: Played) -> None:
+    low = played.launcher.write(
+        'low.yaml',
+        'launch: [executable: {cmd: echo}, include: {file: x.launch.py}]',
+    )
+    other = played.file('x.launch.py')
+
+    def included(_request: Message) -> Play:
+        yield process(8, 'other')
+
+    played.does(included, other)
+
+    def event(_request: Message) -> Play:
+        yield {
+            'say': 'include',
+            'ask': 1,
+            'path': str(low),
+            'scope': {
+                'configurations': {},
+                'environment': {},
+                'namespace': None,
+            },
+        }
+
+    _, growing = begun(played, event=event)
+    growth = grown(played, growing, {'do': 'event', 'event': {}})
+    names = [p.name for p in growth.entries if isinstance(p, Process)]
+    assert names == ['echo-2', 'other-3']
+    assert growth.problems == ()
+    assert len(growth.blocks) == 5
+
+
+def test_what_goes_wrong_while_it_runs(played: Played) -> None:
+    def event(_request: Message) -> Play:
+        yield {'say': 'warning', 'text': 'odd', 'hint': None}
+        yield {'say': 'shutdown', 'reason': ''}
+        frames = [{'position': position(played.path, 1, 1)}]
+        return {'error': {'text': 'ValueError: no', 'frames': frames}}
+
+    _, growing = begun(played, event=event)
+    growth = grown(played, growing, {'do': 'event', 'event': {}})
+    warning, _ = growth.entries
+    assert 'odd' in str(warning)
+    (problem,) = growth.problems
+    assert problem.startswith('robot.launch.py:1:1: error: ValueError: no\n')
+
+
+def test_a_host_that_is_lost(played: Played) -> None:
+    def event(_request: Message) -> Play:
+        yield process(2)
+
+    _, growing = begun(played, event=event)
+    growing.ask({'do': 'event', 'event': {}})
+    assert growing.take(played.host.receive()) is None
+    growth = growing.lost('it died')
+    assert (len(growth.entries), growth.problems) == (1, ('it died',))
+    assert growth.handlers == growing.handlers == ()
+    assert not growing.is_busy
+    assert growing.lost('').problems == ()

@@ -1,0 +1,280 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The process that reads launch files in Python, played by a script."""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+import os
+from pathlib import Path
+import select
+import signal
+import subprocess
+import sys
+import time
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.language.evaluation.launch_host import HostError
+from colcon_yamllaunch.language.evaluation.launch_host import HostTimeoutError
+from colcon_yamllaunch.language.evaluation.launch_host import NoHostError
+from colcon_yamllaunch.ros import host_link
+from colcon_yamllaunch.ros.host_link import HostLink
+from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
+import pytest
+
+#: Seconds.
+DEADLINE = 60
+#: What each script begins with.
+PLAYED = """\
+import json, os, signal, subprocess, sys, time
+
+def say(what, **fields):
+    print(json.dumps({'say': what, **fields}), flush=True)
+
+def take():
+    line = sys.stdin.readline()
+    if not line:
+        sys.exit()
+    return json.loads(line)
+
+"""
+ECHO = """\
+say('found', missing=[])
+while True:
+    say('done', id=take()['id'])
+"""
+#: Takes no notice of the end of its input.
+DEAF = """\
+say('found', missing=[])
+child = subprocess.Popen(['sleep', '1000'], start_new_session=True)
+say('child', pid=child.pid)
+while True:
+    time.sleep(1000)
+"""
+
+MakeLink = Callable[..., HostLink]
+
+
+@pytest.fixture
+def link(tmp_path: Path) -> Iterator[MakeLink]:
+    """Make a link to a host that is played by a script, or several."""
+    links = []
+
+    def make(*scripts: str, timeout: float = DEADLINE) -> HostLink:
+        folders = []
+        for number, script in enumerate(scripts):
+            folder = tmp_path / f'python{number}'
+            folder.mkdir()
+            program = folder / 'python3'
+            program.write_text(f'#!{sys.executable} -IS\n{PLAYED}{script}')
+            program.chmod(0o755)
+            folders.append(str(folder))
+        path = ':'.join([*folders, os.environ['PATH']])
+        if not scripts:
+            path = str(tmp_path)
+        links.append(
+            HostLink(
+                {'PATH': path},
+                str(tmp_path),
+                tmp_path / 'launch_files.log',
+                new_identity(),
+                timeout,
+            )
+        )
+        return links[-1]
+
+    yield make
+    for one in links:
+        one.close()
+
+
+def has_ended(pid: int) -> bool:
+    # one that nobody has waited for runs no more
+    return read_process(pid) is None
+
+
+def wait_for_end(*pids: int) -> None:
+    deadline = time.monotonic() + DEADLINE
+    while not all(map(has_ended, pids)):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_messages_go_both_ways(link: MakeLink) -> None:
+    host = link(ECHO)
+    assert host.pid == 0
+    for number in range(3):
+        host.send({'id': number, 'text': 'ä' * 100_000})
+        assert host.receive() == {'say': 'done', 'id': number}
+    pid = host.pid
+    host.close()
+    assert has_ended(pid)
+    assert host.pid == 0
+    with pytest.raises(HostError, match='ended'):
+        host.send({})
+
+
+def test_much_goes_both_ways_at_once(link: MakeLink) -> None:
+    host = link(
+        "say('found', missing=[])\nsay('much', text='x' * 1_000_000)\n" + ECHO
+    )
+    host.send({'id': 1, 'text': 'y' * 1_000_000})
+    assert len(host.receive()['text']) == 1_000_000
+    assert host.receive()['id'] == 1
+
+
+def test_the_next_python_is_taken_where_one_lacks_something(
+    link: MakeLink,
+) -> None:
+    lacks = "say('found', missing=['launch'])\n"
+    host = link(lacks, lacks, ECHO)
+    host.send({'id': 1})
+    host.send({'id': 2})
+    assert [host.receive()['id'], host.receive()['id']] == [1, 2]
+
+
+def test_all_of_them_lack_something(link: MakeLink) -> None:
+    lacks = "say('found', missing=['{}'])\n"
+    # no more are tried
+    host = link(*[lacks.format(name) for name in 'abcd'])
+    host.send({'id': 1})
+    with pytest.raises(NoHostError, match='there is no a'):
+        host.receive()
+    with pytest.raises(NoHostError):
+        host.send({'id': 2})
+
+
+def test_there_is_no_python(link: MakeLink) -> None:
+    host = link()
+    with pytest.raises(NoHostError, match='python3'):
+        host.send({'id': 1})
+
+
+def test_a_host_that_takes_too_long_says_what_it_does(link: MakeLink) -> None:
+    host = link(
+        "say('found', missing=[])\ntake()\ntake()\nsay('other')\n"
+        "say('where', frames=[1])\nsys.stdin.read()",
+        timeout=0.5,
+    )
+    host.send({'id': 1})
+    with pytest.raises(HostTimeoutError, match=r'more than 0\.5 s'):
+        host.receive()
+    pid = host.pid
+    assert host.doing()['frames'] == [1]
+    assert has_ended(pid)
+
+
+def test_a_host_that_says_nothing_is_killed(
+    link: MakeLink, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(host_link, 'PATIENCE', 0.1)
+    host = link(DEAF, timeout=DEADLINE)
+    host.send({'id': 1})
+    child = host.receive()['pid']
+    pid = host.pid
+    assert host.doing() == {}
+    wait_for_end(pid, child)
+
+
+@pytest.mark.parametrize(
+    ('script', 'ending'),
+    [
+        ('sys.exit(3)', 'exited with code 3'),
+        ('os.kill(os.getpid(), signal.SIGSEGV)', 'died by SIGSEGV'),
+        ("os.close(1)\nsys.stdin.read()\nsys.exit('x')", 'exited'),
+    ],
+)
+def test_a_host_that_ends(link: MakeLink, script: str, ending: str) -> None:
+    host = link(f"say('found', missing=[])\nprint('no JSON')\n{script}")
+    with pytest.raises(HostError, match=f'{ending}.*launch_files.log'):
+        host.send({'id': 1})
+        host.receive()
+        host.receive()
+
+
+def test_what_it_prints_as_an_error_is_in_the_log(
+    link: MakeLink, tmp_path: Path
+) -> None:
+    host = link(f"print('hello', file=sys.stderr)\n{ECHO}")
+    host.send({'id': 1})
+    host.receive()
+    assert (tmp_path / 'launch_files.log').read_text() == 'hello\n'
+
+
+def test_polling_does_not_wait(link: MakeLink) -> None:
+    host = link(ECHO)
+    host.send({'id': 1})
+    host.receive()
+    assert host.poll() is None
+    host.send({'id': 2})
+    assert select.select([host.descriptor], [], [], DEADLINE)[0]
+    assert host.poll() == {'say': 'done', 'id': 2}
+    host.entrust()
+    os.kill(host.pid, signal.SIGKILL)
+    assert select.select([host.descriptor], [], [], DEADLINE)[0]
+    assert host.poll() is None
+    assert host.descriptor == -1
+    os.waitpid(host.pid, 0)
+    host.reaped()
+    with pytest.raises(HostError):
+        host.receive()
+
+
+def test_what_runs_in_the_background_outlives_a_release(
+    link: MakeLink,
+) -> None:
+    child = "child = subprocess.Popen(['sleep', '1000'])\n"
+    host = link(f"{child}say('child', pid=child.pid)\n{ECHO}")
+    host.send({'id': 1})
+    child_pid = host.receive()['pid']
+    pid = host.pid
+    host.release()
+    assert has_ended(pid)
+    assert not has_ended(child_pid)
+    host.close()
+    wait_for_end(child_pid)
+
+
+KILLED = """\
+import os, sys
+from pathlib import Path
+from colcon_yamllaunch.ros.host_link import HostLink
+from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
+
+link = HostLink(dict(os.environ), '/', Path('/dev/null'), new_identity(), 1e3)
+link.send({'id': 1})
+print(link.pid, link.receive()['pid'], flush=True)
+link.receive()
+"""
+
+
+def test_it_ends_with_a_launcher_that_is_killed(
+    link: MakeLink, tmp_path: Path
+) -> None:
+    link(DEAF)
+    path = f'{tmp_path}/python0:{os.environ["PATH"]}'
+    with subprocess.Popen(
+        [sys.executable, '-c', KILLED],
+        env={**os.environ, 'PATH': path},
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as launcher:
+        assert launcher.stdout is not None
+        pids = [int(word) for word in launcher.stdout.readline().split()]
+        launcher.kill()
+    wait_for_end(*pids)
+
+
+@pytest.mark.parametrize('text', ['x', '0', '-1', 'nan', 'inf'])
+def test_a_time_limit_that_is_none(text: str) -> None:
+    with pytest.raises(UserError, match='COLCON_LAUNCH_PYTHON_TIMEOUT'):
+        host_link.timeout_of({'COLCON_LAUNCH_PYTHON_TIMEOUT': text})
+
+
+def test_the_time_limit() -> None:
+    name = 'COLCON_LAUNCH_PYTHON_TIMEOUT'
+    assert host_link.timeout_of({}) == 60
+    assert host_link.timeout_of({name: ''}) == 60
+    assert host_link.timeout_of({name: '2.5'}) == 2.5
