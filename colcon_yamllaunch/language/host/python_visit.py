@@ -75,21 +75,14 @@ def ask_host(walk: Walk, request: HostMessage, origin: Span) -> str | None:
     :param request: What it is asked for, without number and scope
     :param origin: What asks for it
     :return: The text of a `value`, if the answer has one
-    :raises LaunchError: when it fails, or there is no host
+    :raises NotTakenOverError: when there is no host, or the host cannot
+    :raises LaunchError: when it fails
     """
-    try:
-        message = _asked(walk, request, origin, origin.position)
-    except NotTakenOverError as e:
-        raise error(
-            "ROS 2's 'launch' is needed for this, and it is not among the "
-            'Python packages of the environment',
-            origin,
-            hint='source a ROS 2 installation that has it',
-        ) from e
+    message = _asked(walk, request, origin, origin.position)
     if 'error' in message:
         raise python_error(walk, message['error'], origin.position)
     if 'refused' in message:
-        raise error(str(message['refused']), origin)
+        raise NotTakenOverError(str(message['refused']))
     if message.get('failed'):
         raise AlreadyReportedError
     value = message.get('value')
@@ -105,7 +98,10 @@ def finish(walk: Walk, path: str) -> None:
     """
     if walk.dialogue is not None and walk.dialogue.goes_on:
         start = Position(path, 1, 1)
-        ask_host(walk, {'do': 'finish'}, start)
+        try:
+            ask_host(walk, {'do': 'finish'}, start)
+        except NotTakenOverError as e:
+            raise error(str(e.reason), start) from e
 
 
 def _asked(
