@@ -126,3 +126,55 @@ What is told, in the order in which a launch is to do it:
         "failed": true
           the launcher told the user of errors itself, in an `include`
 """
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import signal
+import sys
+
+import host_arguments
+from host_channel import Channel
+from host_entries import Entries
+from host_entries import install_logging
+import host_events
+import host_extensions
+import host_timers
+from host_visit import Visitor
+
+#: What has to be there, and is imported only when a launch file does: with
+#: `launch_ros` come the messages of ROS.
+NEEDED = ('launch', 'launch_ros')
+
+
+def main() -> None:
+    """Answer requests until there are no more."""
+    # a handler that does nothing, unlike SIG_IGN, is not for what is started
+    signal.signal(signal.SIGINT, lambda *_: None)
+    if os.getpgid(0) != os.getpid():
+        os.setpgid(0, 0)
+    channel = Channel()
+    missing = [name for name in NEEDED if not importlib.util.find_spec(name)]
+    channel.say('found', missing=missing)
+    if missing:
+        return
+    # launch files are not to find these modules
+    sys.path.pop(0)
+    visitor = Visitor(channel)
+    visitor.packages.install()
+    launch = importlib.import_module('launch')
+    install_logging(visitor)
+    visitor.new_context(launch.LaunchContext())
+    entries = Entries(visitor)
+    entries.install()
+    host_arguments.install(visitor)
+    host_events.install(visitor, entries)
+    host_timers.install(visitor)
+    host_extensions.install(visitor)
+    visitor.run()
+
+
+if __name__ == '__main__':
+    main()

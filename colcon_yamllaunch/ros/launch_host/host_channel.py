@@ -1,0 +1,115 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The lines between the launcher and this program."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import contextlib
+from itertools import count
+import json
+import os
+import queue
+import signal
+import threading
+from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    # as code, this needs 3.9
+    Json = dict[str, Any]
+
+READ_SIZE = 1 << 16
+
+
+class Channel:
+    """
+    Reads lines in a thread of its own, and writes lines.
+
+    The descriptors 0 and 1 are nothing and standard error from then on, for
+    whatever launch files read, print and start. When there is no more to
+    read, this program ends with all that it started, whatever it does then.
+    """
+
+    def __init__(self) -> None:
+        #: Does a request that comes while an answer is waited for.
+        self.serve: Callable[[Json], object] = bool
+        #: Is called before this program ends.
+        self.at_end: Callable[[], object] = bool
+        self._input = os.dup(0)
+        self._output = os.dup(1)
+        nothing = os.open(os.devnull, os.O_RDONLY)
+        os.dup2(nothing, 0)
+        os.close(nothing)
+        os.dup2(2, 1)
+        self._asks = count(1)
+        self._lines: queue.SimpleQueue[Json] = queue.SimpleQueue()
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def say(self, what: str, **fields: object) -> None:
+        """Write a line; end where nobody reads."""
+        data = (json.dumps({'say': what, **fields}) + '\n').encode()
+        try:
+            while data:
+                data = data[os.write(self._output, data) :]
+        except OSError:
+            self._end()
+
+    def take(self) -> Json:
+        """Wait for a line."""
+        return self._lines.get()
+
+    def ask(self, what: str, **fields: object) -> Json:
+        """Write a line and wait for its answer, doing requests meanwhile."""
+        number = next(self._asks)
+        self.say(what, ask=number, **fields)
+        while True:
+            line = self.take()
+            if line.get('answer') == number:
+                return line
+            self.serve(line)
+
+    def _read(self) -> None:
+        rest = b''
+        while True:
+            try:
+                data = os.read(self._input, READ_SIZE)
+            except OSError:
+                data = b''
+            if not data:
+                self._end()
+            *lines, rest = (rest + data).split(b'\n')
+            for line in lines:
+                self._lines.put(json.loads(line))
+
+    def _end(self) -> None:
+        try:
+            self.at_end()
+        finally:
+            for process in _descendants():
+                with contextlib.suppress(OSError):
+                    os.kill(process, signal.SIGKILL)
+            if os.getpgid(0) == os.getpid():
+                os.killpg(0, signal.SIGKILL)
+            os._exit(0)
+
+
+def _descendants() -> list[int]:
+    """Return the processes that this one started, and those that they did."""
+    children: dict[int, list[int]] = {}
+    for name in os.listdir('/proc'):
+        if name.isdigit():
+            try:
+                with open(f'/proc/{name}/stat', 'rb') as file:
+                    fields = file.read().rpartition(b')')[2].split()
+            except OSError:
+                continue
+            children.setdefault(int(fields[1]), []).append(int(name))
+    found: list[int] = []
+    pending = [os.getpid()]
+    while pending:
+        inner = children.get(pending.pop(), [])
+        found += inner
+        pending += inner
+    return found

@@ -1,0 +1,654 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What actions of ROS 2 come to, when they only prepare what would start."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import contextlib
+from functools import wraps
+import importlib
+import logging
+import os
+from pathlib import Path
+import tempfile
+from typing import Any
+from typing import TYPE_CHECKING
+
+from host_errors import Failed
+from host_packages import when_imported
+from host_texts import as_json
+from host_texts import condition_text
+from host_visit import Marker
+
+if TYPE_CHECKING:
+    from host_visit import Visitor
+
+    # as code, this needs 3.9
+    Json = dict[str, Any]
+
+#: The attribute that keeps the `id` of what an action has started.
+ID = '_launch_host_id'
+#: What launch files of ROS 2's other languages end with.
+FRONTENDS = ('.yaml', '.yml', '.xml', '.launch')
+#: What the files with parameters that launch_ros makes are called.
+MADE_FILE = 'launch_params_'
+#: Seconds of ROS 2, where an older `launch` says nothing.
+DEFAULT_TIMEOUT = 5.0
+
+
+class Entries:
+    """
+    Replaces what actions do, once their modules are imported.
+
+    :param visitor: Is told what they come to
+    """
+
+    def __init__(self, visitor: Visitor) -> None:
+        self._visitor = visitor
+        #: Registers what a process does at its end other than a shutdown:
+        #: called with the action, its `id`, and its `on_exit`.
+        self.on_exit: Callable[[Any, int, Any], object] = _ignore
+        #: Called with the action of each process and its `id`.
+        self.on_process: Callable[[Any, int], object] = _ignore
+        #: The parameters of the nodes that are being prepared, by the path of
+        #: the file made for them, or as `-p` rules by None.
+        self._made: dict[str | None, list[Json]] = {}
+        self._files: set[str] = set()
+        visitor.channel.at_end = self._remove_files
+        visitor.forget.append(self._remove_files)
+
+    def install(self) -> None:
+        """Patch what `launch` has now, and launch_ros once it is there."""
+        launch = importlib.import_module('launch')
+        actions = importlib.import_module('launch.actions')
+        local = importlib.import_module('launch.actions.execute_local')
+        self._note_positions(launch.Action)
+        self._replace(local.ExecuteLocal, 'execute', self._execute)
+        self._replace(actions.Shutdown, 'execute', self._shutdown)
+        self._replace(actions.GroupAction, 'execute', self._group)
+        self._replace(
+            actions.IncludeLaunchDescription, 'execute', self._include
+        )
+        self._replace(launch.Condition, 'evaluate', self._evaluate)
+        self._keep_loads()
+        for name, do in (
+            ('launch_ros.ros_adapters', self._patch_adapters),
+            ('launch_ros.actions.node', self._patch_node),
+            (
+                'launch_ros.actions.load_composable_nodes',
+                self._patch_loading,
+            ),
+            (
+                'launch_ros.descriptions.composable_node',
+                self._patch_component,
+            ),
+            ('launch_ros.actions.lifecycle_node', self._patch_lifecycle),
+            ('launch_ros.actions.set_use_sim_time', self._patch_sim_time),
+        ):
+            when_imported(name, do)
+
+    def _replace(
+        self, cls: Any, name: str, by: Callable[..., Any]
+    ) -> Callable[..., Any]:
+        """Replace a method; `by` gets the old one before all else."""
+        old: Callable[..., Any] = getattr(cls, name)
+
+        @wraps(old)
+        def new(*args: Any, **kwargs: Any) -> Any:
+            return by(old, *args, **kwargs)
+
+        setattr(cls, name, new)
+        return old
+
+    def _note_positions(self, cls: Any) -> None:
+        positions = self._visitor.positions
+
+        def init(
+            old: Callable[..., Any], made: Any, *args: Any, **kwargs: Any
+        ) -> None:
+            positions.note(made)
+            old(made, *args, **kwargs)
+
+        self._replace(cls, '__init__', init)
+
+    # processes
+
+    def _execute(
+        self, old: Callable[..., Any], action: Any, context: Any
+    ) -> Any:
+        del old
+        visitor = self._visitor
+        action.prepare(context)
+        if hasattr(action, ID):
+            name = action.process_description.final_name
+            raise RuntimeError(
+                f"ExecuteLocal action '{name}': executed more than once: "
+                f'{action.describe()}'
+            )
+        number = visitor.new_id(action)
+        setattr(action, ID, number)
+        on_exit = _private(action, 'ExecuteLocal', 'on_exit')
+        is_shutdown = _is_shutdown(on_exit)
+        visitor.say(
+            'process',
+            id=number,
+            position=visitor.position(action),
+            on_exit_shutdown=is_shutdown,
+            **self._process(action, context),
+            **self._node(action, context),
+        )
+        self.on_process(action, number)
+        if on_exit is not None and not is_shutdown:
+            self.on_exit(action, number, on_exit)
+        return None
+
+    def _process(self, action: Any, context: Any) -> Json:
+        visitor = self._visitor
+        description = action.process_description
+        configurations = context.launch_configurations
+        emulate_tty = bool(_private(action, 'ExecuteLocal', 'emulate_tty'))
+        if 'emulate_tty' in configurations:
+            conditions = importlib.import_module('launch.conditions')
+            utilities = importlib.import_module('launch.utilities')
+            emulate_tty = conditions.evaluate_condition_expression(
+                context,
+                utilities.normalize_to_list_of_substitutions(
+                    configurations['emulate_tty']
+                ),
+            )
+        retries = _private(action, 'ExecuteLocal', 'respawn_max_retries', -1)
+        argv = [self._word(word) for word in description.final_cmd]
+        return {
+            'program': description.final_name.rpartition('-')[0],
+            'argv': _through_shell(argv) if action.shell else argv,
+            'cwd': description.final_cwd,
+            'environment': visitor.scopes.changes(description.final_env),
+            'output': self._output(_private(action, 'ExecuteLocal', 'output')),
+            'emulate_tty': emulate_tty,
+            'respawn': bool(_private(action, 'ExecuteLocal', 'respawn')),
+            'respawn_delay': float(
+                _private(action, 'ExecuteLocal', 'respawn_delay') or 0.0
+            ),
+            'respawn_max_retries': int(retries),
+            'sigterm_timeout': self._timeout(action, 'sigterm_timeout'),
+            'sigkill_timeout': self._timeout(action, 'sigkill_timeout'),
+        }
+
+    def _timeout(self, action: Any, name: str) -> float:
+        value = _private(action, 'ExecuteLocal', name)
+        if value is None:
+            return DEFAULT_TIMEOUT
+        return float(self._visitor.text_of(value))
+
+    def _output(self, output: Any) -> str:
+        if not isinstance(output, dict):
+            output = self._visitor.text_of(output)
+        log = importlib.import_module('launch.logging')
+        normalize = getattr(log, '_normalize_output_configuration', None)
+        if normalize is not None:
+            # raises ValueError for what is none
+            normalized = normalize(output)
+            if isinstance(output, dict):
+                return nearest_mode(normalized)
+        return output if isinstance(output, str) else 'both'
+
+    def _word(self, word: str) -> Any:
+        """Return a word of a command, or the content of a file made for it."""
+        folder, name = os.path.split(word)
+        if not name.startswith(MADE_FILE) or folder != tempfile.gettempdir():
+            return self._visitor.packages.installed(word)
+        try:
+            with open(word, encoding='utf-8') as file:
+                content = file.read()
+        except OSError:
+            return word
+        self._files.add(word)
+        return {'content': content, 'parameters': self._made.get(word, [])}
+
+    def _remove_files(self) -> None:
+        for path in self._files:
+            with contextlib.suppress(OSError):
+                os.unlink(path)
+        self._files.clear()
+        self._made.clear()
+
+    # nodes
+
+    def _node(self, action: Any, context: Any) -> Json:
+        node: Json = {
+            'package': None,
+            'node': None,
+            'is_container': False,
+            'is_lifecycle': False,
+            'autostart': False,
+            'parameters': [],
+        }
+        if not hasattr(action, 'is_node_name_fully_specified'):
+            return node
+        visitor = self._visitor
+        package = action.node_package
+        if package is not None:
+            node['package'] = visitor.text_of(package)
+        node['node'] = node_name(action)
+        names = {cls.__name__ for cls in type(action).__mro__}
+        node['is_container'] = 'ComposableNodeContainer' in names
+        node['is_lifecycle'] = 'LifecycleNode' in names
+        node['autostart'] = bool(
+            _private(action, 'LifecycleNode', 'autostart', False)
+        )
+        position = visitor.position(action)
+        for one in context.launch_configurations.get('global_params') or ():
+            if isinstance(one, tuple):
+                node['parameters'].append(
+                    {
+                        'name': str(one[0]),
+                        'value': as_json(one[1]),
+                        'position': position,
+                    }
+                )
+        arguments = (
+            _private(action, 'Node', 'expanded_parameter_arguments') or ()
+        )
+        for argument, is_file in arguments:
+            if is_file:
+                node['parameters'] += self._made.get(argument, [])
+            else:
+                node['parameters'] += self._made.get(None, [])
+                self._made.pop(None, None)
+        return node
+
+    def _patch_node(self, module: Any) -> None:
+        self._replace(
+            module.Node, '_create_params_file_from_dict', self._make_file
+        )
+        self._replace(module.Node, '_get_parameter_rule', self._make_rule)
+        self._follow_files(module)
+
+    def _make_file(
+        self, old: Callable[..., Any], action: Any, params: Any
+    ) -> Any:
+        path = old(action, params)
+        self._files.add(path)
+        self._made[path] = list(self._flattened(action, params, ''))
+        return path
+
+    def _make_rule(
+        self, old: Callable[..., Any], action: Any, param: Any, context: Any
+    ) -> Any:
+        rule = old(action, param, context)
+        name, value = param.evaluate(context)
+        self._made.setdefault(None, []).append(
+            self._parameter(action, name, value)
+        )
+        return rule
+
+    def _flattened(self, action: Any, params: Any, prefix: str) -> Any:
+        for name, value in params.items():
+            if isinstance(value, dict):
+                yield from self._flattened(action, value, f'{prefix}{name}.')
+            else:
+                yield self._parameter(action, f'{prefix}{name}', value)
+
+    def _parameter(self, made: Any, name: str, value: Any) -> Json:
+        return {
+            'name': name,
+            'value': as_json(value),
+            'position': self._visitor.positions.of_parameter(made, name),
+        }
+
+    def _follow_files(self, module: Any) -> None:
+        """Let files with parameters be found that are not installed yet."""
+        evaluate = module.evaluate_parameters
+        packages = self._visitor.packages
+
+        @wraps(evaluate)
+        def evaluate_parameters(context: Any, parameters: Any) -> Any:
+            return tuple(
+                Path(packages.source(str(one)))
+                if isinstance(one, Path)
+                else one
+                for one in evaluate(context, parameters)
+            )
+
+        module.evaluate_parameters = evaluate_parameters
+
+    # containers and components
+
+    def _patch_component(self, module: Any) -> None:
+        self._note_positions(module.ComposableNode)
+
+    def _patch_loading(self, module: Any) -> None:
+        self._follow_files(module)
+        request = module.get_composable_node_load_request
+        self._replace(
+            module.LoadComposableNodes,
+            'execute',
+            lambda _, action, context: self._load(action, context, request),
+        )
+
+    def _load(
+        self, action: Any, context: Any, request_for: Callable[..., Any]
+    ) -> None:
+        visitor = self._visitor
+        target = _private(action, 'LoadComposableNodes', 'target_container')
+        if hasattr(target, 'is_node_name_fully_specified'):
+            container = node_name(target) or target.node_name
+        else:
+            container = visitor.text_of(target)
+        if not container.startswith('/'):
+            container = f'/{container}'
+        descriptions = (
+            _private(
+                action,
+                'LoadComposableNodes',
+                'composable_node_descriptions',
+            )
+            or ()
+        )
+        for description in descriptions:
+            request = request_for(description, context)
+            if request is None:
+                continue
+            names = {cls.__name__ for cls in type(description).__mro__}
+            autostart = _private(
+                description, 'ComposableLifecycleNode', 'autostart', False
+            )
+            position = visitor.position(description)
+            visitor.packages.name(request.package_name, position)
+            visitor.say(
+                'component',
+                id=visitor.new_id(description),
+                container=container,
+                package=request.package_name,
+                plugin=request.plugin_name,
+                name=request.node_name,
+                namespace=request.node_namespace,
+                remaps=list(request.remap_rules),
+                parameters=self._messages(description, request.parameters),
+                extra_arguments=self._messages(
+                    description, request.extra_arguments
+                ),
+                is_lifecycle='ComposableLifecycleNode' in names,
+                autostart=bool(autostart),
+                position=position,
+            )
+
+    def _messages(self, made: Any, parameters: Any) -> list[Json]:
+        return [
+            self._parameter(made, one.name, message_value(one.value))
+            for one in parameters
+        ]
+
+    # what needs ROS itself
+
+    def _patch_adapters(self, module: Any) -> None:
+        visitor = self._visitor
+
+        def refuse(*args: Any, **kwargs: Any) -> None:
+            del args, kwargs
+            visitor.refuse('needs the ROS node')
+
+        module.get_ros_node = refuse
+        module.get_ros_adapter = refuse
+
+    def _patch_lifecycle(self, module: Any) -> None:
+        node = importlib.import_module('launch_ros.actions.node')
+
+        def execute(old: Callable[..., Any], action: Any, context: Any) -> Any:
+            del old
+            action._perform_substitutions(context)
+            if node.Node.UNSPECIFIED_NODE_NAME in action.node_name:
+                raise RuntimeError(
+                    'node_name unexpectedly incomplete for lifecycle node'
+                )
+            return node.Node.execute(action, context)
+
+        self._replace(module.LifecycleNode, 'execute', execute)
+
+    def _patch_sim_time(self, module: Any) -> None:
+        def execute(
+            old: Callable[..., Any], action: Any, context: Any
+        ) -> None:
+            del old, context
+            value = action.value
+            if not isinstance(value, bool):
+                text = self._visitor.text_of(value)
+                value = text.strip().lower() in ('true', '1', 'yes', 'on')
+            self._visitor.scopes.uses_sim_time = value
+
+        self._replace(module.SetUseSimTime, 'execute', execute)
+
+    # what others stand in
+
+    def _group(
+        self, old: Callable[..., Any], action: Any, context: Any
+    ) -> list[Any]:
+        visitor = self._visitor
+        title: list[str] = []
+        outer = context.launch_configurations.get('ros_namespace')
+
+        def look() -> None:
+            inner = context.launch_configurations.get('ros_namespace')
+            if inner != outer and inner is not None:
+                title.append(f'namespace {inner}')
+
+        children = list(old(action, context) or ())
+        # the namespace is there until the group's configurations go
+        is_scoped = bool(children) and (
+            type(children[-1]).__name__ == 'PopLaunchConfigurations'
+        )
+        children.insert(len(children) - 2 * is_scoped, Marker(look))
+        return [
+            Marker(
+                lambda: visitor.say(
+                    'begin',
+                    kind='group',
+                    title='',
+                    position=visitor.position(action),
+                )
+            ),
+            *children,
+            Marker(
+                lambda: visitor.say(
+                    'end', **({'title': title[0]} if title else {})
+                )
+            ),
+        ]
+
+    def _include(
+        self, old: Callable[..., Any], action: Any, context: Any
+    ) -> list[Any]:
+        visitor = self._visitor
+        source = action.launch_description_source
+        given = _private(
+            source, 'LaunchDescriptionSource', 'launch_description'
+        )
+        places = _private(source, 'LaunchDescriptionSource', 'location')
+        path = ''
+        if given is None and places is not None:
+            path = visitor.packages.located(visitor.text_of(places))
+        if path and os.path.splitext(path)[1] in FRONTENDS:
+            self._include_frontend(action, context, path)
+            return []
+        if path and os.path.exists(path):
+            name = '_LaunchDescriptionSource__expanded_location'
+            if hasattr(source, name):
+                setattr(source, name, path)
+        children = old(action, context) or []
+        position = visitor.position(action)
+        return [
+            Marker(
+                lambda: visitor.say(
+                    'begin',
+                    kind='file' if path else 'group',
+                    title=path,
+                    position=position,
+                )
+            ),
+            *children,
+            Marker(lambda: visitor.say('end')),
+        ]
+
+    def _include_frontend(self, action: Any, context: Any, path: str) -> None:
+        visitor = self._visitor
+        for name, value in action.launch_arguments:
+            text = visitor.text_of(value)
+            context.launch_configurations[visitor.text_of(name)] = text
+        context._push_locals()
+        answer = visitor.channel.ask(
+            'include',
+            path=path,
+            scope=visitor.scopes.current(),
+            position=visitor.position(action),
+        )
+        context._pop_locals()
+        if answer.get('failed'):
+            raise Failed
+        visitor.scopes.enter(answer.get('scope') or {})
+
+    # what is told at once
+
+    def _shutdown(
+        self, old: Callable[..., Any], action: Any, context: Any
+    ) -> None:
+        del old, context
+        reason = self._visitor.text_of(action.event.reason)
+        self._visitor.say('shutdown', reason=reason)
+
+    def _evaluate(
+        self, old: Callable[..., Any], condition: Any, context: Any
+    ) -> Any:
+        taken = old(condition, context)
+        self._visitor.say(
+            'condition',
+            text=condition_text(condition),
+            taken=bool(taken),
+            position=self._visitor.position(),
+        )
+        return taken
+
+    def _keep_loads(self) -> None:
+        """Tell what is loaded as launch files in Python."""
+        visitor = self._visitor
+        module: Any = importlib.import_module(
+            'launch.launch_description_sources.python_launch_file_utilities'
+        )
+        load = module.load_python_launch_file_as_module
+
+        @wraps(load)
+        def told(path: str) -> Any:
+            visitor.positions.add_file(path)
+            visitor.say('file', path=os.path.abspath(path))
+            return load(path)
+
+        module.load_python_launch_file_as_module = told
+
+
+class MessageHandler(logging.Handler):
+    """Makes messages of what `launch`, and launch files by it, log."""
+
+    def __init__(self, visitor: Visitor) -> None:
+        super().__init__()
+        self._visitor = visitor
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Tell a record."""
+        text = record.getMessage()
+        self._visitor.say('message', level=record.levelname, text=text)
+
+    def setFormatterFor(self, *_: object) -> None:  # noqa: N802 - launch's
+        """Take a format, as the handlers of `launch` do."""
+
+
+def install_logging(visitor: Visitor) -> None:
+    """Let all that is logged by `launch` be told, and nothing be written."""
+    log = importlib.import_module('launch.logging')
+    handler = MessageHandler(visitor)
+    config = log.launch_config
+    config.screen_handler = handler
+    config.get_screen_handler = lambda: handler
+    # the same one: it is added once
+    config.get_log_file_handler = lambda *_: handler
+
+
+def node_name(action: Any) -> str | None:
+    """Return the full name of a node as far as it is known."""
+    name: str = action.node_name
+    if action.UNSPECIFIED_NODE_NAME in name:
+        return None
+    unspecified = action.UNSPECIFIED_NODE_NAMESPACE
+    if name.startswith((unspecified, f'/{unspecified}')):
+        return '/' + name.rpartition('/')[2]
+    return name
+
+
+def message_value(message: Any) -> Any:
+    """Return the value of a message rcl_interfaces/msg/ParameterValue."""
+    fields = (
+        None,
+        'bool_value',
+        'integer_value',
+        'double_value',
+        'string_value',
+        'byte_array_value',
+        'bool_array_value',
+        'integer_array_value',
+        'double_array_value',
+        'string_array_value',
+    )
+    field = fields[message.type] if message.type < len(fields) else None
+    if field == 'byte_array_value':
+        return [value[0] for value in message.byte_array_value]
+    return None if field is None else getattr(message, field)
+
+
+def nearest_mode(destinations: dict[str, set[str]]) -> str:
+    """
+    Return the mode of output that is nearest to the destinations given.
+
+    :param destinations: `screen`, `log`, `own_log` for `both`, `stdout` and
+      `stderr`
+    """
+    both = destinations.get('both', set())
+    stdout = both | destinations.get('stdout', set())
+    stderr = both | destinations.get('stderr', set())
+    if 'screen' in stdout:
+        if 'own_log' in stdout | stderr:
+            return 'full'
+        return 'both' if 'log' in stdout | stderr else 'screen'
+    return 'log' if 'screen' in stderr else 'own_log'
+
+
+def _through_shell(argv: list[Any]) -> list[Any]:
+    # `launch` joins the words without quoting them; the paths of files made
+    # for the process, which are not known yet, are the shell's own arguments
+    files = [word for word in argv if not isinstance(word, str)]
+    words = []
+    for word in argv:
+        is_file = not isinstance(word, str)
+        words.append(f'"${{{files.index(word) + 1}}}"' if is_file else word)
+    shell = ['/bin/sh', '-c', ' '.join(words)]
+    return [*shell, 'sh', *files] if files else shell
+
+
+def _is_shutdown(on_exit: Any) -> bool:
+    """Say whether what is done at the end is to shut down, and no more."""
+    if on_exit is None:
+        return False
+    actions = on_exit if isinstance(on_exit, (list, tuple)) else [on_exit]
+    return bool(actions) and all(
+        type(action).__name__ == 'Shutdown' and action.condition is None
+        for action in actions
+    )
+
+
+def _private(made: Any, cls: str, name: str, otherwise: Any = None) -> Any:
+    """Return what a class keeps to itself, or has under another name."""
+    value = getattr(made, f'_{cls}__{name}', None)
+    return otherwise if value is None else value
+
+
+def _ignore(*args: object) -> None:
+    del args

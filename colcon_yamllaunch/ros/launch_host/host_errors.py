@@ -1,0 +1,162 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What goes wrong in launch files, as their authors see it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import contextlib
+import linecache
+import re
+import traceback
+from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from host_positions import Positions
+
+    # as code, this needs 3.9
+    Json = dict[str, Any]
+
+#: Keeps the entity that was visited, or the position of what went wrong.
+_ENTITY = '_launch_host_entity'
+#: How `launch` says that an included file is not given an argument.
+_MISSING_ARGUMENT = re.compile(
+    r"missing required argument '([^']+)'|"
+    r'[Rr]equired launch argument "([^"]+)"'
+)
+
+
+class Refused(BaseException):
+    """Only `ros2 launch` can run it, with the reason."""
+
+
+class Failed(BaseException):
+    """The launcher has told the user of errors."""
+
+
+class ArgumentError(Exception):
+    """A required launch argument is not given."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"the launch argument '{name}' is not given")
+        self.argument = name
+
+
+def note_entity(error: BaseException, entity: object) -> None:
+    """Note the entity in whose visit an error came up; the first counts."""
+    if not hasattr(error, _ENTITY):
+        with contextlib.suppress(AttributeError):
+            setattr(error, _ENTITY, entity)
+
+
+def described(
+    error: BaseException, positions: Positions, packages: Any
+) -> Json:
+    """
+    Return what the protocol says of an error.
+
+    :param packages: Tells by `missing(error)` which package is not there
+    """
+    entity = getattr(error, _ENTITY, None)
+    error = _inner(error)
+    frames = list(_frames(error, positions))
+    if not frames:
+        noted = entity or getattr(error, _ENTITY, None)
+        frames = [_frame_of(positions.of(noted), '')] if noted else []
+    frames = [frame for frame in frames if frame['position'] is not None]
+    return {
+        'text': _text(error),
+        'hint': None,
+        'frames': frames,
+        'package': packages.missing(error),
+        'argument': _argument(error),
+    }
+
+
+def chain(error: BaseException) -> Iterator[BaseException]:
+    """Iterate over an error and those that led to it."""
+    seen = set()
+    current: BaseException | None = error
+    while current is not None and id(current) not in seen:
+        seen.add(id(current))
+        yield current
+        current = current.__cause__ or current.__context__
+
+
+def _inner(error: BaseException) -> BaseException:
+    """Return the error that `launch` has wrapped, or else the error."""
+    while True:
+        likely = getattr(error, '_likely_errors', None)
+        if not isinstance(likely, list) or not likely:
+            return error
+        # with the ending .py it is read as Python first
+        is_python = getattr(error, '_extension', '') == 'py'
+        error = likely[0 if is_python else -1]
+
+
+def _text(error: BaseException) -> str:
+    if isinstance(error, SyntaxError):
+        return f'{type(error).__name__}: {error.msg}'
+    lines = traceback.format_exception_only(type(error), error)
+    text = ''.join(lines).strip()
+    name, colon, rest = text.partition(':')
+    return f'{name.rpartition(".")[2]}{colon}{rest}'
+
+
+def _argument(error: BaseException) -> str | None:
+    if isinstance(error, ArgumentError):
+        return error.argument
+    match = _MISSING_ARGUMENT.search(str(error))
+    if match is None or type(error) is not RuntimeError:
+        return None
+    return match[1] or match[2]
+
+
+def _frames(error: BaseException, positions: Positions) -> Iterator[Json]:
+    current: TracebackType | None = error.__traceback__
+    while current is not None:
+        code = current.tb_frame.f_code
+        if positions.is_users(code.co_filename):
+            found = positions.in_code(code, current.tb_lasti)
+            line = current.tb_lineno
+            if found is None or found.line != line:
+                yield _frame(code.co_filename, line, 0, None, code.co_name)
+            else:
+                end = found.end_column if found.end_line == line else None
+                yield _frame(
+                    code.co_filename, line, found.column, end, code.co_name
+                )
+        current = current.tb_next
+    if isinstance(error, SyntaxError) and error.filename is not None:
+        yield _frame(
+            error.filename, error.lineno or 1, error.offset or 0, None, ''
+        )
+
+
+def _frame(
+    path: str, line: int, column: int, end: int | None, function: str
+) -> Json:
+    source = linecache.getline(path, line).rstrip()
+    if not column:
+        column = len(source) - len(source.lstrip()) + 1
+        end = len(source) + 1
+    return {
+        'position': [path, line, column],
+        'end_column': end,
+        'function': '' if function == '<module>' else function,
+        'line': source,
+    }
+
+
+def _frame_of(position: list[object] | None, function: str) -> Json:
+    if position is None:
+        return {'position': None}
+    path, line, column = position
+    assert isinstance(path, str)
+    assert isinstance(line, int)
+    assert isinstance(column, int)
+    return _frame(path, line, column, None, function)

@@ -1,0 +1,213 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Packages of ROS that launch files name, and modules that they import."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from collections.abc import Sequence
+from functools import wraps
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec
+from importlib.machinery import PathFinder
+import os
+import sys
+from types import ModuleType
+from typing import Any
+from typing import TYPE_CHECKING
+
+from host_errors import chain
+
+if TYPE_CHECKING:
+    from host_visit import Visitor
+
+
+class _Finder(MetaPathFinder):
+    """Finds modules to which something is done once they are imported."""
+
+    def __init__(self) -> None:
+        self.waiting: dict[str, list[Callable[[Any], object]]] = {}
+
+    def find_spec(
+        self,
+        fullname: str,
+        path: Sequence[str] | None,
+        target: ModuleType | None = None,
+    ) -> ModuleSpec | None:
+        if fullname not in self.waiting:
+            return None
+        spec = PathFinder.find_spec(fullname, path, target)
+        if spec is None or spec.loader is None:
+            return None
+        loader: Any = spec.loader
+        run = loader.exec_module
+
+        def exec_module(module: ModuleType) -> None:
+            run(module)
+            for do in self.waiting.pop(fullname, ()):
+                do(module)
+
+        loader.exec_module = exec_module
+        return spec
+
+
+_finder = _Finder()
+
+
+def when_imported(name: str, do: Callable[[Any], object]) -> None:
+    """Call something with a module, now or once it is imported."""
+    module = sys.modules.get(name)
+    if module is not None:
+        do(module)
+        return
+    if _finder not in sys.meta_path:
+        sys.meta_path.insert(0, _finder)
+    _finder.waiting.setdefault(name, []).append(do)
+
+
+class Packages:
+    """
+    The packages of the workspace, some of which may not be built yet.
+
+    :param visitor: Is told which packages are named
+    """
+
+    def __init__(self, visitor: Visitor) -> None:
+        self._visitor = visitor
+        self._named: set[object] = set()
+        #: The prefix of each package of the workspace.
+        self.prefixes: dict[str, str] = {}
+        self._unbuilt: set[str] = set()
+        #: The files that are read for those that are not installed yet.
+        self._located: dict[str, str | None] = {}
+        #: Where those will be that were found elsewhere.
+        self._installed: dict[str, str] = {}
+
+    def set(self, packages: dict[str, Any]) -> None:
+        """Take note of the packages of the workspace."""
+        self.prefixes = {n: p['prefix'] for n, p in packages.items()}
+        self._unbuilt = {n for n, p in packages.items() if not p['built']}
+        self._located.clear()
+
+    def install(self) -> None:
+        """Let those who look for packages find ours."""
+        when_imported('ament_index_python.packages', self._wrap_index)
+        when_imported(
+            'launch_ros.substitutions.executable_in_package',
+            self._wrap_executable,
+        )
+
+    def name(self, package: str, position: Any = None) -> None:
+        """Tell that a package is named, once for each place."""
+        position = position or self._visitor.position()
+        key = (package, tuple(position or ()))
+        if key not in self._named:
+            self._named.add(key)
+            self._visitor.say('package', name=package, position=position)
+
+    def begin(self) -> None:
+        """Begin to tell anew which packages are named."""
+        self._named.clear()
+
+    def located(self, path: str) -> str:
+        """Return the file to read for one that may not be installed yet."""
+        path = os.path.abspath(path)
+        if os.path.exists(path) or self._owner(path) is None:
+            return path
+        if path not in self._located:
+            answer = self._visitor.channel.ask('locate', path=path)
+            self._located[path] = answer.get('path')
+        return self._located[path] or path
+
+    def source(self, path: str) -> str:
+        """Return the same for a file whose path goes to a process."""
+        found = self.located(path)
+        if found == os.path.abspath(path):
+            return path
+        self._installed[found] = path
+        return found
+
+    def installed(self, path: str) -> str:
+        """Return the path that a file will have for the process."""
+        return self._installed.get(path, path)
+
+    def missing(self, error: BaseException) -> str | None:
+        """Return the package that is missing, or not built, for an error."""
+        for one in chain(error):
+            if type(one).__name__ == 'PackageNotFoundError' and one.args:
+                return str(one.args[0])
+            if isinstance(one, ModuleNotFoundError) and one.name:
+                name = one.name.partition('.')[0]
+                if name in self.prefixes:
+                    return name
+            if isinstance(one, OSError) and isinstance(one.filename, str):
+                owner = self._owner(os.path.abspath(one.filename))
+                if owner is not None:
+                    return owner
+        return None
+
+    def _owner(self, path: str) -> str | None:
+        """Return the package that a path is to be installed by."""
+        parts = path.split(os.sep)
+        for index, name in enumerate(parts):
+            # PREFIX/share/NAME/…, PREFIX/lib/NAME/…
+            prefix = self.prefixes.get(name)
+            if prefix is not None and (
+                prefix == os.sep.join(parts[: index - 1])
+            ):
+                return name
+        found = [
+            name
+            for name, prefix in self.prefixes.items()
+            if path.startswith(prefix + os.sep)
+        ]
+        return found[0] if len(found) == 1 else None
+
+    def _wrap_index(self, module: Any) -> None:
+        packages = self
+        find = module.get_package_prefix
+
+        @wraps(find)
+        def get_package_prefix(package_name: str) -> Any:
+            packages.name(package_name)
+            try:
+                return find(package_name)
+            except LookupError:
+                if package_name in packages.prefixes:
+                    return packages.prefixes[package_name]
+                raise
+
+        module.get_package_prefix = get_package_prefix
+        name = module.__name__.rpartition('.')[0]
+        parent: Any = sys.modules.get(name)
+        if hasattr(parent, 'get_package_prefix'):
+            parent.get_package_prefix = get_package_prefix
+
+    def _wrap_executable(self, module: Any) -> None:
+        packages = self
+        visitor = self._visitor
+        cls = module.ExecutableInPackage
+        perform = cls.perform
+
+        @wraps(perform)
+        def told_perform(self: Any, context: Any) -> Any:
+            package = visitor.text_of(self.package)
+            name = visitor.text_of(self.executable)
+            prefix = packages.prefixes.get(package)
+            try:
+                path = perform(self, context)
+            except Exception:
+                if prefix is None or not name:
+                    raise
+                path = os.path.join(prefix, 'lib', package, name)
+            visitor.say(
+                'executable',
+                package=package,
+                name=name,
+                path=path,
+                position=visitor.position(),
+            )
+            return path
+
+        cls.perform = told_perform

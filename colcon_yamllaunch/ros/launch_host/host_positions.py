@@ -1,0 +1,184 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Where launch files say what they say."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable
+import contextlib
+from itertools import islice
+import linecache
+import os
+import sys
+import sysconfig
+from types import CodeType
+from types import FrameType
+from typing import Any
+from typing import NamedTuple
+
+#: The attribute that keeps the place where an object was made.
+_PLACE = '_launch_host_place'
+#: Folders of packages that are installed; what is in them is not the user's,
+#: unless it is below the prefix of a package of the workspace.
+_INSTALLED = (
+    f'{os.sep}site-packages{os.sep}',
+    f'{os.sep}dist-packages{os.sep}',
+)
+_ROS_PACKAGES = (
+    'launch',
+    'launch_ros',
+    'launch_xml',
+    'launch_yaml',
+    'osrf_pycommon',
+    'ament_index_python',
+)
+
+
+class Place(NamedTuple):
+    """A piece of a file; lines and columns from 1, its end behind it."""
+
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+
+
+class Positions:
+    """Knows where in the user's files things were made."""
+
+    def __init__(self) -> None:
+        #: The launch files in Python.
+        self.files: set[str] = set()
+        #: What stands for all that has no place, such as what YAML says.
+        self.otherwise: list[object] | None = None
+        self._prefixes: tuple[str, ...] = ()
+        self._users: dict[str, bool] = {}
+        self._foreign = (
+            os.path.dirname(os.path.abspath(__file__)) + os.sep,
+            sysconfig.get_path('stdlib') + os.sep,
+            os.path.dirname(os.__file__) + os.sep,
+        )
+        self._trees: dict[str, ast.AST | None] = {}
+
+    def set_prefixes(self, prefixes: Iterable[str]) -> None:
+        """Take note of the prefixes of the packages of the workspace."""
+        self._prefixes = tuple(f'{prefix}{os.sep}' for prefix in prefixes)
+        self._users.clear()
+
+    def add_file(self, path: str) -> None:
+        """Take note of a launch file in Python."""
+        self.files.add(path)
+        self._users[path] = True
+
+    def is_users(self, path: str) -> bool:
+        """Say whether a file is the user's, and no part of ROS or Python."""
+        known = self._users.get(path)
+        if known is None:
+            known = self._users[path] = self._is_users(path)
+        return known
+
+    def _is_users(self, path: str) -> bool:
+        if path in self.files or path.startswith(self._prefixes):
+            return True
+        if not path.endswith('.py') or path.startswith(self._foreign):
+            return False
+        if any(folder in path for folder in _INSTALLED):
+            return False
+        return not any(
+            path.startswith(os.path.dirname(file) + os.sep)
+            for file in (
+                getattr(sys.modules.get(name), '__file__', None)
+                for name in _ROS_PACKAGES
+            )
+            if file is not None
+        )
+
+    def note(self, made: object) -> None:
+        """Note where in the user's files an object is being made."""
+        frame: FrameType | None = sys._getframe(1)
+        while frame is not None:
+            if self.is_users(frame.f_code.co_filename):
+                place = (frame.f_code, frame.f_lasti, frame.f_lineno)
+                with contextlib.suppress(AttributeError):
+                    setattr(made, _PLACE, place)
+                return
+            frame = frame.f_back
+
+    def of(self, made: object) -> list[object] | None:
+        """Return the position of an object, None when it has none."""
+        place = getattr(made, _PLACE, None)
+        if place is None:
+            return self.otherwise
+        code, lasti, line = place
+        found = self.in_code(code, lasti)
+        if found is None:
+            source = linecache.getline(code.co_filename, line)
+            column = len(source) - len(source.lstrip()) + 1
+            return [code.co_filename, line, column]
+        return [code.co_filename, found.line, found.column]
+
+    def of_parameter(self, made: object, name: str) -> list[object] | None:
+        """Return the position of a parameter that an object is made with."""
+        place = getattr(made, _PLACE, None)
+        if place is None:
+            return self.otherwise
+        code, lasti, _ = place
+        call = self.in_code(code, lasti)
+        if call is not None:
+            last = name.rpartition('.')[2]
+            for key in self._keys(code.co_filename):
+                if call.line <= key.lineno <= call.end_line and (
+                    key.value in (name, last)
+                ):
+                    column = _column(
+                        code.co_filename, key.lineno, key.col_offset
+                    )
+                    return [code.co_filename, key.lineno, column]
+        return self.of(made)
+
+    def in_code(self, code: CodeType, lasti: int) -> Place | None:
+        """Return the place of an instruction, where Python knows it."""
+        all_positions: Any = getattr(code, 'co_positions', None)
+        if all_positions is None:
+            return None
+        for found in islice(all_positions(), lasti // 2, None):
+            line, end_line, column, end_column = found
+            if None in found:
+                return None
+            path = code.co_filename
+            return Place(
+                line,
+                _column(path, line, column),
+                end_line,
+                _column(path, end_line, end_column),
+            )
+        return None
+
+    def _keys(self, path: str) -> list[ast.Constant]:
+        """Return the texts that are keys of mappings in a file."""
+        if path not in self._trees:
+            try:
+                source = ''.join(linecache.getlines(path))
+                self._trees[path] = ast.parse(source)
+            except (SyntaxError, ValueError):
+                self._trees[path] = None
+        tree = self._trees[path]
+        if tree is None:
+            return []
+        return [
+            key
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Dict)
+            for key in node.keys
+            if isinstance(key, ast.Constant) and isinstance(key.value, str)
+        ]
+
+
+def _column(path: str, line: int, offset: int) -> int:
+    """Return a column in characters from 1, for an offset in bytes."""
+    source = linecache.getline(path, line)
+    if source.isascii():
+        return offset + 1
+    return len(source.encode()[:offset].decode(errors='replace')) + 1

@@ -1,0 +1,261 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The visit of a launch description, and the requests for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import importlib
+import os
+import sys
+from typing import Any
+from typing import TYPE_CHECKING
+
+from host_errors import ArgumentError
+from host_errors import described
+from host_errors import Failed
+from host_errors import note_entity
+from host_errors import Refused
+from host_packages import Packages
+from host_positions import Positions
+from host_scope import Scopes
+
+if TYPE_CHECKING:
+    from host_channel import Channel
+
+    # as code, this needs 3.9
+    Json = dict[str, Any]
+
+
+class Marker:
+    """
+    Stands among entities for something to be done when its turn comes.
+
+    :param do: What to do
+    """
+
+    def __init__(self, do: Callable[[], object]) -> None:
+        self._do = do
+
+    def visit(self, context: object) -> None:  # noqa: ARG002 - launch calls it
+        """Do it."""
+        self._do()
+
+    def get_asyncio_future(self) -> None:
+        """Return nothing, as it is done at once."""
+
+
+class Visitor:
+    """
+    Visits entities, and tells the launcher what they come to.
+
+    What a request is about, and what replaces the actions of ROS 2, comes
+    from other modules: they put it into `requests`, `before_done` and
+    `forget`, and patch the classes of `launch`.
+    """
+
+    def __init__(self, channel: Channel) -> None:
+        self.channel = channel
+        self.say = channel.say
+        #: The launch context, one for all requests.
+        self.context: Any = None
+        self.scopes: Any = None
+        self.positions = Positions()
+        self.packages = Packages(self)
+        #: Does what a request asks for, by its `do`.
+        self.requests: dict[str, Callable[[Json], object]] = {
+            'start': self._start,
+            'visit': self._visit_file,
+        }
+        #: Called before a `done` without error, such as to tell `handlers`.
+        self.before_done: list[Callable[[], object]] = []
+        #: Called when a new round of evaluation begins.
+        self.forget: list[Callable[[], object]] = []
+        #: Processes and components by their `id`.
+        self.started: dict[int, Any] = {}
+        #: The entity that is being visited.
+        self.entity: Any = None
+        #: The titles of the blocks that are open.
+        self.log_folder: str | None = None
+        self._last_id = 0
+        self._depth = 0
+        self._refusal: str | None = None
+        channel.serve = self.serve
+
+    def run(self) -> None:
+        """Do requests, as long as this program lives."""
+        while True:
+            self.serve(self.channel.take())
+
+    def serve(self, request: Json) -> None:
+        """Do a request and answer it with `done`."""
+        number = request.get('id')
+        entity, otherwise = self.entity, self.positions.otherwise
+        handlers = self._handlers()
+        is_outermost = self._depth == 0
+        if is_outermost:
+            self._refusal = None
+        self._depth += 1
+        try:
+            if 'scope' in request:
+                self.scopes.enter(request['scope'])
+            self.requests[request['do']](request)
+            if self._refusal is not None:
+                raise Refused(self._refusal)
+            for call in self.before_done:
+                call()
+        except Refused as e:
+            self._restore(handlers)
+            self.say('done', id=number, refused=str(e))
+        except Failed:
+            self._restore(handlers)
+            self.say('done', id=number, failed=True)
+        except BaseException as e:  # noqa: BLE001 - anything of the user's
+            self._restore(handlers)
+            if self._refusal is not None:
+                self.say('done', id=number, refused=self._refusal)
+            else:
+                error = described(e, self.positions, self.packages)
+                self.say('done', id=number, error=error)
+        else:
+            scope = self.scopes.current() if self.scopes else {}
+            self.say('done', id=number, scope=scope)
+        finally:
+            self._depth -= 1
+            self.entity, self.positions.otherwise = entity, otherwise
+
+    def visit(self, entity: Any) -> None:
+        """
+        Visit an entity and what comes of it, as `ros2 launch` does.
+
+        :raises Refused: when it needs the loop of `ros2 launch`
+        """
+        outer = self.entity
+        self.entity = entity
+        try:
+            children = entity.visit(self.context)
+            future = entity.get_asyncio_future()
+            if hasattr(future, 'get_loop') and not future.done():
+                self.refuse('goes on in the event loop')
+            children = () if children is None else tuple(children)
+        except Exception as e:
+            note_entity(e, entity)
+            raise
+        finally:
+            self.entity = outer
+        for child in children:
+            self.visit(child)
+
+    def position(self, made: object = None) -> list[object] | None:
+        """Return the position of an object, or of what is being visited."""
+        return self.positions.of(self.entity if made is None else made)
+
+    def new_id(self, started: object) -> int:
+        """Return an `id` for a process, a component or something else."""
+        self._last_id += 1
+        self.started[self._last_id] = started
+        return self._last_id
+
+    def text_of(self, substitutions: Any) -> str:
+        """Return what a text with substitutions, or a plain one, comes to."""
+        utilities = importlib.import_module('launch.utilities')
+        normalized = utilities.normalize_to_list_of_substitutions(
+            substitutions
+        )
+        text = utilities.perform_substitutions(self.context, normalized)
+        assert isinstance(text, str)
+        return text
+
+    def refuse(self, why: str) -> None:
+        """
+        Let the file be run by `ros2 launch`.
+
+        :param why: What the entity that is visited does
+        :raises Refused: always
+        """
+        name = type(self.entity).__name__
+        place = ''
+        position = self.position()
+        if position is not None:
+            file = os.path.basename(str(position[0]))
+            place = f' ({file}:{position[1]})'
+        self._refusal = f"{name}{place} {why} of 'ros2 launch'"
+        raise Refused(self._refusal)
+
+    def _start(self, request: Json) -> None:
+        self.log_folder = request.get('log_folder')
+        packages = request.get('packages') or {}
+        self.packages.set(packages)
+        self.positions.set_prefixes(self.packages.prefixes.values())
+        self.started.clear()
+        for call in self.forget:
+            call()
+
+    def _visit_file(self, request: Json) -> None:
+        path = request['path']
+        configurations = self.context.launch_configurations
+        given = [
+            f'{name}:={value}'
+            for name, value in configurations.items()
+            if isinstance(value, str)
+        ]
+        # launch files look for what was given there
+        sys.argv[:] = ['ros2', 'launch', path, *given]
+        if self._depth == 1:
+            self.packages.begin()
+            self.context._LaunchContext__argv = given
+        sources = importlib.import_module('launch.launch_description_sources')
+        source = sources.PythonLaunchDescriptionSource(path)
+        description = source.get_launch_description(self.context)
+        for argument in description.get_launch_arguments():
+            if argument._conditionally_included:
+                continue
+            if argument.default_value is None and (
+                argument.name not in configurations
+            ):
+                error = ArgumentError(argument.name)
+                note_entity(error, argument)
+                raise error
+        self.within_file(path, description)
+
+    def within_file(self, path: str, description: Any) -> None:
+        """Visit the description of a file; afterwards it is another's turn."""
+        self.context._push_locals()
+        try:
+            path = os.path.abspath(path)
+            self.context.extend_locals(
+                {
+                    'current_launch_file_path': path,
+                    'current_launch_file_directory': os.path.dirname(path),
+                }
+            )
+            self.visit(description)
+        finally:
+            self.context._pop_locals()
+
+    def new_context(self, context: Any) -> None:
+        """Take the context that all requests have."""
+        self.context = context
+        self.scopes = Scopes(context)
+        context._set_asyncio_loop(_Loop(self))
+
+    def _handlers(self) -> Any:
+        if self.context is None:
+            return None
+        return list(self.context._event_handlers)
+
+    def _restore(self, handlers: Any) -> None:
+        if self.context is not None:
+            self.context._event_handlers.clear()
+            self.context._event_handlers.extend(handlers or ())
+
+
+class _Loop:
+    """Stands where the event loop of `ros2 launch` is, which is not there."""
+
+    def __init__(self, visitor: Visitor) -> None:
+        self._visitor = visitor
+
+    def __getattr__(self, name: str) -> Any:
+        self._visitor.refuse('needs the event loop')
