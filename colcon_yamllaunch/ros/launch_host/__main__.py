@@ -33,10 +33,11 @@ SCOPE is what actions leave to those behind them:
 Requests, each answered in order, by any number of messages and then `done`:
 
     {"do": "start", "id": 1, "log_folder": "/…",
-     "packages": {"name": {"prefix": "/ws/install/name", "built": true}}}
-        the first one; the packages of the workspace. It may come again, and
-        begins anew: what was visited before, with its event handlers and
-        calls, is forgotten
+     "packages": {"name": {"prefix": "/ws/install/name", "built": true}},
+     "arguments": ["name:=value"]}
+        the first one; the packages of the workspace. `arguments`, which may
+        be left out, are those of the command line. If it comes again, all
+        that was before is forgotten
     {"do": "visit", "id": 2, "path": "/…/a.launch.py", "scope": SCOPE}
     {"do": "arguments", "id": 3, "path": "/…"}
         answered with {"say": "argument", "name", "default" (text or null),
@@ -129,7 +130,6 @@ What is told, in the order in which a launch is to do it:
 
 from __future__ import annotations
 
-import importlib
 import importlib.util
 import os
 import signal
@@ -156,6 +156,8 @@ def main() -> None:
     if os.getpgid(0) != os.getpid():
         os.setpgid(0, 0)
     channel = Channel()
+    # prints are for a log, each when it is made
+    sys.stdout = os.fdopen(1, 'w', buffering=1, errors='backslashreplace')
     missing = [name for name in NEEDED if not importlib.util.find_spec(name)]
     channel.say('found', missing=missing)
     if missing:
@@ -164,9 +166,7 @@ def main() -> None:
     sys.path.pop(0)
     visitor = Visitor(channel)
     visitor.packages.install()
-    launch = importlib.import_module('launch')
     install_logging(visitor)
-    visitor.new_context(launch.LaunchContext())
     entries = Entries(visitor)
     entries.install()
     host_arguments.install(visitor)

@@ -5,12 +5,12 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 from typing import Any
 from typing import TYPE_CHECKING
 
 from host_texts import as_written
+from host_visit import declared_arguments
 
 if TYPE_CHECKING:
     from host_visit import Visitor
@@ -27,13 +27,17 @@ def install(visitor: Visitor) -> None:
 def _tell_arguments(visitor: Visitor, request: Json) -> None:
     """Tell the arguments of a file and of what it includes."""
     path = request['path']
-    sources = importlib.import_module('launch.launch_description_sources')
-    source = sources.PythonLaunchDescriptionSource(path)
-    description = source.get_launch_description(visitor.context)
-    for argument in description.get_launch_arguments():
+    visitor.positions.otherwise = [path, 1, 1]
+    visitor.reads_frontends = True
+    try:
+        arguments = declared_arguments(visitor.description(path))
+    finally:
+        visitor.reads_frontends = False
+    for argument, includes in arguments:
         default = argument.default_value
         choices = argument.choices
-        position = visitor.positions.of(argument)
+        # one that is declared in YAML or XML has none
+        position = visitor.positions.of(argument, *(includes or ()))
         visitor.say(
             'argument',
             name=argument.name,

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import contextlib
 from functools import wraps
 import importlib
+from importlib.machinery import SourceFileLoader
 import logging
 import os
 from pathlib import Path
@@ -235,9 +236,7 @@ class Entries:
         names = {cls.__name__ for cls in type(action).__mro__}
         node['is_container'] = 'ComposableNodeContainer' in names
         node['is_lifecycle'] = 'LifecycleNode' in names
-        node['autostart'] = bool(
-            _private(action, 'LifecycleNode', 'autostart', False)
-        )
+        node['autostart'] = _autostarts(action, 'LifecycleNode')
         position = visitor.position(action)
         for one in context.launch_configurations.get('global_params') or ():
             if isinstance(one, tuple):
@@ -352,9 +351,6 @@ class Entries:
             if request is None:
                 continue
             names = {cls.__name__ for cls in type(description).__mro__}
-            autostart = _private(
-                description, 'ComposableLifecycleNode', 'autostart', False
-            )
             position = visitor.position(description)
             visitor.packages.name(request.package_name, position)
             visitor.say(
@@ -371,7 +367,7 @@ class Entries:
                     description, request.extra_arguments
                 ),
                 is_lifecycle='ComposableLifecycleNode' in names,
-                autostart=bool(autostart),
+                autostart=_autostarts(description, 'ComposableLifecycleNode'),
                 position=position,
             )
 
@@ -496,17 +492,17 @@ class Entries:
         for name, value in action.launch_arguments:
             text = visitor.text_of(value)
             context.launch_configurations[visitor.text_of(name)] = text
-        context._push_locals()
-        answer = visitor.channel.ask(
+        answer = visitor.ask(
             'include',
             path=path,
             scope=visitor.scopes.current(),
             position=visitor.position(action),
         )
-        context._pop_locals()
         if answer.get('failed'):
             raise Failed
         visitor.scopes.enter(answer.get('scope') or {})
+        # as `launch` has it, also for those behind the include
+        visitor.enter_file(path)
 
     # what is told at once
 
@@ -539,11 +535,44 @@ class Entries:
 
         @wraps(load)
         def told(path: str) -> Any:
-            visitor.positions.add_file(path)
-            visitor.say('file', path=os.path.abspath(path))
-            return load(path)
+            is_python = path.endswith('.py')
+            if is_python:
+                visitor.positions.add_file(path)
+                visitor.say('file', path=os.path.abspath(path))
+            loaded = load(path)
+            if not is_python:
+                visitor.positions.add_file(path)
+                visitor.say('file', path=os.path.abspath(path))
+            return loaded
 
         module.load_python_launch_file_as_module = told
+        module.SourceFileLoader = _Loader
+        sources: Any = importlib.import_module(
+            'launch.launch_description_sources'
+        )
+        for name in ('Any', 'Frontend'):
+            self._replace(
+                getattr(sources, f'{name}LaunchDescriptionSource'),
+                '_get_launch_description',
+                self._describe,
+            )
+
+    def _describe(
+        self, old: Callable[..., Any], source: Any, location: str
+    ) -> Any:
+        """Describe an included file, which may be only for its arguments."""
+        is_ours = os.path.splitext(location)[1] in FRONTENDS
+        if is_ours and not self._visitor.reads_frontends:
+            # the launcher reads it when its turn comes
+            return importlib.import_module('launch').LaunchDescription()
+        return old(source, location)
+
+
+class _Loader(SourceFileLoader):
+    """Leaves no compiled file beside a launch file."""
+
+    def set_data(self, *args: Any, **kwargs: Any) -> None:
+        """Write nothing."""
 
 
 class MessageHandler(logging.Handler):
@@ -556,7 +585,19 @@ class MessageHandler(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Tell a record."""
         text = record.getMessage()
-        self._visitor.say('message', level=record.levelname, text=text)
+        visitor = self._visitor
+        if visitor.positions.is_users(record.pathname) or (
+            record.name == 'launch.user'
+        ):
+            visitor.say('message', level=record.levelname, text=text)
+        elif record.levelno >= logging.ERROR:
+            visitor.logged.append((record.levelname, text))
+        elif record.levelno >= logging.WARNING:
+            visitor.say(
+                'warning', text=text, hint=None, position=visitor.position()
+            )
+        else:
+            visitor.say('message', level=record.levelname, text=text)
 
     def setFormatterFor(self, *_: object) -> None:  # noqa: N802 - launch's
         """Take a format, as the handlers of `launch` do."""
@@ -639,7 +680,8 @@ def _is_shutdown(on_exit: Any) -> bool:
         return False
     actions = on_exit if isinstance(on_exit, (list, tuple)) else [on_exit]
     return bool(actions) and all(
-        type(action).__name__ == 'Shutdown' and action.condition is None
+        type(action).__name__ == 'Shutdown'
+        and getattr(action, 'condition', None) is None
         for action in actions
     )
 
@@ -648,6 +690,14 @@ def _private(made: Any, cls: str, name: str, otherwise: Any = None) -> Any:
     """Return what a class keeps to itself, or has under another name."""
     value = getattr(made, f'_{cls}__{name}', None)
     return otherwise if value is None else value
+
+
+def _autostarts(made: Any, cls: str) -> bool:
+    """Say whether a lifecycle node is activated; from Lyrical on it may be."""
+    value = getattr(made, 'node_autostart', None)
+    if value is None:
+        value = _private(made, cls, 'autostart', False)
+    return str(value).lower() in ('true', '1')
 
 
 def _ignore(*args: object) -> None:

@@ -66,14 +66,18 @@ def described(
     frames = list(_frames(error, positions))
     if not frames:
         noted = entity or getattr(error, _ENTITY, None)
-        frames = [_frame_of(positions.of(noted), '')] if noted else []
+        frames = [_frame_of(positions.of(noted), '')]
     frames = [frame for frame in frames if frame['position'] is not None]
+    argument = _argument(error)
+    package = None
+    if argument is None and not isinstance(error, SyntaxError):
+        package = packages.missing(error)
     return {
         'text': _text(error),
         'hint': None,
         'frames': frames,
-        'package': packages.missing(error),
-        'argument': _argument(error),
+        'package': package,
+        'argument': argument,
     }
 
 
@@ -101,6 +105,9 @@ def _inner(error: BaseException) -> BaseException:
 def _text(error: BaseException) -> str:
     if isinstance(error, SyntaxError):
         return f'{type(error).__name__}: {error.msg}'
+    if isinstance(error, KeyError) and type(error) is not KeyError:
+        # those with a text show it as if it were a key
+        return f'{type(error).__name__}: {error.args[0]}'
     lines = traceback.format_exception_only(type(error), error)
     text = ''.join(lines).strip()
     name, colon, rest = text.partition(':')

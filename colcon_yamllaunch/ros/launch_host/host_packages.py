@@ -16,11 +16,15 @@ import sys
 from types import ModuleType
 from typing import Any
 from typing import TYPE_CHECKING
+import warnings
 
 from host_errors import chain
 
 if TYPE_CHECKING:
     from host_visit import Visitor
+
+#: Keeps the package that an error is about.
+_PACKAGE = '_launch_host_package'
 
 
 class _Finder(MetaPathFinder):
@@ -78,7 +82,8 @@ class Packages:
         self._named: set[object] = set()
         #: The prefix of each package of the workspace.
         self.prefixes: dict[str, str] = {}
-        self._unbuilt: set[str] = set()
+        #: Those whose prefix was told though nothing is there yet.
+        self.future: list[str] = []
         #: The files that are read for those that are not installed yet.
         self._located: dict[str, str | None] = {}
         #: Where those will be that were found elsewhere.
@@ -87,11 +92,12 @@ class Packages:
     def set(self, packages: dict[str, Any]) -> None:
         """Take note of the packages of the workspace."""
         self.prefixes = {n: p['prefix'] for n, p in packages.items()}
-        self._unbuilt = {n for n, p in packages.items() if not p['built']}
         self._located.clear()
 
     def install(self) -> None:
         """Let those who look for packages find ours."""
+        # it says that of those that are not built yet
+        warnings.filterwarnings('ignore', 'Share (directory|path) for ')
         when_imported('ament_index_python.packages', self._wrap_index)
         when_imported(
             'launch_ros.substitutions.executable_in_package',
@@ -100,7 +106,7 @@ class Packages:
 
     def name(self, package: str, position: Any = None) -> None:
         """Tell that a package is named, once for each place."""
-        position = position or self._visitor.position()
+        position = position or self._visitor.here()
         key = (package, tuple(position or ()))
         if key not in self._named:
             self._named.add(key)
@@ -109,6 +115,7 @@ class Packages:
     def begin(self) -> None:
         """Begin to tell anew which packages are named."""
         self._named.clear()
+        self.future.clear()
 
     def located(self, path: str) -> str:
         """Return the file to read for one that may not be installed yet."""
@@ -116,7 +123,7 @@ class Packages:
         if os.path.exists(path) or self._owner(path) is None:
             return path
         if path not in self._located:
-            answer = self._visitor.channel.ask('locate', path=path)
+            answer = self._visitor.ask('locate', path=path)
             self._located[path] = answer.get('path')
         return self._located[path] or path
 
@@ -135,8 +142,9 @@ class Packages:
     def missing(self, error: BaseException) -> str | None:
         """Return the package that is missing, or not built, for an error."""
         for one in chain(error):
-            if type(one).__name__ == 'PackageNotFoundError' and one.args:
-                return str(one.args[0])
+            name = getattr(one, _PACKAGE, None)
+            if isinstance(name, str):
+                return name
             if isinstance(one, ModuleNotFoundError) and one.name:
                 name = one.name.partition('.')[0]
                 if name in self.prefixes:
@@ -145,7 +153,8 @@ class Packages:
                 owner = self._owner(os.path.abspath(one.filename))
                 if owner is not None:
                     return owner
-        return None
+        # with its files it may go well
+        return self.future[0] if self.future else None
 
     def _owner(self, path: str) -> str | None:
         """Return the package that a path is to be installed by."""
@@ -173,9 +182,11 @@ class Packages:
             packages.name(package_name)
             try:
                 return find(package_name)
-            except LookupError:
+            except LookupError as e:
                 if package_name in packages.prefixes:
+                    packages.future.append(package_name)
                     return packages.prefixes[package_name]
+                setattr(e, _PACKAGE, package_name)
                 raise
 
         module.get_package_prefix = get_package_prefix
@@ -206,7 +217,7 @@ class Packages:
                 package=package,
                 name=name,
                 path=path,
-                position=visitor.position(),
+                position=visitor.here(),
             )
             return path
 

@@ -97,21 +97,38 @@ class Positions:
 
     def note(self, made: object) -> None:
         """Note where in the user's files an object is being made."""
-        frame: FrameType | None = sys._getframe(1)
-        while frame is not None:
-            if self.is_users(frame.f_code.co_filename):
-                place = (frame.f_code, frame.f_lasti, frame.f_lineno)
-                with contextlib.suppress(AttributeError):
-                    setattr(made, _PLACE, place)
-                return
-            frame = frame.f_back
+        frame = self._users_frame()
+        if frame is not None:
+            place = (frame.f_code, frame.f_lasti, frame.f_lineno)
+            with contextlib.suppress(AttributeError):
+                setattr(made, _PLACE, place)
 
-    def of(self, made: object) -> list[object] | None:
-        """Return the position of an object, None when it has none."""
-        place = getattr(made, _PLACE, None)
-        if place is None:
-            return self.otherwise
-        code, lasti, line = place
+    def here(self) -> list[object] | None:
+        """Return the position of the user's code that runs, if any does."""
+        frame = self._users_frame()
+        if frame is None:
+            return None
+        return self._position(frame.f_code, frame.f_lasti, frame.f_lineno)
+
+    def _users_frame(self) -> FrameType | None:
+        frame: FrameType | None = sys._getframe(2)
+        while frame is not None and not self.is_users(
+            frame.f_code.co_filename
+        ):
+            frame = frame.f_back
+        return frame
+
+    def of(self, *made: object) -> list[object] | None:
+        """Return the position of the first object that has one, or None."""
+        for one in made:
+            place = getattr(one, _PLACE, None)
+            if place is not None:
+                return self._position(*place)
+        return self.otherwise
+
+    def _position(
+        self, code: CodeType, lasti: int, line: int
+    ) -> list[object] | None:
         found = self.in_code(code, lasti)
         if found is None:
             source = linecache.getline(code.co_filename, line)

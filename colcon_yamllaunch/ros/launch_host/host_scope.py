@@ -64,6 +64,10 @@ class Scopes:
                 wanted[name] = value
         set_environment(wanted)
 
+    def restore(self) -> None:
+        """Let the environment be that of this program again."""
+        set_environment(self._environment)
+
     def current(self) -> Json:
         """Return the scope that the context is in."""
         configurations = self._context.launch_configurations

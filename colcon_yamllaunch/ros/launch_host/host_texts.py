@@ -54,12 +54,12 @@ def _one(substitution: Any) -> str:
 def condition_text(condition: Any) -> str:
     """Return a condition as a launch file in YAML would write it."""
     kind = type(condition).__name__
-    for name, word in (('IfCondition', 'if'), ('UnlessCondition', 'unless')):
-        expression = getattr(condition, f'_{name}__predicate_expression', None)
-        if expression is not None:
-            return f'{word}: {as_written(expression)}'
+    word = 'unless' if kind == 'UnlessCondition' else 'if'
     for cls in type(condition).__mro__:
         start = f'_{cls.__name__}__'
+        expression = getattr(condition, f'{start}predicate_expression', None)
+        if expression is not None:
+            return f'{word}: {as_written(expression)}'
         left = getattr(condition, f'{start}launch_configuration_name', None)
         if left is not None:
             value = getattr(condition, f'{start}expected_value', None)

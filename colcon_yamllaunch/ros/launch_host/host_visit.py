@@ -46,6 +46,12 @@ class Marker:
         """Return nothing, as it is done at once."""
 
 
+def declared_arguments(description: Any) -> list[tuple[Any, Any]]:
+    """Return the arguments that are declared, with the includes of each."""
+    name = 'get_launch_arguments_with_include_launch_description_actions'
+    return list(getattr(description, name)())
+
+
 class Visitor:
     """
     Visits entities, and tells the launcher what they come to.
@@ -57,7 +63,6 @@ class Visitor:
 
     def __init__(self, channel: Channel) -> None:
         self.channel = channel
-        self.say = channel.say
         #: The launch context, one for all requests.
         self.context: Any = None
         self.scopes: Any = None
@@ -76,11 +81,15 @@ class Visitor:
         self.started: dict[int, Any] = {}
         #: The entity that is being visited.
         self.entity: Any = None
-        #: The titles of the blocks that are open.
-        self.log_folder: str | None = None
+        #: What `launch` logged as errors: it raises most of them as well.
+        self.logged: list[tuple[str, str]] = []
         self._last_id = 0
         self._depth = 0
         self._refusal: str | None = None
+        #: What the command line gives, if the launcher says so.
+        self._given: list[str] | None = None
+        #: Whether YAML and XML files are read here, to list their arguments.
+        self.reads_frontends = False
         channel.serve = self.serve
 
     def run(self) -> None:
@@ -125,6 +134,18 @@ class Visitor:
             self._depth -= 1
             self.entity, self.positions.otherwise = entity, otherwise
 
+    def say(self, what: str, **fields: Any) -> None:
+        """Tell something, after what was logged before it."""
+        logged, self.logged = self.logged, []
+        if what != 'done' or 'scope' in fields:
+            for level, text in logged:
+                self.channel.say('message', level=level, text=text)
+        self.channel.say(what, **fields)
+
+    def ask(self, what: str, **fields: Any) -> Json:
+        """Ask the launcher, and do what it asks for before it answers."""
+        return self.channel.ask(what, **fields)
+
     def visit(self, entity: Any) -> None:
         """
         Visit an entity and what comes of it, as `ros2 launch` does.
@@ -150,6 +171,10 @@ class Visitor:
     def position(self, made: object = None) -> list[object] | None:
         """Return the position of an object, or of what is being visited."""
         return self.positions.of(self.entity if made is None else made)
+
+    def here(self) -> list[object] | None:
+        """Return the position of the user's code that runs, or the same."""
+        return self.positions.here() or self.position()
 
     def new_id(self, started: object) -> int:
         """Return an `id` for a process, a component or something else."""
@@ -184,61 +209,101 @@ class Visitor:
         raise Refused(self._refusal)
 
     def _start(self, request: Json) -> None:
-        self.log_folder = request.get('log_folder')
+        log: Any = importlib.import_module('launch.logging')
+        # not by its setter: the folder is made later, or in a look never
+        log.launch_config._log_dir = request.get('log_folder')
+        self._given = request.get('arguments')
         packages = request.get('packages') or {}
         self.packages.set(packages)
         self.positions.set_prefixes(self.packages.prefixes.values())
         self.started.clear()
         for call in self.forget:
             call()
+        self._renew_context()
 
     def _visit_file(self, request: Json) -> None:
         path = request['path']
         configurations = self.context.launch_configurations
-        given = [
-            f'{name}:={value}'
-            for name, value in configurations.items()
-            if isinstance(value, str)
-        ]
-        # launch files look for what was given there
+        self.positions.otherwise = [path, 1, 1]
+        given = self._given
+        if given is None:
+            given = [
+                f'{name}:={value}'
+                for name, value in configurations.items()
+                if isinstance(value, str)
+            ]
+        # some launch files look for what was given there
         sys.argv[:] = ['ros2', 'launch', path, *given]
         if self._depth == 1:
             self.packages.begin()
             self.context._LaunchContext__argv = given
-        sources = importlib.import_module('launch.launch_description_sources')
-        source = sources.PythonLaunchDescriptionSource(path)
-        description = source.get_launch_description(self.context)
-        for argument in description.get_launch_arguments():
+        description = self.description(path)
+        self._check_arguments(description)
+        self.within_file(path, description)
+
+    def _check_arguments(self, description: Any) -> None:
+        """
+        Look for required arguments that nobody gives.
+
+        :raises ArgumentError: for the first of them
+        """
+        given = set(self.context.launch_configurations)
+        for argument, includes in declared_arguments(description):
+            if argument.default_value is not None:
+                continue
             if argument._conditionally_included:
                 continue
-            if argument.default_value is None and (
-                argument.name not in configurations
-            ):
+            for include in includes or ():
+                names = include._try_get_arguments_names_without_context()
+                given.update(names or ())
+            if argument.name not in given:
                 error = ArgumentError(argument.name)
                 note_entity(error, argument)
                 raise error
-        self.within_file(path, description)
+
+    def description(self, path: str) -> Any:
+        """
+        Return the description that a launch file in Python generates.
+
+        :raises TypeError: when it generates another thing
+        """
+        sources = importlib.import_module('launch.launch_description_sources')
+        source = sources.PythonLaunchDescriptionSource(path)
+        description = source.get_launch_description(self.context)
+        if not hasattr(description, 'get_launch_arguments'):
+            raise TypeError(
+                'generate_launch_description() returned '
+                f'{type(description).__name__}, no LaunchDescription'
+            )
+        return description
 
     def within_file(self, path: str, description: Any) -> None:
         """Visit the description of a file; afterwards it is another's turn."""
         self.context._push_locals()
         try:
-            path = os.path.abspath(path)
-            self.context.extend_locals(
-                {
-                    'current_launch_file_path': path,
-                    'current_launch_file_directory': os.path.dirname(path),
-                }
-            )
+            self.enter_file(path)
             self.visit(description)
         finally:
             self.context._pop_locals()
 
-    def new_context(self, context: Any) -> None:
-        """Take the context that all requests have."""
-        self.context = context
-        self.scopes = Scopes(context)
-        context._set_asyncio_loop(_Loop(self))
+    def enter_file(self, path: str) -> None:
+        """Let a file be the one whose turn it is."""
+        path = os.path.abspath(path)
+        self.context.extend_locals(
+            {
+                'current_launch_file_path': path,
+                'current_launch_file_directory': os.path.dirname(path),
+            }
+        )
+
+    def _renew_context(self) -> None:
+        if self.scopes is not None:
+            # it is what the context resets to
+            self.scopes.restore()
+        launch = importlib.import_module('launch')
+        self.context = launch.LaunchContext()
+        self.scopes = Scopes(self.context)
+        self.context._set_asyncio_loop(_Loop(self))
 
     def _handlers(self) -> Any:
         if self.context is None:
