@@ -170,8 +170,8 @@ def main() -> None:
     entries = Entries(visitor)
     entries.install()
     host_arguments.install(visitor)
-    host_events.install(visitor, entries)
-    host_timers.install(visitor)
+    events = host_events.install(visitor, entries)
+    host_timers.install(visitor, entries, events)
     host_extensions.install(visitor)
     visitor.run()
 

@@ -67,7 +67,6 @@ class Entries:
         local = importlib.import_module('launch.actions.execute_local')
         self._note_positions(launch.Action)
         self._replace(local.ExecuteLocal, 'execute', self._execute)
-        self._replace(actions.Shutdown, 'execute', self._shutdown)
         self._replace(actions.GroupAction, 'execute', self._group)
         self._replace(
             actions.IncludeLaunchDescription, 'execute', self._include
@@ -128,6 +127,8 @@ class Entries:
                 f"ExecuteLocal action '{name}': executed more than once: "
                 f'{action.describe()}'
             )
+        if context.is_shutdown:
+            return None
         number = visitor.new_id(action)
         setattr(action, ID, number)
         on_exit = _private(action, 'ExecuteLocal', 'on_exit')
@@ -505,13 +506,6 @@ class Entries:
         visitor.enter_file(path)
 
     # what is told at once
-
-    def _shutdown(
-        self, old: Callable[..., Any], action: Any, context: Any
-    ) -> None:
-        del old, context
-        reason = self._visitor.text_of(action.event.reason)
-        self._visitor.say('shutdown', reason=reason)
 
     def _evaluate(
         self, old: Callable[..., Any], condition: Any, context: Any

@@ -1,17 +1,503 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What launch files do when something happens."""
+"""
+What launch files do when something happens.
+
+Events are handled as `launch.LaunchService` does, by the event handlers of
+launch files and of ROS 2. What it would do to processes and nodes is told to
+the launcher, which tells in turn what happens to them.
+"""
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Callable
+from collections.abc import Iterable
+import importlib
+import signal
+from typing import Any
 from typing import TYPE_CHECKING
+
+from host_handlers import Describer
+from host_handlers import is_a
+from host_handlers import is_about_output
+from host_handlers import OF_HOST
+from host_handlers import TRANSITIONS
 
 if TYPE_CHECKING:
     from host_entries import Entries
     from host_visit import Visitor
 
+    # as code, this needs 3.9
+    Json = dict[str, Any]
 
-def install(visitor: Visitor, entries: Entries) -> None:
+#: The numbers of states in lifecycle_msgs/msg/State.
+STATES = {
+    'unconfigured': 1,
+    'inactive': 2,
+    'active': 3,
+    'finalized': 4,
+    'configuring': 10,
+    'cleaningup': 11,
+    'shuttingdown': 12,
+    'activating': 13,
+    'deactivating': 14,
+    'errorprocessing': 15,
+}
+#: How `launch` keeps what is to be done when an action is done.
+_COMPLETED = '_ExecuteLocal__completed_future'
+
+
+class Future:
+    """Stands for the asyncio future of an action; calls back at once."""
+
+    def __init__(self) -> None:
+        self._callbacks: list[Callable[[Any], object]] = []
+        self._is_done = False
+
+    def done(self) -> bool:
+        """Say whether the action is done."""
+        return self._is_done
+
+    def add_done_callback(self, callback: Callable[[Any], object]) -> None:
+        """Call something once the action is done."""
+        if self._is_done:
+            callback(self)
+        else:
+            self._callbacks.append(callback)
+
+    def set_result(self, _result: object = None) -> None:
+        """Take note that the action is done."""
+        if not self._is_done:
+            self._is_done = True
+            for callback in self._callbacks:
+                callback(self)
+
+
+class Queue:
+    """
+    Stands for the queue of events that the launch context has.
+
+    :param here: Returns the position of what is being done
+    """
+
+    def __init__(self, here: Callable[[], Any]) -> None:
+        #: Takes an event that is not to wait, and says whether it was one.
+        self.take_at_once: Callable[[Any], bool] = bool
+        self._events: deque[tuple[Any, Any]] = deque()
+        self._here = here
+
+    def put_nowait(self, event: Any) -> None:
+        """Add an event."""
+        if not self.take_at_once(event):
+            self._events.append((event, self._here()))
+
+    async def put(self, event: Any) -> None:
+        """Add an event."""
+        self.put_nowait(event)
+
+    def empty(self) -> bool:
+        """Say whether there are no events."""
+        return not self._events
+
+    def take(self) -> tuple[Any, Any]:
+        """Return the first event, and where it was emitted."""
+        return self._events.popleft()
+
+    def copy(self) -> list[tuple[Any, Any]]:
+        """Return the events that there are."""
+        return list(self._events)
+
+    def restore(self, events: Iterable[tuple[Any, Any]]) -> None:
+        """Let the events be others, as :meth:`copy` returned them."""
+        self._events = deque(events)
+
+
+class _Transport:
+    """Stands for what `launch` keeps of a process that was started."""
+
+    def __init__(self, pid: int) -> None:
+        self._pid = pid
+        self.returncode: int | None = None
+
+    def get_pid(self) -> int:
+        """Return the number of the process."""
+        return self._pid
+
+    def get_returncode(self) -> int | None:
+        """Return how it ended, None if it has not."""
+        return self.returncode
+
+
+class Events:
+    """
+    The events of a launch, and what its launch files do about them.
+
+    :param visitor: Visits what handlers return
+    """
+
+    def __init__(self, visitor: Visitor) -> None:
+        self._visitor = visitor
+        self._context = visitor.context
+        self.queue = Queue(visitor.position)
+        self._context._event_queue = self.queue
+        #: The processes that have ended for good.
+        self._over: set[int] = set()
+        #: The ends of the launch that the launcher was told to begin.
+        self._shutdowns: list[Any] = []
+        #: Whether the launcher has told that the launch ends.
+        self._is_ending = False
+        self._has_begun = False
+        #: Where the event that is handled was emitted.
+        self._origin: Any = None
+        self._told: Json | None = None
+        self._kinds = importlib.import_module('launch.events')
+        self._processes = importlib.import_module('launch.events.process')
+        self._handlers = importlib.import_module('launch.event_handlers')
+        self._base = importlib.import_module('launch.event_handler')
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin anew."""
+        self._context._event_handlers.clear()
+        self.queue.restore(())
+        self._over.clear()
+        self._shutdowns.clear()
+        self._follows_lifecycles = False
+        self._told = None
+        register = self._context.register_event_handler
+        # as LaunchService does, so these two come last
+        included = self._handlers.OnIncludeLaunchDescription()
+        setattr(included, OF_HOST, True)
+        register(included)
+        self._on(self._kinds.Shutdown, self._set_shutdown)
+        self._on(self._processes.ShutdownProcess, self._shut_down_process)
+        self._on(self._processes.SignalProcess, self._signal_process)
+
+    # what launch files start
+
+    def add_process(self, action: Any, _number: int) -> None:
+        """Take note of the action of a process."""
+        setattr(action, _COMPLETED, Future())
+        if is_a(action, 'LifecycleNode') and not self._follows_lifecycles:
+            self._follows_lifecycles = True
+            kinds = importlib.import_module('launch_ros.events.lifecycle')
+            self._on(kinds.ChangeState, self._change_state)
+        if getattr(action, '_ExecuteLocal__cached_output', False):
+            self._on(
+                self._processes.ProcessIO,
+                lambda event: self._keep_output(action, event),
+            )
+
+    def add_on_exit(self, action: Any, _number: int, on_exit: Any) -> None:
+        """Register what is to be done when a process ends."""
+        handler = self._handlers.OnProcessExit(
+            target_action=action, on_exit=on_exit
+        )
+        self._visitor.positions.lend(action, handler)
+        self._context.register_event_handler(handler)
+
+    # requests
+
+    def finish(self, _request: Json) -> None:
+        """Handle what was emitted while the launch files were read."""
+        self.handle_all()
+
+    def handle(self, request: Json) -> None:
+        """Handle what happened."""
+        self._has_begun = True
+        event = request['event']
+        do = {
+            'start': self._started,
+            'exit': self._exited,
+            'output': self._wrote,
+            'state': self._changed,
+            'shutdown': self._ended,
+        }[event['type']]
+        try:
+            self.handle_all()
+            do(event)
+        except BaseException:
+            self.tell_handlers()
+            raise
+
+    def tell_handlers(self) -> None:
+        """Tell which event handlers there are, if they are others."""
+        position_of = self._visitor.positions.of
+        started = self._started_processes()
+        describer = Describer(
+            position_of, self._context.launch_configurations, started
+        )
+        # the last one registered comes first
+        handlers = list(reversed(self._context._event_handlers))
+        described = [describer.handler(handler) for handler in handlers]
+        told = {
+            'handlers': [one for one in described if one is not None],
+            'output': [
+                number
+                for number, action in started.items()
+                if number not in self._over
+                and any(
+                    is_about_output(handler, self._output, action)
+                    for handler in handlers
+                )
+            ],
+        }
+        if told != (self._told or {'handlers': [], 'output': []}):
+            self._visitor.say('handlers', **told)
+        self._told = told
+
+    # what happened
+
+    def _started(self, event: Json) -> None:
+        action = self._visitor.started.get(event['process'])
+        if action is None:
+            return
+        details = action.process_details
+        details['pid'] = event['pid']
+        action._subprocess_transport = _Transport(event['pid'])
+        self.queue.put_nowait(self._processes.ProcessStarted(**details))
+        self.handle_all()
+
+    def _exited(self, event: Json) -> None:
+        number, returncode = event['process'], event['returncode']
+        action = self._running().get(number)
+        if action is None:
+            return
+        respawns = event.get('respawns')
+        if respawns is None:
+            is_kept = bool(getattr(action, '_ExecuteLocal__respawn', False))
+            respawns = is_kept and not self._context.is_shutdown
+        details = {'pid': 0, **action.process_details}
+        transport = getattr(action, '_subprocess_transport', None)
+        if transport is not None:
+            transport.returncode = returncode
+        exited = self._processes.ProcessExited(
+            returncode=returncode, **details
+        )
+        self.queue.put_nowait(exited)
+
+        def complete() -> None:
+            if not respawns:
+                self._over.add(number)
+                getattr(action, _COMPLETED).set_result()
+
+        self.handle_all(complete)
+
+    def _wrote(self, event: Json) -> None:
+        action = self._running().get(event['process'])
+        if action is None:
+            return
+        stream = 2 if event['stream'] == 'stderr' else 1
+        text = event['text'].encode(errors='surrogateescape')
+        self.queue.put_nowait(self._output(action, stream, text))
+        self.handle_all()
+
+    def _changed(self, event: Json) -> None:
+        node = event['node']
+        actions = [a for a in self._lifecycles() if a.node_name == node]
+        if not actions:
+            return
+        action = actions[0]
+        messages = importlib.import_module('lifecycle_msgs.msg')
+        lifecycle = importlib.import_module('launch_ros.events.lifecycle')
+        message = messages.TransitionEvent()
+        # rcl_lifecycle leaves the transition empty
+        for state, label in (
+            (message.start_state, event.get('from')),
+            (message.goal_state, event['to']),
+        ):
+            state.label = label or ''
+            state.id = STATES.get(state.label, 0)
+        valid = lifecycle.ChangeState.valid_states
+        name = valid.get(message.goal_state.id)
+        action._LifecycleNode__current_state = name
+        changed = lifecycle.StateTransition(action=action, msg=message)
+        self.queue.put_nowait(changed)
+        self.handle_all()
+
+    def _ended(self, event: Json) -> None:
+        if self._is_ending:
+            return
+        self._is_ending = True
+        asked, self._shutdowns = self._shutdowns, []
+        if event.get('by_sigint') or not asked:
+            # as LaunchService does when it is not a launch file that ends it
+            self._context._set_is_shutdown(True)
+            shutdown = self._kinds.Shutdown(
+                reason=event['reason'],
+                due_to_sigint=bool(event.get('by_sigint')),
+            )
+            asked.insert(0, shutdown)
+        for one in asked:
+            self.queue.put_nowait(one)
+        self.handle_all()
+
+    # the loop of LaunchService
+
+    def handle_all(
+        self, after_first: Callable[[], object] | None = None
+    ) -> None:
+        """
+        Handle the events that there are, and those that these lead to.
+
+        :param after_first: Is called once the first one is handled
+        :raises Exception: the first that a handler raises; the others are
+          handled all the same, and the launch ends, as in ROS 2
+        """
+        error: Exception | None = None
+        while not self.queue.empty():
+            event, self._origin = self.queue.take()
+            try:
+                self._handle(event)
+            except Exception as e:  # noqa: BLE001 - anything of the user's
+                error = error or e
+            if after_first is not None:
+                after_first()
+                after_first = None
+        self._origin = None
+        if error is not None:
+            if self._has_begun and not self._is_ending:
+                self._visitor.say('shutdown', reason=str(error))
+            raise error
+
+    def _handle(self, event: Any) -> None:
+        if isinstance(event, self._kinds.Shutdown) and not self._is_ending:
+            self._shutdowns.append(event)
+            if len(self._shutdowns) == 1:
+                self.tell_shutdown(event)
+            return
+        context = self._context
+        launch = importlib.import_module('launch')
+        for handler in tuple(context._event_handlers):
+            if not handler.matches(event):
+                continue
+            context._push_locals()
+            try:
+                entities = handler.handle(event, context)
+                if not isinstance(entities, Iterable):
+                    entities = (entities,)
+                for entity in entities:
+                    if entity is None:
+                        continue
+                    if not isinstance(entity, launch.LaunchDescriptionEntity):
+                        raise RuntimeError(
+                            'expected a LaunchDescriptionEntity from '
+                            f"event_handler, got '{entity}'"
+                        )
+                    self._visitor.visit(entity)
+            finally:
+                context._pop_locals()
+
+    def tell_shutdown(self, event: Any) -> None:
+        """Tell the launcher to end the launch."""
+        reason = event.reason
+        if not isinstance(reason, str):
+            reason = self._visitor.text_of(reason)
+        self._visitor.say('shutdown', reason=reason)
+
+    # what ROS 2 itself does about events
+
+    def _on(self, kind: Any, do: Callable[[Any], object]) -> None:
+        def handle(event: Any, _context: object) -> None:
+            do(event)
+
+        handler = self._base.BaseEventHandler(
+            matcher=lambda event: isinstance(event, kind)
+        )
+        setattr(handler, OF_HOST, True)
+        handler.handle = handle
+        self._context.register_event_handler(handler)
+
+    def _set_shutdown(self, _event: Any) -> None:
+        self._context._set_is_shutdown(True)
+
+    def _keep_output(self, action: Any, event: Any) -> None:
+        if event.action is action:
+            name = 'stderr' if event.from_stderr else 'stdout'
+            buffer = getattr(action, f'_ExecuteLocal__{name}_buffer')
+            buffer.write(event.text.decode(errors='replace'))
+
+    def _shut_down_process(self, event: Any) -> None:
+        self._tell_signal(event, 0)
+
+    def _signal_process(self, event: Any) -> None:
+        number = event.signal
+        if isinstance(number, str):
+            number = signal.Signals[number]
+        self._tell_signal(event, int(number))
+
+    def _tell_signal(self, event: Any, number: int) -> None:
+        for process, action in self._running().items():
+            if event.process_matcher(action):
+                self._visitor.say(
+                    'signal',
+                    process=process,
+                    signal=number,
+                    position=self._origin,
+                )
+
+    def _change_state(self, event: Any) -> None:
+        transition = TRANSITIONS.get(event.transition_id)
+        for action in self._lifecycles():
+            if not event.lifecycle_node_matcher(action):
+                continue
+            if transition is None:
+                name = event.valid_transitions[event.transition_id]
+                self._visitor.say(
+                    'message',
+                    level='ERROR',
+                    text=f"Failed to make transition '{name}' for "
+                    f"LifecycleNode '{action.node_name}'",
+                )
+                continue
+            self._visitor.say(
+                'change_state',
+                node=action.node_name,
+                transition=transition,
+                position=self._origin,
+            )
+
+    def _running(self) -> dict[int, Any]:
+        """Return the actions of processes that have not ended for good."""
+        started = self._started_processes()
+        return {n: a for n, a in started.items() if n not in self._over}
+
+    def _started_processes(self) -> dict[int, Any]:
+        started = self._visitor.started.items()
+        return {n: a for n, a in started if is_a(a, 'ExecuteLocal')}
+
+    def _lifecycles(self) -> list[Any]:
+        """Return the actions of lifecycle nodes, the last one first."""
+        actions = self._running().values()
+        found = [one for one in actions if is_a(one, 'LifecycleNode')]
+        return found[::-1]
+
+    def _output(self, action: Any, stream: int, text: bytes = b'') -> Any:
+        details = {'pid': 0, **action.process_details}
+        if stream == 2:
+            return self._processes.ProcessStderr(text=text, **details)
+        return self._processes.ProcessStdout(text=text, **details)
+
+
+def install(visitor: Visitor, entries: Entries) -> Events:
     """Let the visitor handle events, and answer requests for them."""
-    del visitor, entries
+    base = importlib.import_module('launch.event_handler').BaseEventHandler
+
+    def init(
+        old: Callable[..., Any], handler: Any, *args: Any, **kwargs: Any
+    ) -> None:
+        visitor.positions.note(handler)
+        visitor.positions.lend(visitor.entity, handler)
+        old(handler, *args, **kwargs)
+
+    entries._replace(base, '__init__', init)
+    events = Events(visitor)
+    entries.on_process = events.add_process
+    entries.on_exit = events.add_on_exit
+    visitor.requests['finish'] = events.finish
+    visitor.requests['event'] = events.handle
+    visitor.before_done.append(events.tell_handlers)
+    visitor.forget.append(events.forget)
+    return events

@@ -103,32 +103,19 @@ class Positions:
             with contextlib.suppress(AttributeError):
                 setattr(made, _PLACE, place)
 
-    def here(self) -> list[object] | None:
-        """Return the position of the user's code that runs, if any does."""
-        frame = self._users_frame()
-        if frame is None:
-            return None
-        return self._position(frame.f_code, frame.f_lasti, frame.f_lineno)
+    def lend(self, other: object, made: object) -> None:
+        """Let an object without a place have that of another one."""
+        place = getattr(other, _PLACE, None)
+        if place is not None and not hasattr(made, _PLACE):
+            with contextlib.suppress(AttributeError):
+                setattr(made, _PLACE, place)
 
-    def _users_frame(self) -> FrameType | None:
-        frame: FrameType | None = sys._getframe(2)
-        while frame is not None and not self.is_users(
-            frame.f_code.co_filename
-        ):
-            frame = frame.f_back
-        return frame
-
-    def of(self, *made: object) -> list[object] | None:
-        """Return the position of the first object that has one, or None."""
-        for one in made:
-            place = getattr(one, _PLACE, None)
-            if place is not None:
-                return self._position(*place)
-        return self.otherwise
-
-    def _position(
-        self, code: CodeType, lasti: int, line: int
-    ) -> list[object] | None:
+    def of(self, made: object) -> list[object] | None:
+        """Return the position of an object, None when it has none."""
+        place = getattr(made, _PLACE, None)
+        if place is None:
+            return self.otherwise
+        code, lasti, line = place
         found = self.in_code(code, lasti)
         if found is None:
             source = linecache.getline(code.co_filename, line)

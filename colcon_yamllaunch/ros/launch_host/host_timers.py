@@ -1,16 +1,307 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What launch files do later."""
+"""
+What launch files do later.
+
+What stands in a timer is visited ahead, in the scope where it stands, as far
+as that comes to the same. The rest is left to its time: the launcher is told
+a number for it, and says when its turn has come.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Sequence
+from contextlib import contextmanager
+import importlib
+from itertools import count
+import linecache
+import os
+from typing import Any
 from typing import TYPE_CHECKING
 
+from host_events import Future
+from host_handlers import Describer
+from host_packages import when_imported
+from host_scope import set_environment
+from host_visit import Marker
+
 if TYPE_CHECKING:
+    from host_entries import Entries
+    from host_events import Events
     from host_visit import Visitor
 
+    # as code, this needs 3.9
+    Json = dict[str, Any]
 
-def install(visitor: Visitor) -> None:
-    """Let timers be told as blocks."""
-    del visitor
+#: Actions of ROS 2 whose time matters.
+_TIMELY = {
+    'OpaqueFunction',
+    'OpaqueCoroutine',
+    'EmitEvent',
+    'RegisterEventHandler',
+    'UnregisterEventHandler',
+    'LifecycleTransition',
+}
+#: What ends a scope that a group began.
+_POPS = {'PopLaunchConfigurations': 0, 'PopEnvironment': 1}
+_PUSHES = {'PushLaunchConfigurations': 0, 'PushEnvironment': 1}
+#: The modules whose actions are known.
+_KNOWN = ('launch.', 'launch_ros.', 'host_')
+
+
+class _Scope:
+    """
+    What actions see where they stand.
+
+    :param context: The launch context, in that scope
+    """
+
+    def __init__(self, context: Any) -> None:
+        self._context = context
+        self._configurations = dict(context.launch_configurations)
+        self._environment = dict(os.environ)
+        self._locals = dict(context.get_locals_as_dict())
+
+    @contextmanager
+    def entered(self) -> Iterator[None]:
+        """Let the context be in it; what is set meanwhile is kept."""
+        context = self._context
+        context._push_locals()
+        context._push_environment()
+        context._push_launch_configurations()
+        try:
+            configurations = context.launch_configurations
+            configurations.clear()
+            configurations.update(self._configurations)
+            set_environment(self._environment)
+            context.extend_locals(self._locals)
+            yield
+            configurations = _changes(
+                self._configurations, context.launch_configurations
+            )
+            variables = _changes(self._environment, os.environ)
+        except BaseException:
+            configurations = variables = {}
+            raise
+        finally:
+            context._pop_launch_configurations()
+            context._pop_environment()
+            context._pop_locals()
+            context.launch_configurations.update(configurations)
+            os.environ.update(variables)
+
+
+class Timers:
+    """
+    What is left to a time that is still to come.
+
+    :param visitor: Visits what stands in timers
+    :param events: Takes what is emitted there
+    """
+
+    def __init__(self, visitor: Visitor, events: Events) -> None:
+        self._visitor = visitor
+        self._events = events
+        self._calls: dict[int, tuple[_Scope, Callable[[], object]]] = {}
+        self._numbers = count(1)
+        #: Whether what is visited stands in a timer.
+        self._is_ahead = False
+        events.queue.take_at_once = self._take_at_once
+
+    def execute(
+        self, _old: Callable[..., Any], timer: Any, context: Any
+    ) -> None:
+        """Tell a timer, in the place of `TimerAction.execute`."""
+        types = importlib.import_module('launch.utilities.type_utils')
+        kinds = importlib.import_module('launch.events')
+        timer._completed_future = done = Future()
+        timer._canceled_future = cancelled = Future()
+        cancelled.add_done_callback(done.set_result)
+        if _is_cancelled(timer):
+            done.set_result()
+            return
+        period = types.perform_typed_substitution(context, timer.period, float)
+        is_dropped = getattr(timer, '_TimerAction__cancel_on_shutdown', True)
+        if not isinstance(is_dropped, bool):
+            is_dropped = types.perform_typed_substitution(
+                context, is_dropped, bool
+            )
+        names = {cls.__name__ for cls in type(timer).__mro__}
+        self._visitor.say(
+            'begin',
+            kind='timer',
+            title=f'{period:g} s',
+            position=self._visitor.position(timer),
+            period=period,
+            cancel_on_shutdown=is_dropped,
+            # without simulated time, that of ROS is the system's
+            on_ros_time='ROSTimer' in names
+            and self._visitor.scopes.uses_sim_time,
+        )
+        actions = list(timer.actions)
+        complete = kinds.ExecutionComplete(action=timer)
+        if self._may_be_cancelled(timer):
+            self._leave(timer, lambda: self._fire(timer, actions), actions)
+        else:
+            self._visit_ahead(actions)
+        if context.would_handle_event(complete):
+            self._leave(timer, done.set_result)
+        self._visitor.say('end')
+
+    def call(self, request: Json) -> None:
+        """Go on with what was left to its time."""
+        self._events.handle_all()
+        scope, do = self._calls.pop(request['number'])
+        with scope.entered():
+            do()
+        self._events.handle_all()
+
+    def forget(self) -> None:
+        """Begin anew."""
+        self._calls.clear()
+
+    def is_put_off(self, siblings: Sequence[Any]) -> bool:
+        """
+        Leave actions to their time, if that of the first one matters.
+
+        :param siblings: The actions that are still to be visited, of a group,
+          file or timer
+        :returns: whether they are done with for now
+        """
+        if not self._is_ahead or not self._needs_its_time(siblings[0]):
+            return False
+        later, now = _split(siblings)
+        self._leave(siblings[0], lambda: self._visit(later), later)
+        for one in now:
+            self._visitor.visit(one)
+        return True
+
+    def _visit_ahead(self, actions: Sequence[Any]) -> None:
+        context = self._visitor.context
+        outer, self._is_ahead = self._is_ahead, True
+        context._push_locals()
+        context._push_environment()
+        context._push_launch_configurations()
+        try:
+            self._visit(actions)
+        finally:
+            context._pop_launch_configurations()
+            context._pop_environment()
+            context._pop_locals()
+            self._is_ahead = outer
+
+    def _visit(self, actions: Sequence[Any]) -> None:
+        for index, action in enumerate(actions):
+            if self.is_put_off(actions[index:]):
+                break
+            self._visitor.visit(action)
+
+    def _fire(self, timer: Any, actions: Sequence[Any]) -> None:
+        if not _is_cancelled(timer):
+            self._visit(actions)
+
+    def _leave(
+        self, action: Any, do: Callable[[], object], actions: Any = None
+    ) -> None:
+        """Leave something to the time when its turn comes."""
+        number = next(self._numbers)
+        self._calls[number] = (_Scope(self._visitor.context), do)
+        describer = Describer(
+            self._visitor.positions.of,
+            self._visitor.context.launch_configurations,
+            {},
+        )
+        lines = describer.actions(actions) or ['see to the timer']
+        self._visitor.say(
+            'call',
+            number=number,
+            title=', '.join(lines),
+            position=self._visitor.position(action),
+        )
+
+    def _needs_its_time(self, entity: Any) -> bool:
+        launch = importlib.import_module('launch')
+        kinds = importlib.import_module('launch.events')
+        if not isinstance(entity, launch.Action):
+            return False
+        if _ends_launch(entity):
+            return False
+        names = {cls.__name__ for cls in type(entity).__mro__}
+        module = f'{type(entity).execute.__module__}.'
+        if names & _TIMELY or not module.startswith(_KNOWN):
+            return True
+        if names & {'ExecuteLocal', 'TimerAction'}:
+            return False
+        event = kinds.ExecutionComplete(action=entity)
+        return bool(self._visitor.context.would_handle_event(event))
+
+    def _take_at_once(self, event: Any) -> bool:
+        kinds = importlib.import_module('launch.events')
+        if self._is_ahead and isinstance(event, kinds.Shutdown):
+            self._events.tell_shutdown(event)
+            return True
+        return False
+
+    def _may_be_cancelled(self, timer: Any) -> bool:
+        """Say whether the file that makes a timer cancels any."""
+        position = self._visitor.position(timer)
+        if position is None:
+            return False
+        lines = linecache.getlines(str(position[0]))
+        return any('.cancel' in line for line in lines)
+
+
+def install(visitor: Visitor, entries: Entries, events: Events) -> None:
+    """Let timers be told as blocks, and what they do goes on later."""
+    actions = importlib.import_module('launch.actions')
+    timers = Timers(visitor, events)
+    entries._replace(actions.TimerAction, 'execute', timers.execute)
+    when_imported(
+        'launch_ros.actions.ros_timer',
+        lambda module: entries._replace(
+            module.ROSTimer, 'execute', timers.execute
+        ),
+    )
+    visitor.requests['call'] = timers.call
+    visitor.is_put_off = timers.is_put_off
+    visitor.forget.append(timers.forget)
+
+
+def _ends_launch(entity: Any) -> bool:
+    """Say whether an action shuts down the launch, and does no more."""
+    kind = type(entity)
+    if not f'{kind.__module__}.'.startswith(_KNOWN):
+        return False
+    return type(getattr(entity, 'event', None)).__name__ == 'Shutdown'
+
+
+def _is_cancelled(timer: Any) -> bool:
+    return bool(getattr(timer, '_TimerAction__canceled', False))
+
+
+def _split(siblings: Sequence[Any]) -> tuple[list[Any], list[Any]]:
+    """Return which siblings are left to their time, and which end a scope."""
+    later: list[Any] = []
+    now: list[Any] = []
+    depths = [0, 0]
+    for one in siblings:
+        name = type(one).__name__
+        if name in _PUSHES:
+            depths[_PUSHES[name]] += 1
+        elif name in _POPS:
+            if not depths[_POPS[name]]:
+                now.append(one)
+                continue
+            depths[_POPS[name]] -= 1
+        if isinstance(one, Marker):
+            now.append(one)
+        else:
+            later.append(one)
+    return later, now
+
+
+def _changes(before: Any, after: Any) -> dict[str, Any]:
+    return {k: v for k, v in after.items() if before.get(k) != v}

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from collections.abc import Sequence
 import importlib
 import os
 import sys
@@ -75,6 +76,8 @@ class Visitor:
         }
         #: Called before a `done` without error, such as to tell `handlers`.
         self.before_done: list[Callable[[], object]] = []
+        #: Says whether siblings are left to a time that is still to come.
+        self.is_put_off: Callable[[Sequence[Any]], bool] = _never
         #: Called when a new round of evaluation begins.
         self.forget: list[Callable[[], object]] = []
         #: Processes and components by their `id`.
@@ -101,7 +104,7 @@ class Visitor:
         """Do a request and answer it with `done`."""
         number = request.get('id')
         entity, otherwise = self.entity, self.positions.otherwise
-        handlers = self._handlers()
+        undo = self._undo(request['do'])
         is_outermost = self._depth == 0
         if is_outermost:
             self._refusal = None
@@ -115,13 +118,13 @@ class Visitor:
             for call in self.before_done:
                 call()
         except Refused as e:
-            self._restore(handlers)
+            undo()
             self.say('done', id=number, refused=str(e))
         except Failed:
-            self._restore(handlers)
+            undo()
             self.say('done', id=number, failed=True)
         except BaseException as e:  # noqa: BLE001 - anything of the user's
-            self._restore(handlers)
+            undo()
             if self._refusal is not None:
                 self.say('done', id=number, refused=self._refusal)
             else:
@@ -165,7 +168,10 @@ class Visitor:
             raise
         finally:
             self.entity = outer
-        for child in children:
+        for index, child in enumerate(children):
+            self.positions.lend(entity, child)
+            if self.is_put_off(children[index:]):
+                break
             self.visit(child)
 
     def position(self, made: object = None) -> list[object] | None:
@@ -305,15 +311,23 @@ class Visitor:
         self.scopes = Scopes(self.context)
         self.context._set_asyncio_loop(_Loop(self))
 
-    def _handlers(self) -> Any:
-        if self.context is None:
-            return None
-        return list(self.context._event_handlers)
+    def _undo(self, do: str) -> Callable[[], None]:
+        """Return what undoes a request, as far as others would notice."""
+        if self.context is None or do in ('event', 'call'):
+            # what happened, happened
+            return _nothing
+        handlers = list(self.context._event_handlers)
+        queue = self.context._event_queue
+        events, last_id = queue.copy(), self._last_id
 
-    def _restore(self, handlers: Any) -> None:
-        if self.context is not None:
+        def undo() -> None:
             self.context._event_handlers.clear()
-            self.context._event_handlers.extend(handlers or ())
+            self.context._event_handlers.extend(handlers)
+            queue.restore(events)
+            for number in [n for n in self.started if n > last_id]:
+                del self.started[number]
+
+        return undo
 
 
 class _Loop:
@@ -324,3 +338,11 @@ class _Loop:
 
     def __getattr__(self, name: str) -> Any:
         self._visitor.refuse('needs the event loop')
+
+
+def _never(_siblings: object) -> bool:
+    return False
+
+
+def _nothing() -> None:
+    pass
