@@ -87,17 +87,16 @@ class Channel:
         try:
             self.at_end()
         finally:
-            for process in _descendants():
+            for process in _started():
                 with contextlib.suppress(OSError):
                     os.kill(process, signal.SIGKILL)
-            if os.getpgid(0) == os.getpid():
-                os.killpg(0, signal.SIGKILL)
             os._exit(0)
 
 
-def _descendants() -> list[int]:
-    """Return the processes that this one started, and those that they did."""
+def _started() -> list[int]:
+    """Return the processes that this one, or one of those, has started."""
     children: dict[int, list[int]] = {}
+    group = []
     for name in os.listdir('/proc'):
         if name.isdigit():
             try:
@@ -106,10 +105,13 @@ def _descendants() -> list[int]:
             except OSError:
                 continue
             children.setdefault(int(fields[1]), []).append(int(name))
-    found: list[int] = []
+            if int(fields[2]) == os.getpid():
+                # whoever started it may have ended
+                group.append(int(name))
     pending = [os.getpid()]
+    found = set(group)
     while pending:
         inner = children.get(pending.pop(), [])
-        found += inner
+        found.update(inner)
         pending += inner
-    return found
+    return sorted(found - {os.getpid()})
