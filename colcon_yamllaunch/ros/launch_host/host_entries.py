@@ -57,6 +57,8 @@ class Entries:
         #: the file made for them, or as `-p` rules by None.
         self._made: dict[str | None, list[Json]] = {}
         self._files: set[str] = set()
+        #: The conditions that were told, and where.
+        self._conditions: set[object] = set()
         visitor.channel.at_end = self._remove_files
         visitor.forget.append(self._remove_files)
 
@@ -215,6 +217,7 @@ class Entries:
                 os.unlink(path)
         self._files.clear()
         self._made.clear()
+        self._conditions.clear()
 
     # nodes
 
@@ -511,12 +514,17 @@ class Entries:
         self, old: Callable[..., Any], condition: Any, context: Any
     ) -> Any:
         taken = old(condition, context)
-        self._visitor.say(
-            'condition',
-            text=condition_text(condition),
-            taken=bool(taken),
-            position=self._visitor.position(),
-        )
+        position = self._visitor.position()
+        # those of components are evaluated twice
+        key = (id(condition), tuple(position or ()))
+        if key not in self._conditions:
+            self._conditions.add(key)
+            self._visitor.say(
+                'condition',
+                text=condition_text(condition),
+                taken=bool(taken),
+                position=position,
+            )
         return taken
 
     def _keep_loads(self) -> None:

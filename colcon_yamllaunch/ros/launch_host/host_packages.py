@@ -179,15 +179,16 @@ class Packages:
 
         @wraps(find)
         def get_package_prefix(package_name: str) -> Any:
-            packages.name(package_name)
             try:
-                return find(package_name)
+                prefix = find(package_name)
             except LookupError as e:
-                if package_name in packages.prefixes:
-                    packages.future.append(package_name)
-                    return packages.prefixes[package_name]
-                setattr(e, _PACKAGE, package_name)
-                raise
+                if package_name not in packages.prefixes:
+                    setattr(e, _PACKAGE, package_name)
+                    raise
+                packages.future.append(package_name)
+                prefix = packages.prefixes[package_name]
+            packages.name(package_name)
+            return prefix
 
         module.get_package_prefix = get_package_prefix
         name = module.__name__.rpartition('.')[0]
