@@ -134,17 +134,17 @@ class Entries:
         number = visitor.new_id(action)
         setattr(action, ID, number)
         on_exit = _private(action, 'ExecuteLocal', 'on_exit')
-        is_shutdown = _is_shutdown(on_exit)
+        shuts_down = is_shutdown(on_exit)
         visitor.say(
             'process',
             id=number,
             position=visitor.position(action),
-            on_exit_shutdown=is_shutdown,
+            on_exit_shutdown=shuts_down,
             **self._process(action, context),
             **self._node(action, context),
         )
         self.on_process(action, number)
-        if on_exit is not None and not is_shutdown:
+        if on_exit is not None and not shuts_down:
             self.on_exit(action, number, on_exit)
         return None
 
@@ -676,14 +676,15 @@ def _through_shell(argv: list[Any]) -> list[Any]:
     return [*shell, 'sh', *files] if files else shell
 
 
-def _is_shutdown(on_exit: Any) -> bool:
+def is_shutdown(on_exit: Any) -> bool:
     """Say whether what is done at the end is to shut down, and no more."""
     if on_exit is None:
         return False
     actions = on_exit if isinstance(on_exit, (list, tuple)) else [on_exit]
     return bool(actions) and all(
-        type(action).__name__ == 'Shutdown'
-        and getattr(action, 'condition', None) is None
+        type(action).__name__ in ('Shutdown', 'EmitEvent')
+        and type(action.event).__name__ == 'Shutdown'
+        and action.condition is None
         for action in actions
     )
 

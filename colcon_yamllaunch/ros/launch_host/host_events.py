@@ -19,6 +19,8 @@ import signal
 from typing import Any
 from typing import TYPE_CHECKING
 
+from host_entries import is_shutdown
+from host_errors import Refused
 from host_handlers import Describer
 from host_handlers import is_a
 from host_handlers import is_about_output
@@ -277,6 +279,7 @@ class Events:
             returncode=returncode, **details
         )
         self.queue.put_nowait(exited)
+        self._note_shutdown(action)
 
         def complete() -> None:
             if not respawns:
@@ -284,6 +287,14 @@ class Events:
                 getattr(action, _COMPLETED).set_result()
 
         self.handle_all(complete)
+
+    def _note_shutdown(self, action: Any) -> None:
+        """Keep the reason for which the end of a process ends the launch."""
+        on_exit: Any = getattr(action, '_ExecuteLocal__on_exit', None)
+        if is_shutdown(on_exit) and not self._is_ending:
+            # one or several
+            actions = getattr(on_exit, '__iter__', lambda: [on_exit])()
+            self._shutdowns += [one.event for one in actions]
 
     def _wrote(self, event: Json) -> None:
         action = self._running().get(event['process'])
@@ -346,12 +357,12 @@ class Events:
         :raises Exception: the first that a handler raises; the others are
           handled all the same, and the launch ends, as in ROS 2
         """
-        error: Exception | None = None
+        error: BaseException | None = None
         while not self.queue.empty():
             event, self._origin = self.queue.take()
             try:
                 self._handle(event)
-            except Exception as e:  # noqa: BLE001 - anything of the user's
+            except (Exception, Refused) as e:  # noqa: BLE001 - anyone's
                 error = error or e
             if after_first is not None:
                 after_first()
@@ -359,14 +370,14 @@ class Events:
         self._origin = None
         if error is not None:
             if self._has_begun and not self._is_ending:
-                self._visitor.say('shutdown', reason=str(error))
+                self._end_for(error)
             raise error
 
     def _handle(self, event: Any) -> None:
         if isinstance(event, self._kinds.Shutdown) and not self._is_ending:
+            # its handlers are called when the launcher says so
             self._shutdowns.append(event)
-            if len(self._shutdowns) == 1:
-                self.tell_shutdown(event)
+            self.tell_shutdown(event)
             return
         context = self._context
         launch = importlib.import_module('launch')
@@ -386,9 +397,21 @@ class Events:
                             'expected a LaunchDescriptionEntity from '
                             f"event_handler, got '{entity}'"
                         )
+                    self._visitor.positions.lend(handler, entity)
                     self._visitor.visit(entity)
             finally:
                 context._pop_locals()
+
+    def _end_for(self, error: BaseException) -> None:
+        # as LaunchService does
+        self._context._set_is_shutdown(True)
+        shutdown = self._kinds.Shutdown(
+            reason=f'Caught exception in launch (see debug for traceback): '
+            f'{error}'
+        )
+        self._shutdowns.append(shutdown)
+        reason = f'a launch file raised {type(error).__name__}'
+        self._visitor.say('shutdown', reason=reason)
 
     def tell_shutdown(self, event: Any) -> None:
         """Tell the launcher to end the launch."""
