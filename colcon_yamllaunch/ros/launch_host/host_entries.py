@@ -78,6 +78,7 @@ class Entries:
         for name, do in (
             ('launch_ros.ros_adapters', self._patch_adapters),
             ('launch_ros.actions.node', self._patch_node),
+            ('launch_ros.parameter_descriptions', self._patch_files),
             (
                 'launch_ros.actions.load_composable_nodes',
                 self._patch_loading,
@@ -267,7 +268,6 @@ class Entries:
             module.Node, '_create_params_file_from_dict', self._make_file
         )
         self._replace(module.Node, '_get_parameter_rule', self._make_rule)
-        self._follow_files(module)
 
     def _make_file(
         self, old: Callable[..., Any], action: Any, params: Any
@@ -301,21 +301,23 @@ class Entries:
             'position': self._visitor.positions.of_parameter(made, name),
         }
 
-    def _follow_files(self, module: Any) -> None:
+    def _patch_files(self, module: Any) -> None:
         """Let files with parameters be found that are not installed yet."""
-        evaluate = module.evaluate_parameters
-        packages = self._visitor.packages
+        visitor = self._visitor
+        name = '_ParameterFile__param_file'
 
-        @wraps(evaluate)
-        def evaluate_parameters(context: Any, parameters: Any) -> Any:
-            return tuple(
-                Path(packages.source(str(one)))
-                if isinstance(one, Path)
-                else one
-                for one in evaluate(context, parameters)
-            )
+        def evaluate(old: Callable[..., Any], file: Any, context: Any) -> Any:
+            path = getattr(file, name, None)
+            if path is not None:
+                if not isinstance(path, (str, os.PathLike)):
+                    path = visitor.text_of(path)
+                path = os.fspath(path)
+                found = visitor.packages.source(path)
+                if found != path:
+                    setattr(file, name, Path(found))
+            return old(file, context)
 
-        module.evaluate_parameters = evaluate_parameters
+        self._replace(module.ParameterFile, 'evaluate', evaluate)
 
     # containers and components
 
@@ -323,7 +325,6 @@ class Entries:
         self._note_positions(module.ComposableNode)
 
     def _patch_loading(self, module: Any) -> None:
-        self._follow_files(module)
         request = module.get_composable_node_load_request
         self._replace(
             module.LoadComposableNodes,

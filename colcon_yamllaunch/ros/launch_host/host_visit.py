@@ -176,7 +176,7 @@ class Visitor:
 
     def position(self, made: object = None) -> list[object] | None:
         """Return the position of an object, or of what is being visited."""
-        return self.positions.of(self.entity if made is None else made)
+        return self.positions.of(made, self.entity)
 
     def here(self) -> list[object] | None:
         """Return the position of the user's code that runs, or the same."""
