@@ -52,7 +52,6 @@ from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
 from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
 from colcon_yamllaunch.runtime.streams.relay import Recorder
 from colcon_yamllaunch.runtime.streams.signals import caught
-from colcon_yamllaunch.runtime.streams.terminals import with_terminals
 
 
 def run_plan(
@@ -117,8 +116,6 @@ def run_plan(
       nobody reads it any more
     """
     stream = sys.stdout if stream is None else stream
-    if tty:
-        plan = with_terminals(plan)
     with ExitStack() as stack:
         signals = stack.enter_context(caught())
         keep_to_ourselves()
@@ -138,6 +135,7 @@ def run_plan(
             adoption,
             buffering,
             None if log_folder is None else log_folder / CLIENT_LOG,
+            tty,
         )
         troubles: list[str] = []
         processes = tuple(plan.processes())
@@ -167,7 +165,7 @@ def run_plan(
             )
             stack.callback(logs.close)
             listeners.append(logs.handle)
-            log_files = logs.combined_files(processes)
+            log_files = logs.combined_files
             record, publish = logs.record, logs.flush
             guard.logs(log_folder / COMMON_LOG, log_files)
 

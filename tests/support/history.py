@@ -28,6 +28,7 @@ class FakeHost:
         self.killed = []
         self.left = []
         self.events = []
+        self.waits = False
 
     def start(self, number, process):
         if process.label in self.refused:
@@ -52,6 +53,9 @@ class FakeHost:
     def is_alive(self, orphan):
         return orphan in self.left
 
+    def is_waiting(self):
+        return self.waits
+
     def tell(self, event):
         self.events.append(event)
 
@@ -64,15 +68,22 @@ class History:
         self.host = FakeHost()
         plan = Plan(entries)
         self.asked = []
-        self.composition = Composition(
-            plan, self.asked.append, self.host.tell, lambda: self.now
-        )
+        self.composition = self.compose(plan)
         self.supervisor = Supervisor(
             plan,
             self.host,
             lambda: self.now,
             self.composition if plan.needs_ros else None,
         )
+
+    def compose(self, plan):
+        return Composition(
+            plan, self.asked.append, self.host.tell, lambda: self.now
+        )
+
+    def extend(self, *entries):
+        self.supervisor.extend(Plan(entries))
+        self.turn()
 
     def turn(self, turns=20):
         for _ in range(turns):

@@ -14,6 +14,8 @@ from collections.abc import Collection
 from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
+from itertools import count
 from typing import NamedTuple
 
 from colcon_yamllaunch.language.plan.plan import Component
@@ -63,7 +65,7 @@ def labels_of(
             for wish, used in zip(wishes, uses, strict=True)
             if wish and used[wish] == 1 and wish not in kept
         )
-        labels.append(next(fitting, thing.name))
+        labels.append(next(fitting, None) or _free(thing.name, taken))
     return labels
 
 
@@ -71,18 +73,20 @@ def with_labels(plan: Plan, taken: Collection[str] = ()) -> Plan:
     """
     Return a plan whose processes and components have their labels.
 
-    :param taken: See :func:`labels_of`
+    :param taken: The labels of what runs already, which stay as they are
     """
     things = [Unlabelled(p.ros_name, p.node_name) for p in plan.processes()]
     things += [Unlabelled(c.label, c.node_name) for c in plan.components()]
     labels = dict(
-        zip(
-            (t.name for t in things),
-            labels_of(things, taken),
-            strict=True,
-        )
+        zip((t.name for t in things), labels_of(things, taken), strict=True)
     )
     return replace(plan, entries=_labelled(plan.entries, labels))
+
+
+def _free(name: str, taken: Collection[str]) -> str:
+    """Return a name, or one like it if something that runs has it."""
+    names = chain([name], (f'{name}-{number}' for number in count(2)))
+    return next(n for n in names if n not in taken)
 
 
 def _last_part(node: str | None) -> str:

@@ -7,16 +7,20 @@ from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping as AbstractMapping
 import shlex
+import signal
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import HostCall
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import SignalProcess
 from colcon_yamllaunch.language.plan.plan import UNLIMITED_RETRIES
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.diagnostics import shown_position
@@ -131,10 +135,30 @@ def _entries(
         elif isinstance(entry, Shutdown):
             reason = f': {entry.reason}' if entry.reason else ''
             yield f'{indent}the launch ends{reason}'
+        elif isinstance(entry, ChangeState):
+            place = shown_position(entry.position, cwd)
+            change = f'{entry.transition} {entry.node}'
+            yield f'{indent}{change}  ({place})'
+        elif isinstance(entry, SignalProcess):
+            place = shown_position(entry.position, cwd)
+            yield f'{indent}{_signal(entry)}  ({place})'
+        elif isinstance(entry, HostCall):
+            place = shown_position(entry.position, cwd)
+            yield f'{indent}call {entry.title}  ({place})'
         else:
             clock = ' on /clock' if entry.on_ros_time else ''
             yield f'{indent}after {entry.period:g} s{clock}:'
             yield from _entries(entry.entries, cwd, indent + _INDENT)
+
+
+def _signal(entry: SignalProcess) -> str:
+    if not entry.signal:
+        return f'stop {entry.process}'
+    try:
+        name = signal.Signals(entry.signal).name
+    except ValueError:
+        name = f'signal {entry.signal}'
+    return f'{name} to {entry.process}'
 
 
 def process_as_text(process: Process, cwd: str) -> Iterator[str]:

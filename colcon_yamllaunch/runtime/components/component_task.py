@@ -35,6 +35,7 @@ class ComponentTask:
     :param is_again: Whether it is to be loaded again once it is unloaded
     :param request: The number of the load or unload that is under way
     :param was_sent: Whether a client that died had been asked to load it
+    :param successor: What it is when it is loaded next, if something else
     """
 
     number: int
@@ -50,6 +51,7 @@ class ComponentTask:
     is_again: bool = False
     request: int | None = None
     was_sent: bool = False
+    successor: Component | None = None
 
     @property
     def label(self) -> str:

@@ -72,6 +72,10 @@ class Composition:
         """
         return self._containers.task(label)
 
+    def is_lifecycle(self, label: str) -> bool:
+        """Tell whether a process or component is a lifecycle node."""
+        return self._lifecycles.of_label(label) is not None
+
     def state(self, label: str) -> str | None:
         """Return the lifecycle state of a process or component, if any."""
         task = self._lifecycles.of_label(label)
@@ -84,6 +88,43 @@ class Composition:
     def seconds(self, task: ComponentTask) -> float:
         """Return for how long a component has been in its phase."""
         return self._containers.seconds(task)
+
+    # what is changed of the plan
+
+    def extend(self, more: Plan) -> None:
+        """Take more processes and components into the plan."""
+        self._lifecycles.extend(more)
+        self._containers.extend(more)
+
+    def replace_process(self, before: Process, process: Process) -> None:
+        """Have a process be another one, while it does not run."""
+        self._lifecycles.drop(before.label)
+        self._containers.drop_process(before)
+        self.extend(Plan((process,)))
+
+    def drop_process(self, process: Process) -> None:
+        """Have a process no more in the plan, which does not run."""
+        self._lifecycles.drop(process.label)
+        self._containers.drop_process(process)
+
+    def replace(self, component: Component) -> None:
+        """
+        Have a component be another one, and load it anew if it was loaded.
+
+        :param component: It has the label of a component of the plan
+        :raises RefusedError: when there is none, or all is being stopped
+        """
+        self._refuse_while_stopping()
+        self._containers.replace(component)
+
+    def drop(self, label: str) -> None:
+        """
+        Unload a component, and forget it then.
+
+        :raises RefusedError: when there is none, or all is being stopped
+        """
+        self._refuse_while_stopping()
+        self._containers.drop(label)
 
     # what clients of the launch ask for
 

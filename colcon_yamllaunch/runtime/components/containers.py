@@ -6,8 +6,10 @@
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from dataclasses import field
+from itertools import count
 from typing import Any
 from typing import Literal
 
@@ -93,21 +95,64 @@ class Containers:
         self._has_processes = False
         self._schedule = Schedule()
         self._patience = Patience(clock)
-        self.tasks = [
-            ComponentTask(n, c, clock(), lifecycles.of_label(c.label))
-            for n, c in enumerate(plan.components())
-        ]
-        self._by_label = {t.label: t for t in self.tasks}
+        self._by_label: dict[str, ComponentTask] = {}
         self._containers: dict[str, _Container] = {}
-        for task in self.tasks:
-            name = task.component.container
-            container = self._containers.setdefault(name, _Container(name))
-            container.tasks.append(task)
-        for process in plan.processes():
-            own = self._containers.get(process.node_name or '')
-            if own is not None:
-                own.providers.append(process)
-                own.courses[process.label] = 'pending'
+        self._numbers = count()
+        # those that are forgotten once they are not loaded any more
+        self._dropped: set[str] = set()
+        self.extend(plan)
+
+    @property
+    def tasks(self) -> list[ComponentTask]:
+        """The components, in the order of the plan."""
+        return list(self._by_label.values())
+
+    def extend(self, more: Plan) -> None:
+        """Take more into the plan."""
+        # any process may turn out to be a container that something is
+        # loaded into later
+        for process in more.processes():
+            if process.node_name is not None:
+                container = self._named(process.node_name)
+                container.providers.append(process)
+                container.courses[process.label] = 'pending'
+        for component in more.components():
+            if component.label in self._by_label:
+                raise ValueError(f'there is a {component.label} already')
+            task = ComponentTask(
+                next(self._numbers),
+                component,
+                self._clock(),
+                self._lifecycles.of_label(component.label),
+            )
+            self._by_label[task.label] = task
+            self._named(component.container).tasks.append(task)
+
+    def replace(self, component: Component) -> None:
+        """Have a component be another one; see `Composition`."""
+        task = self.task(component.label)
+        self._dropped.discard(task.label)
+        task.successor = component
+        if task.is_due and not self._container_of(task).is_gone:
+            with suppress(RefusedError):
+                self.reload(task.label)
+        elif task.unique_id is None:
+            self._succeed(task)
+
+    def drop(self, label: str) -> None:
+        """Unload a component, and forget it then; see `Composition`."""
+        task = self.task(label)
+        self._dropped.add(label)
+        task.is_again = False
+        if task.is_due and task.is_wanted:
+            self._unload(task)
+
+    def drop_process(self, process: Process) -> None:
+        """Forget a process, which does not run."""
+        container = self._provided_by(process)
+        if container is not None:
+            container.providers.remove(process)
+            container.courses.pop(process.label, None)
 
     def task(self, label: str) -> ComponentTask:
         """Return a component; see `Composition.task`."""
@@ -145,11 +190,13 @@ class Containers:
 
     def due(self, component: Component) -> None:
         """Load a component, whose turn has come."""
-        task = self._by_label[component.label]
-        container = self._container_of(task)
+        task = self._by_label.get(component.label)
+        if task is None:
+            # it was dropped before its turn came
+            return
         task.is_due = True
         if task.is_wanted:
-            self._begin(container, task)
+            self._begin(task)
 
     def unload(self, label: str) -> None:
         """Unload a component; see `Composition.unload`."""
@@ -187,7 +234,7 @@ class Containers:
         if task.unique_id is None and task.phase != 'loading':
             task.is_wanted = True
             self._requests.cancel(task.request)
-            self._begin(container, task)
+            self._begin(task)
             return
         task.is_again = True
         self._unload(task)
@@ -199,9 +246,9 @@ class Containers:
         if container is None:
             return
         container.courses[process.label] = 'running'
-        for task in container.tasks:
+        for task in tuple(container.tasks):
             if task.is_due and task.is_wanted and task.unique_id is None:
-                self._begin(container, task)
+                self._begin(task)
 
     def leaves(self, process: Process) -> None:
         """Take into account that a process is asked to end."""
@@ -225,7 +272,8 @@ class Containers:
         container.since = self._clock()
         self._requests.cancel(container.listing)
         container.listing = None
-        self._requests.gone(container=container.name)
+        if container.tasks:
+            self._requests.gone(container=container.name)
         for task in container.tasks:
             if task.is_due:
                 self._went_with(container, task, asked=asked, again=again)
@@ -290,6 +338,7 @@ class Containers:
     def advance(self) -> None:
         """Do what is due, and say which containers do not come."""
         self._schedule.run_due(self._clock())
+        self._forget_dropped()
         for container in self._containers.values():
             waiting = container.open()
             if not waiting:
@@ -310,6 +359,32 @@ class Containers:
         left = max(0.0, due - self._clock())
         return left if wait is None else min(wait, left)
 
+    def _named(self, name: str) -> _Container:
+        return self._containers.setdefault(name, _Container(name))
+
+    def _forget_dropped(self) -> None:
+        for label in tuple(self._dropped):
+            task = self._by_label[label]
+            if task.phase not in ('loading', 'unloading'):
+                self._dropped.remove(label)
+                del self._by_label[label]
+                self._container_of(task).tasks.remove(task)
+                self._lifecycles.drop(label)
+                self._tell(events.Dropped(task.component))
+
+    def _succeed(self, task: ComponentTask) -> None:
+        """Have a component that is not loaded be what comes after it."""
+        component, task.successor = task.successor, None
+        if component is None:
+            return
+        self._container_of(task).tasks.remove(task)
+        task.component = component
+        self._named(component.container).tasks.append(task)
+        self._lifecycles.drop(task.label)
+        self._lifecycles.extend(Plan((component,)))
+        task.lifecycle = self._lifecycles.of_label(task.label)
+        self._tell(events.Planned((component,)))
+
     def _container_of(self, task: ComponentTask) -> _Container:
         return self._containers[task.component.container]
 
@@ -321,8 +396,10 @@ class Containers:
             task.phase = phase
             task.since = self._clock()
 
-    def _begin(self, container: _Container, task: ComponentTask) -> None:
+    def _begin(self, task: ComponentTask) -> None:
         """Have a component loaded as soon as that can be."""
+        self._succeed(task)
+        container = self._container_of(task)
         task.ending = ''
         task.request = None
         task.is_again = False
@@ -384,7 +461,7 @@ class Containers:
         task.is_wanted = again
         self._enter(task, 'unloaded')
         if again:
-            self._begin(self._container_of(task), task)
+            self._begin(task)
 
     def _fail(
         self, task: ComponentTask, reason: str, *, again: bool = False
@@ -452,7 +529,7 @@ class Containers:
         again, task.is_again = task.is_again, False
         if again:
             task.is_wanted = True
-            self._begin(self._container_of(task), task)
+            self._begin(task)
 
     def _went_with(
         self,
@@ -520,7 +597,7 @@ class Containers:
     ) -> None:
         """Take into account what is loaded in a container."""
         left = {unique_id: name for name, unique_id in nodes}
-        for task in container.tasks:
+        for task in tuple(container.tasks):
             if task.unique_id is None:
                 continue
             if left.pop(task.unique_id, None) != task.full_name:

@@ -27,6 +27,7 @@ _STEPS = {
     ('unconfigured', 'inactive'): 'configure',
     ('inactive', 'active'): 'activate',
 }
+_GONE = 'it is no part of the launch any more'
 _OTHER_WISH = 'somebody asked for something else'
 # the states that a transition passes through, and where it ends well
 _REACHED = {
@@ -60,17 +61,33 @@ class Lifecycles:
         self._replies: dict[int, Reply] = {}
         # what waits for a client, by the labels of the nodes
         self._wishes: dict[str, tuple[str, Reply]] = {}
-        owners: list[Process | Component] = [
-            *plan.processes(),
-            *plan.components(),
-        ]
-        self.tasks = [
-            LifecycleTask(owner, owner.node_name, _first_goal(owner))
-            for owner in owners
-            if owner.is_lifecycle
-        ]
-        self._by_label = {t.label: t for t in self.tasks}
+        self._by_label: dict[str, LifecycleTask] = {}
         self._patience = Patience(clock)
+        self.extend(plan)
+
+    @property
+    def tasks(self) -> list[LifecycleTask]:
+        """The nodes, those of processes first, in the order of the plan."""
+        return list(self._by_label.values())
+
+    def extend(self, more: Plan) -> None:
+        """Take more into the plan."""
+        owners: list[Process | Component] = [
+            *more.processes(),
+            *more.components(),
+        ]
+        for owner in owners:
+            if owner.is_lifecycle:
+                self._by_label[owner.label] = LifecycleTask(
+                    owner, owner.node_name, _first_goal(owner)
+                )
+
+    def drop(self, label: str) -> None:
+        """Forget a node, if it is one; it does not run."""
+        task = self._by_label.pop(label, None)
+        if task is not None:
+            self._drop(task, _GONE)
+            self._patience.forget(label)
 
     def of_label(self, label: str) -> LifecycleTask | None:
         """Return the lifecycle node of a process or component, if it is."""

@@ -91,6 +91,17 @@ class RosLink:
         self._unsent = b''
         self._read = b''
 
+    def expect(self, more: Plan, *, is_late: bool) -> None:
+        """
+        Take into account what else is needed from the next start on.
+
+        :param is_late: Whether the launch runs already, and so goes on even
+          if the environment lacks it
+        """
+        needed = dict.fromkeys([*self._packages, *needed_packages(more)])
+        self._packages = list(needed)
+        self.is_found |= is_late
+
     def start(self) -> None:
         """Start the client; it comes up while the caller goes on."""
         self._due = None

@@ -14,11 +14,13 @@ import json
 import os
 from typing import Any
 
-from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGKILL_TIMEOUT
+from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGTERM_TIMEOUT
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.socket_folder import FolderError
 from colcon_yamllaunch.runtime.control.socket_folder import folders
 from colcon_yamllaunch.runtime.control.socket_folder import open_folder
+from colcon_yamllaunch.runtime.core.tasks import Task
 from colcon_yamllaunch.runtime.process.own_files import Place
 
 #: The ending of a record's name.
@@ -27,6 +29,9 @@ SUFFIX = '.json'
 _FLAGS = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
 _LAUNCH = ('title', 'package', 'file', 'folder', 'log_folder')
 _PROCESS = ('label', 'name', 'executable', 'node', 'package', 'log')
+# a process, and its time-outs
+_Known = tuple[dict[str, Any], tuple[float, float]]
+_UNKNOWN: _Known = {}, (DEFAULT_SIGTERM_TIMEOUT, DEFAULT_SIGKILL_TIMEOUT)
 
 
 class LaunchRecord:
@@ -38,6 +43,7 @@ class LaunchRecord:
 
     def __init__(self, identity: str) -> None:
         self._content: dict[str, Any] = {'identity': identity}
+        self._processes: dict[int, _Known] = {}
         self._descriptor = -1
         self._folder = -1
         self._name = f'{os.getpid()}{SUFFIX}'
@@ -46,29 +52,29 @@ class LaunchRecord:
         self,
         environment: Mapping[str, str],
         launch: LaunchState,
-        processes: Iterable[Process],
+        tasks: Iterable[Task],
     ) -> Place | None:
         """
         Write the record, and return where it is.
 
         :param environment: The variables that say where it may be
-        :param processes: The processes of the launch, in the order of theirs
+        :param tasks: The processes of the launch, in the order of its states
         """
-        self._content |= {
-            **{n: getattr(launch, n) for n in _LAUNCH},
-            'processes': [
-                {n: getattr(p, n) for n in _PROCESS} for p in launch.processes
-            ],
-            'timeouts': [
-                (p.sigterm_timeout, p.sigkill_timeout) for p in processes
-            ],
-        }
+        self._content |= {n: getattr(launch, n) for n in _LAUNCH}
+        self._note(launch, tasks)
         for folder in folders(environment):
             # why there is no socket there is said with that
             with suppress(OSError, FolderError):
                 self._folder = open_folder(folder, make=True)
                 return self._make(os.path.abspath(folder / self._name))
         return None
+
+    def note(self, launch: LaunchState, tasks: Iterable[Task]) -> None:
+        """Take note of the processes of the launch."""
+        self._note(launch, tasks)
+        # the launch goes on without it
+        with suppress(OSError):
+            self._write()
 
     def note_parameters(self, place: Place) -> None:
         """Add where the parameter files are."""
@@ -87,6 +93,20 @@ class LaunchRecord:
         if self._descriptor != -1:
             os.close(self._descriptor)
             self._descriptor = -1
+
+    def _note(self, launch: LaunchState, tasks: Iterable[Task]) -> None:
+        # what has no process any more stays as it was
+        for state, task in zip(launch.processes, tasks, strict=True):
+            process = task.process
+            self._processes[task.number] = (
+                {n: getattr(state, n) for n in _PROCESS},
+                (process.sigterm_timeout, process.sigkill_timeout),
+            )
+        known = self._processes
+        numbers = range(max(known, default=-1) + 1)
+        both = [known.get(n, _UNKNOWN) for n in numbers]
+        self._content['processes'] = [process for process, _ in both]
+        self._content['timeouts'] = [timeouts for _, timeouts in both]
 
     def _make(self, path: str) -> Place:
         try:
@@ -107,3 +127,4 @@ class LaunchRecord:
         if self._descriptor != -1:
             data = json.dumps(self._content).encode()
             os.pwrite(self._descriptor, data, 0)
+            os.ftruncate(self._descriptor, len(data))

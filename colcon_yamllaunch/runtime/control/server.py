@@ -16,6 +16,8 @@ from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.control.socket_address import Address
 from colcon_yamllaunch.runtime.control.socket_address import is_own
 from colcon_yamllaunch.runtime.control.socket_folder import FolderError
+from colcon_yamllaunch.runtime.core.events import Event
+from colcon_yamllaunch.runtime.core.events import Planned
 from colcon_yamllaunch.runtime.core.events import Warned
 from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
@@ -39,9 +41,15 @@ def serve(
     :param record: Tells of one whose guard was killed, too
     """
     # before anybody can see the launch
-    processes = [task.process for task in engine.supervisor.tasks]
-    place = record.begin(environment, service.state(), processes)
+    tasks = engine.supervisor.tasks
+    place = record.begin(environment, service.state(), tasks)
     stack.callback(record.end)
+
+    def note(event: Event) -> None:
+        if isinstance(event, Planned):
+            record.note(service.state(), engine.supervisor.tasks)
+
+    engine.listen(note)
     if place is not None:
         guard.record(place)
     try:

@@ -64,9 +64,6 @@ class Service:
         self._about = about
         self._engine = engine
         self._supervisor = engine.supervisor
-        self._composition = composition = engine.composition
-        nodes = [] if composition is None else composition.lifecycle_tasks
-        self._lifecycles = {task.label: task for task in nodes}
         self._terminals = engine.terminals
         self._log_folder = log_folder
         self._log_files = log_files
@@ -177,7 +174,7 @@ class Service:
 
     def _component(self, name: str) -> 'tuple[Composition, str] | None':
         """Return what loads a component, and its label, if it is one."""
-        composition = self._composition
+        composition = self._engine.composition
         if composition is not None:
             for task in composition.tasks:
                 node = task.full_name or task.component.node_name
@@ -194,7 +191,8 @@ class Service:
         if transition not in TRANSITIONS:
             known = ', '.join(TRANSITIONS)
             raise ProtocolError(f"the 'transition' is one of {known}")
-        if self._composition is None:
+        composition = self._engine.composition
+        if composition is None:
             raise RefusedError(f"there is no lifecycle node '{name}'")
 
         def tell(reason: str | None) -> None:
@@ -205,7 +203,7 @@ class Service:
                 else protocol.failure(reason)
             )
 
-        self._composition.change_state(name, transition, tell)
+        composition.change_state(name, transition, tell)
 
     def _may_attach(self, name: str) -> Task:
         """Return a process that somebody may be attached to."""
@@ -239,7 +237,7 @@ class Service:
         )
 
     def _components(self) -> tuple[ComponentState, ...]:
-        composition = self._composition
+        composition = self._engine.composition
         if composition is None:
             return ()
         return tuple(
@@ -269,8 +267,10 @@ class Service:
         )
 
     def _lifecycle_of(self, label: str) -> str | None:
-        task = self._lifecycles.get(label)
-        return None if task is None else task.state or UNKNOWN
+        composition = self._engine.composition
+        if composition is None or not composition.is_lifecycle(label):
+            return None
+        return composition.state(label) or UNKNOWN
 
 
 def _name(message: Mapping[str, Any]) -> str:

@@ -67,6 +67,40 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True)
+class Planned(Event):
+    """
+    More has come to a launch that runs, or something in it is another.
+
+    It is told before anything else of these parts.
+
+    :param parts: Processes and components; one with a label that is known
+      takes the place of what had it
+    """
+
+    parts: tuple[Process | Component, ...]
+
+    def lines(self) -> tuple[str, ...]:
+        # each has a line of its own when it starts
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'planned', 'labels': [p.label for p in self.parts]}
+
+
+@dataclass(frozen=True, slots=True)
+class Dropped(Event):
+    """Something that has ended is no part of the launch any more."""
+
+    process: Process | Component
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return _record('dropped', self.process)
+
+
+@dataclass(frozen=True, slots=True)
 class Started(Event):
     """A process runs."""
 

@@ -24,11 +24,14 @@ from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import is_alive
 from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
 from colcon_yamllaunch.runtime.process.cgroup import CGROUP_VARIABLE
@@ -59,10 +62,12 @@ from colcon_yamllaunch.runtime.streams.signals import received
 from colcon_yamllaunch.runtime.streams.signals import stop_ourselves
 from colcon_yamllaunch.runtime.streams.signals import STOPPING
 from colcon_yamllaunch.runtime.streams.terminals import Terminals
+from colcon_yamllaunch.runtime.streams.terminals import with_terminals
 from colcon_yamllaunch.runtime.streams.watches import Watches
 from colcon_yamllaunch.runtime.streams.writer import Writer
 
 if TYPE_CHECKING:
+    from colcon_yamllaunch.runtime.components.composition import Composition
     from colcon_yamllaunch.runtime.components.ros_link import RosLink
 
 _STREAMS = ('stdout', 'stderr')
@@ -86,6 +91,7 @@ class Settings:
     :param buffering: What lets programs show a line when it ends
     :param client_log: The file for what the process that speaks with ROS
       writes to standard error, if the launch needs one, or None
+    :param tty: Whether each process gets a terminal
     """
 
     identity: str
@@ -96,6 +102,7 @@ class Settings:
     adoption: Adoption
     buffering: LineBuffering
     client_log: Path | None = None
+    tty: bool = False
 
 
 class Engine:
@@ -123,6 +130,8 @@ class Engine:
         publish: Callable[[], bool],
         conditions: ExitConditions,
     ) -> None:
+        if settings.tty:
+            plan = with_terminals(plan)
         self._conditions = conditions
         self._settings = settings
         self._guard = guard
@@ -146,13 +155,13 @@ class Engine:
             self._silence.handle,
         ]
         self._ros = self._ros_link(plan) if plan.needs_ros else None
-        #: The course of what happens in ROS, if anything is to.
-        self.composition = None if self._ros is None else self._ros.composition
+        #: Tell whether the plan may still grow, though nothing runs.
+        self.reasons_to_wait: list[Callable[[], bool]] = []
         #: The course of the launch.
         self.supervisor = Supervisor(
             plan, self, settings.clock, self.composition
         )
-        self._limit = DescriptorLimit(sum(1 for _ in plan.processes()))
+        self._limit = DescriptorLimit(len(self.supervisor.tasks))
         self._session = os.getsid(0)
         # whose output each descriptor has
         self._outputs: dict[int, int] = {}
@@ -165,6 +174,53 @@ class Engine:
         #: Is called with True before Ctrl-Z suspends the launch, and
         #: with False when it goes on.
         self.suspended: Callable[[bool], None] | None = None
+
+    @property
+    def composition(self) -> 'Composition | None':
+        """The course of what happens in ROS, if anything is to."""
+        return None if self._ros is None else self._ros.composition
+
+    def extend(self, entries: Iterable[Entry]) -> None:
+        """
+        Take more into the plan; see `Supervisor.extend`.
+
+        :raises ValueError: when a label is taken
+        """
+        more = Plan(tuple(entries))
+        if self._settings.tty:
+            more = with_terminals(more)
+        if not self.supervisor.is_stopping:
+            self._expect(more)
+        self.supervisor.extend(more)
+
+    def replace(self, part: Process | Component) -> None:
+        """
+        Have a part of the plan be another one, and start or load that anew.
+
+        See `Supervisor.replace` and `Composition.replace`.
+
+        :param part: It has the label of what it takes the place of
+        :raises RefusedError: when there is none, or all is being stopped
+        """
+        more = Plan((part,))
+        if self._settings.tty:
+            more = with_terminals(more)
+        self._expect(more)
+        for process in more.processes():
+            self.supervisor.replace(process)
+        for component in more.components():
+            self._composition_of(component.label).replace(component)
+
+    def drop(self, label: str) -> None:
+        """
+        Stop or unload a part of the plan, and forget it then.
+
+        :raises RefusedError: when there is none, or all is being stopped
+        """
+        if any(t.process.label == label for t in self.supervisor.tasks):
+            self.supervisor.drop(label)
+        else:
+            self._composition_of(label).drop(label)
 
     def start_client(self) -> None:
         """Start the ROS client if one is needed; it comes up meanwhile."""
@@ -294,6 +350,10 @@ class Engine:
         """Tell whether a process still runs."""
         return is_alive(orphan.pid, orphan.birth)
 
+    def is_waiting(self) -> bool:
+        """Tell whether the plan may still grow, though nothing runs."""
+        return any(waits() for waits in self.reasons_to_wait)
+
     def listen(self, listener: events.Listener) -> None:
         """Have somebody else told, too, after all others."""
         self._listeners.append(listener)
@@ -353,11 +413,9 @@ class Engine:
         # few launches need it
         from colcon_yamllaunch.runtime.components.ros_link import RosLink
 
-        # as if it was the process after the last one
-        number = sum(1 for _ in plan.processes())
-
         def start(argv: list[str], streams: tuple[int, int, int]) -> int:
             environment = dict(self._settings.environment)
+            number = self.supervisor.client_number
             group = self._spawn_in(number, argv, environment, '/', streams)
             self._guard.started(number, group, _CLIENT_TIMEOUTS)
             return group
@@ -371,6 +429,24 @@ class Engine:
             self._settings.clock,
             self._settings.client_log,
         )
+
+    def _expect(self, more: Plan) -> None:
+        """Prepare for what comes to the plan."""
+        self._limit.expect(sum(1 for _ in more.processes()))
+        if self._ros is not None:
+            self._ros.expect(more, is_late=True)
+        elif more.needs_ros:
+            known = Plan(tuple(t.process for t in self.supervisor.tasks))
+            self._ros = self._ros_link(known)
+            self._ros.expect(more, is_late=True)
+            self.supervisor.compose(self._ros.composition)
+            self._ros.start()
+
+    def _composition_of(self, label: str) -> 'Composition':
+        composition = self.composition
+        if composition is None:
+            raise RefusedError(f"there is no component '{label}'")
+        return composition
 
     def _await_ros(self, ros: 'RosLink') -> None:
         """

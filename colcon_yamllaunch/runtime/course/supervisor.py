@@ -11,8 +11,10 @@ in. So the course of any launch can be replayed without a process.
 from collections import deque
 from collections.abc import Callable
 from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Sequence
 from dataclasses import dataclass
+from dataclasses import replace
 from itertools import count
 import math
 from typing import Literal
@@ -59,6 +61,9 @@ class Host(StopHost, Protocol):
 
     def release(self, group: int) -> bool:
         """Return whether a group ended with its leader, which just did."""
+
+    def is_waiting(self) -> bool:
+        """Tell whether the plan may still grow, though nothing runs."""
 
 
 @dataclass(slots=True, eq=False)
@@ -108,10 +113,14 @@ class Supervisor:
         self._host = host
         self._composition = composition
         self._clock = clock
-        #: The processes of the plan, in its order.
-        self.tasks = [Task(n, p) for n, p in enumerate(plan.processes())]
-        self._by_label = {t.process.label: t for t in self.tasks}
-        self._by_name = {t.process.ros_name: t for t in self.tasks}
+        self._tasks: dict[int, Task] = {}
+        self._by_label: dict[str, Task] = {}
+        self._by_name: dict[str, Task] = {}
+        self._numbers = count()
+        self._expect(plan.processes())
+        #: The number that no process of the plan has: of what speaks with
+        #: ROS.
+        self.client_number = next(self._numbers)
         self._agenda: deque[Entry] = deque(plan.entries)
         self._schedule = Schedule()
         self._timers: dict[int, tuple[Timer, TimerHandle]] = {}
@@ -129,8 +138,15 @@ class Supervisor:
         self._progress: tuple[object, float] = (None, -math.inf)
         self._single_stops: dict[int, Stop] = {}
         self._restarting: set[int] = set()
+        # what is forgotten when it has ended
+        self._dropped: set[int] = set()
         #: Whether the launch is over.
         self.done = False
+
+    @property
+    def tasks(self) -> list[Task]:
+        """The processes of the plan, in its order."""
+        return list(self._tasks.values())
 
     @property
     def groups(self) -> Iterable[int]:
@@ -282,6 +298,79 @@ class Supervisor:
         if task.number not in self._single_stops:
             self._single_stops[task.number] = self._stop_of([task])
 
+    def extend(self, more: Plan) -> None:
+        """
+        Take more entries into the plan, as if they had stood at its end.
+
+        While everything is being stopped, messages are shown, and nothing
+        else is done.
+
+        :raises ValueError: when a label is taken
+        """
+        if self.is_stopping:
+            self._speak(more.entries)
+            return
+        parts: tuple[Process | Component, ...] = (
+            *more.processes(),
+            *more.components(),
+        )
+        self._expect(more.processes())
+        if self._composition is not None:
+            self._composition.extend(more)
+        if parts:
+            self._host.tell(events.Planned(parts))
+        self._agenda.extend(more.entries)
+
+    def compose(self, composition: 'Composition') -> None:
+        """Have a course of what happens in ROS from now on."""
+        self._composition = composition
+        for task in self.tasks:
+            if task.group is not None:
+                composition.started(task.process)
+            elif self.phase(task) == 'ended':
+                composition.ended(
+                    task.process,
+                    task.ending,
+                    asked=True,
+                    failed=False,
+                    again=False,
+                )
+
+    def replace(self, process: Process) -> None:
+        """
+        Have a process be another one from its next start on.
+
+        One that was started is started anew, as by :meth:`restart_process`,
+        also if it had ended.
+
+        :param process: It has the label of a process of the plan
+        :raises RefusedError: when there is none, or all is being stopped
+        """
+        task = self.task(process.label)
+        if self._is_begun(task):
+            self.restart_process(process.label)
+            self._dropped.discard(task.number)
+        task.successor = process
+
+    def drop(self, label: str) -> None:
+        """
+        Stop a process, and forget it once it has ended.
+
+        :raises RefusedError: when there is none, or all is being stopped
+        """
+        task = self.task(label)
+        self._agenda = deque(_without(self._agenda, label))
+        for key, (timer, handle) in self._timers.items():
+            entries = tuple(_without(timer.entries, label))
+            self._timers[key] = replace(timer, entries=entries), handle
+        if not self._is_begun(task):
+            self._forget(task)
+            return
+        self._restarting.discard(task.number)
+        if task.number not in self._single_stops:
+            self.stop_process(label)
+        self._dropped.add(task.number)
+
     def suspended(self, group: int, number: int | None) -> None:
         """
         Take note that the leader of a group is suspended or goes on.
@@ -326,7 +415,8 @@ class Supervisor:
     def _take(self, entry: Entry) -> None:
         match entry:
             case Process():
-                self._start(self._by_label[entry.label])
+                if entry.label in self._by_label:
+                    self._start(self._by_label[entry.label])
             case Message():
                 self._host.tell(events.Said(entry.level, entry.text))
             case Timer():
@@ -338,7 +428,42 @@ class Supervisor:
                 reason = entry.reason or 'the launch file says so'
                 self.stop(reason)
 
+    def _expect(self, processes: Iterable[Process]) -> None:
+        """
+        Take processes into the plan.
+
+        :raises ValueError: when a label is taken
+        """
+        for process in processes:
+            if process.label in self._by_label:
+                raise ValueError(f'there is a process {process.label} already')
+            task = Task(next(self._numbers), process)
+            self._tasks[task.number] = task
+            self._by_label[process.label] = task
+            self._by_name[process.ros_name] = task
+
+    def _forget(self, task: Task) -> None:
+        """Have a process no more in the plan."""
+        process = task.process
+        del self._tasks[task.number]
+        del self._by_label[process.label]
+        self._by_name.pop(process.ros_name, None)
+        if self._composition is not None:
+            self._composition.drop_process(process)
+        self._host.tell(events.Dropped(process))
+
+    def _succeed(self, task: Task, process: Process) -> None:
+        """Have a process be another one, before it is started."""
+        before, task.process, task.successor = task.process, process, None
+        self._by_name.pop(before.ros_name, None)
+        self._by_name[process.ros_name] = task
+        if self._composition is not None:
+            self._composition.replace_process(before, process)
+        self._host.tell(events.Planned((process,)))
+
     def _start(self, task: Task) -> None:
+        if task.successor is not None:
+            self._succeed(task, task.successor)
         process = task.process
         try:
             group = self._host.start(task.number, process)
@@ -434,9 +559,7 @@ class Supervisor:
         self, name: str, action: Literal['stop', 'restart']
     ) -> Task:
         task = self.task(name)
-        if self.is_stopping:
-            raise RefusedError('the whole launch is being stopped')
-        if task.group is None and task.ended is None:
+        if not self._is_begun(task):
             raise RefusedError(f'{name} has not been started yet')
         self._host.tell(events.Requested(task.process, action))
         if self._composition is not None:
@@ -446,6 +569,16 @@ class Supervisor:
         if respawn is not None:
             respawn.cancel()
         return task
+
+    def _is_begun(self, task: Task) -> bool:
+        """
+        Tell whether a process has been started.
+
+        :raises RefusedError: when everything is being stopped
+        """
+        if self.is_stopping:
+            raise RefusedError('the whole launch is being stopped')
+        return task.group is not None or task.ended is not None
 
     def _set(self, timer: Timer) -> None:
         key = next(self._timer_keys)
@@ -465,7 +598,11 @@ class Supervisor:
             self._agenda.extend(timer.entries)
             return
         # a timer that outlasts a shutdown may speak, but starts nothing
-        for entry in timer.entries:
+        self._speak(timer.entries)
+
+    def _speak(self, entries: Iterable[Entry]) -> None:
+        """Do what is done of some entries while everything is stopped."""
+        for entry in entries:
             if isinstance(entry, Message) or (
                 isinstance(entry, Timer) and not entry.cancel_on_shutdown
             ):
@@ -532,7 +669,7 @@ class Supervisor:
 
     def _end_single_stops(self) -> None:
         for number, stop in tuple(self._single_stops.items()):
-            task = self.tasks[number]
+            task = self._tasks[number]
             # one that cannot be started again may end the launch
             is_over = stop.is_over and not self.is_stopping
             if is_over and task.group is None:
@@ -544,6 +681,9 @@ class Supervisor:
                     task.respawns = task.quick_ends = 0
                     task.restarts += 1
                     self._start(task)
+                elif number in self._dropped:
+                    self._dropped.remove(number)
+                    self._forget(task)
 
     def _end_if_idle(self) -> None:
         if self._composition is not None:
@@ -553,10 +693,13 @@ class Supervisor:
         if self._stop is None:
             if self._running or self._single_stops:
                 return
-            if self._composition is not None:
-                if self._composition.is_busy:
-                    return
-                self._composition.end()
+            composition = self._composition
+            if composition is not None and composition.is_busy:
+                return
+            if self._host.is_waiting():
+                return
+            if composition is not None:
+                composition.end()
             # what processes left running ends with the launch
             self._begin_stopping()
         assert self._stop is not None
@@ -566,6 +709,18 @@ class Supervisor:
         if self._stop.is_over:
             self._stop.abandon()
             self.done = True
+
+
+def _without(entries: Iterable[Entry], label: str) -> Iterator[Entry]:
+    """Return entries without the process or component with a label."""
+    for entry in entries:
+        if isinstance(entry, Timer):
+            inner = tuple(_without(entry.entries, label))
+            yield replace(entry, entries=inner)
+        elif not (
+            isinstance(entry, Process | Component) and entry.label == label
+        ):
+            yield entry
 
 
 def _delay_after(task: Task, seconds: float) -> float:

@@ -45,8 +45,14 @@ class DescriptorLimit:
 
     def __init__(self, processes: int) -> None:
         self._before = resource.getrlimit(resource.RLIMIT_NOFILE)
+        self._processes = 0
+        self.expect(processes)
+
+    def expect(self, processes: int) -> None:
+        """Raise it for more processes."""
+        self._processes += processes
         soft, hard = self._before
-        wanted = _BESIDES + _PER_PROCESS * processes
+        wanted = _BESIDES + _PER_PROCESS * self._processes
         if hard != resource.RLIM_INFINITY:
             wanted = min(wanted, hard)
         self._raised = soft != resource.RLIM_INFINITY and wanted > soft

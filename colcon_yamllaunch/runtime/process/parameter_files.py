@@ -28,7 +28,8 @@ class ParameterFiles:
     def __init__(self, made: Callable[[Place], None]) -> None:
         self._made = made
         self._folder: Place | None = None
-        self._paths: dict[tuple[int, int], str] = {}
+        # what each of them has now
+        self._contents: dict[str, str] = {}
 
     def command_line(self, number: int, process: Process) -> list[str]:
         """
@@ -49,22 +50,20 @@ class ParameterFiles:
         if self._folder is not None:
             remove_parameter_files(self._folder)
             self._folder = None
-            self._paths.clear()
+            self._contents.clear()
 
     def _path(
         self, number: int, index: int, label: str, argument: ParameterFile
     ) -> str:
-        key = (number, index)
-        if key not in self._paths:
-            name = re.sub(r'[^A-Za-z0-9_.-]', '_', label)[:100]
-            file = f'{name}-{number}-{index}{FILE_SUFFIX}'
-            if self._folder is None:
-                self._folder = _make_folder(file, argument.content)
-                self._made(self._folder)
-            else:
-                _write(self._folder.path, file, argument.content)
-            self._paths[key] = os.path.join(self._folder.path, file)
-        return self._paths[key]
+        name = re.sub(r'[^A-Za-z0-9_.-]', '_', label)[:100]
+        file = f'{name}-{number}-{index}{FILE_SUFFIX}'
+        if self._folder is None:
+            self._folder = _make_folder(file, argument.content)
+            self._made(self._folder)
+        elif self._contents.get(file) != argument.content:
+            _write(self._folder.path, file, argument.content)
+        self._contents[file] = argument.content
+        return os.path.join(self._folder.path, file)
 
 
 def _make_folder(file: str, content: str) -> Place:

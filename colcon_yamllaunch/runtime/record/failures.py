@@ -72,6 +72,8 @@ class Failures:
                 if event.stream in SHOWN[event.process.output]:
                     self._lines_after = 0
                     self._told = {event.process.label: 0}
+            case events.Dropped():
+                self._failures.pop(event.process.label, None)
             case events.Started():
                 self._failures.pop(event.process.label, None)
                 self._tails.pop(event.process.label, None)

@@ -43,18 +43,22 @@ class JUnitReport:
         self._name = name
         self._class_name = class_name
         self._started = started
-        self._processes: tuple[Process | Component, ...] = ()
+        self._processes: dict[str, Process | Component] = {}
         self._seen: set[str] = set()
         self._seconds: dict[str, float] = {}
         self._ended: events.Ended | None = None
 
     def expect(self, processes: Iterable[Process | Component]) -> None:
         """Take note of all that may be started or loaded."""
-        self._processes = tuple(processes)
+        self._processes |= {p.label: p for p in processes}
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
         match event:
+            case events.Planned():
+                self.expect(event.parts)
+            case events.Dropped():
+                self._processes.pop(event.process.label, None)
             case events.Started():
                 self._seen.add(event.process.label)
             case events.Exited():
@@ -109,7 +113,7 @@ class JUnitReport:
             None if f.process is None else f.process.label: f
             for f in self._ended.failures
         }
-        for process in self._processes:
+        for process in self._processes.values():
             label = process.label
             outcome = None
             if label in failures:

@@ -85,7 +85,10 @@ class Logs:
     ) -> None:
         processes = tuple(processes)
         self._folder = folder
-        self._folders = folder_names(processes)
+        self._folders: dict[str, str] = {}
+        #: For each label the log file that has both streams; it grows with
+        #: the plan.
+        self.combined_files: dict[str, Path] = {}
         self._store = store
         self._quota = Quota(
             limit,
@@ -93,6 +96,7 @@ class Logs:
             complain,
             None if store is None else store.allowed,
         )
+        self._expect(processes)
         self._is_tidy = store is None
         self._layout = layout
         self._complain = complain
@@ -145,6 +149,10 @@ class Logs:
             return
         if isinstance(event, events.Started):
             self._unopened.append(event.process)
+        elif isinstance(event, events.Planned):
+            processes = [p for p in event.parts if isinstance(p, Process)]
+            self._quota.expect(3 * len(processes))
+            self._expect(processes)
         for line in self._common_lines(event):
             self._common_pending.append(line.encode(errors='replace'))
         fields = event.record()
@@ -181,13 +189,18 @@ class Logs:
         if self._lock is not None:
             os.close(self._lock)
 
-    def combined_files(self, processes: Iterable[Process]) -> dict[str, Path]:
-        """Return for each label the log file that has both streams."""
-        return {
-            p.label: self._folder / self._folders[p.label] / COMBINED_LOG
-            for p in processes
-            if p.output in IN_OWN_LOG
-        }
+    def _expect(self, processes: Iterable[Process]) -> None:
+        """Name the folders of processes."""
+        processes = tuple(processes)
+        known = self._folders
+        new = [p for p in processes if p.label not in known]
+        known |= folder_names(new, known.values())
+        for process in processes:
+            label = process.label
+            self.combined_files.pop(label, None)
+            if process.output in IN_OWN_LOG:
+                path = self._folder / known[label] / COMBINED_LOG
+                self.combined_files[label] = path
 
     def _record_lines(self, event: events.Output) -> None:
         process = event.process
@@ -277,7 +290,9 @@ class Logs:
             )
 
 
-def folder_names(processes: Iterable[Process]) -> dict[str, str]:
+def folder_names(
+    processes: Iterable[Process], known: Iterable[str] = ()
+) -> dict[str, str]:
     """
     Return for each label the name of the folder of its process.
 
@@ -285,9 +300,11 @@ def folder_names(processes: Iterable[Process]) -> dict[str, str]:
     logs of a build are in folders that have the names of packages. A slash
     becomes a dot, as in the names of rclcpp's and rclpy's loggers; what else a
     label holds that a file name cannot is replaced. Names differ all the same.
+
+    :param known: Names that others have
     """
     names: dict[str, str] = {}
-    taken = {COMMON_LOG, EVENT_LOG, CLIENT_LOG}
+    taken = {COMMON_LOG, EVENT_LOG, CLIENT_LOG, *known}
     for process in processes:
         label = text = process.label
         number = _NUMBER.search(process.ros_name)

@@ -45,7 +45,7 @@ class Quota:
         allowed: Callable[[int, int], int] | None = None,
     ) -> None:
         self._limit = sys.maxsize if limit is None else limit
-        self._parts = 2 * max(files, limits.LOG_PARTS)
+        self._files = files
         self._complain = complain
         self._complained = False
         self._allowed = allowed
@@ -55,6 +55,11 @@ class Quota:
         self.used = 0
         self._rotated: deque[LogFile] = deque()
         self._restrict(self._limit)
+
+    def expect(self, files: int) -> None:
+        """Take into account that there may be more files."""
+        self._files += files
+        self._restrict(self._bound)
 
     def rotated(self, file: 'LogFile') -> None:
         """Take note that a file has one more old part."""
@@ -73,15 +78,16 @@ class Quota:
 
     def _look_at_disk(self, size: int) -> None:
         if self._allowed is not None:
-            step = size + min(limits.LOG_STEP, self._bound // self._parts)
+            step = size + min(limits.LOG_STEP, self._part)
             allowed = self._allowed(self.used, self.used + step)
             self._restrict(min(self._limit, allowed))
             self._left = step - size
 
     def _restrict(self, bound: int) -> None:
         self._bound = bound
+        self._part = bound // (2 * max(self._files, limits.LOG_PARTS))
         #: Bytes at which a file is full unless it has large old parts.
-        self.share = max(bound // self._parts, limits.LOG_PART)
+        self.share = max(self._part, limits.LOG_PART)
 
     def _complaint(self) -> str:
         if self._bound == self._limit:

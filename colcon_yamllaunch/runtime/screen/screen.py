@@ -61,13 +61,10 @@ class Screen:
         self._layout = layout
         self._is_mid_line = False
         self._folding = InterruptFolding()
-        names = {p.label: self._name(p) for p in processes}
-        shown = (events.LAUNCHER, *map(one_line, names.values()))
-        self._width = min(max(map(len, shown)), limits.LABEL_WIDTH)
-        self._prefixes = {
-            label: self._prefix(name, _COLOURS[index % len(_COLOURS)])
-            for index, (label, name) in enumerate(names.items())
-        }
+        self._width = len(events.LAUNCHER)
+        self._names: dict[str, str] = {}
+        self._prefixes: dict[str, bytes] = {}
+        self._expect(processes)
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
@@ -129,6 +126,9 @@ class Screen:
         data = legible(data, self._terminal)
         if self._colourless:
             data = colourless(data)
+        if process.label not in self._prefixes:
+            # it came while the launch ran
+            self._expect((process,))
         data = prefixed(
             data,
             self._prefixes[process.label],
@@ -155,6 +155,18 @@ class Screen:
         if self._colourless:
             data = colourless(data)
         self._write(None, prefixed(data, prefix.encode(), reset=True))
+
+    def _expect(self, processes: Iterable[Process]) -> None:
+        """Have room for the names of processes; others keep their colour."""
+        self._names |= {p.label: self._name(p) for p in processes}
+        longest = max(
+            (len(one_line(n)) for n in self._names.values()), default=0
+        )
+        self._width = max(self._width, min(longest, limits.LABEL_WIDTH))
+        self._prefixes = {
+            label: self._prefix(name, _COLOURS[index % len(_COLOURS)])
+            for index, (label, name) in enumerate(self._names.items())
+        }
 
     def _show_own(self, line: str, severity: str) -> None:
         # ^C stands at the start of the line that it was typed on

@@ -55,7 +55,7 @@ class PlanRun:
         self._title = ' '.join(positionals)
         self._ended: Ended | None = None
         self._when_started: Callable[[], object] = bool
-        self._to_start = 0
+        self._to_start: set[str] = set()
         self._started = time.monotonic()
         if self._options.junit is not None:
             from colcon_yamllaunch.runtime.record.junit import JUnitReport
@@ -94,7 +94,8 @@ class PlanRun:
         :param identity: The identity that the launch has already, if any
         """
         self._when_started = when_started
-        self._to_start = sum(isinstance(e, Process) for e in plan.entries)
+        entries = plan.entries
+        self._to_start = {e.label for e in entries if isinstance(e, Process)}
         if not self._to_start:
             when_started()
         observers: list[Listener] = [self._handle]
@@ -153,8 +154,8 @@ class PlanRun:
     def _handle(self, event: Event) -> None:
         if isinstance(event, Ended):
             self._ended = event
-        elif isinstance(event, Started | StartFailed):
-            self._to_start -= 1
+        elif self._to_start and isinstance(event, Started | StartFailed):
+            self._to_start.discard(event.process.label)
             if not self._to_start:
                 self._when_started()
 

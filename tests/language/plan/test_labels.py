@@ -109,3 +109,12 @@ def test_a_component_keeps_its_label() -> None:
     plan = with_labels(Plan((talker, component)))
     assert [p.label for p in plan.processes()] == ['a.py-1']
     assert [c.label for c in plan.components()] == ['talker']
+
+
+def test_what_comes_later_leaves_others_their_labels() -> None:
+    position = Position('/demo.yaml', 1, 1)
+    talker = Process('a.py-3', (), '/', position, node_name='/talker')
+    component = Component('talker', 'demo', 'demo::T', '/box', position)
+    more = with_labels(Plan((talker, component)), ['talker', 'a.py-1'])
+    assert [p.label for p in more.processes()] == ['a.py-3']
+    assert [c.label for c in more.components()] == ['talker-2']

@@ -44,6 +44,8 @@ def records(process, tmp_path):
     )
     crash = Outcome(signal=11, core_dumped=True)
     happened = [
+        events.Planned((talker, component)),
+        events.Dropped(talker),
         events.Started(talker, 4711),
         events.StartFailed(talker, 'reason'),
         events.Output(talker, 'stdout', b'text'),
