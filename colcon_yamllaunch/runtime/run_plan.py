@@ -26,6 +26,7 @@ from colcon_yamllaunch.runtime.control.server import serve
 from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.plan_source import PlanSource
 from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.course.engine import no_guard
 from colcon_yamllaunch.runtime.course.engine import Settings
@@ -73,7 +74,7 @@ def run_plan(
     attach: str | None = None,
     owner_of: OwnerOf = lambda _module, _package: None,
     parameters_of: ParametersOf = lambda process: process.parameters,
-    identity: str = '',
+    source: PlanSource | None = None,
 ) -> int:
     """
     Run a plan to its end, and return the exit code.
@@ -108,8 +109,7 @@ def run_plan(
       input, is connected to; it must have a terminal
     :param owner_of: Tells which package has a Python module that is missing
     :param parameters_of: Tells which parameters a process is given, and where
-    :param identity: The identity of the launch, see `launch_scan`; by default
-      a new one
+    :param source: Where more plan comes from while it runs, if anywhere
     :raises UserError: before anything is started, when the environment lacks
       what the plan needs
     :raises OutputError: at the end, when output could not be shown; not when
@@ -198,6 +198,7 @@ def run_plan(
             record,
             publish,
             conditions,
+            source,
         )
         stack.callback(engine.close)
         engine.start_client()

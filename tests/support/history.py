@@ -29,6 +29,8 @@ class FakeHost:
         self.left = []
         self.events = []
         self.waits = False
+        self.signalled = []
+        self.calls = []
 
     def start(self, number, process):
         if process.label in self.refused:
@@ -52,6 +54,13 @@ class FakeHost:
 
     def is_alive(self, orphan):
         return orphan in self.left
+
+    def signal(self, group, number):
+        self.signalled.append((group, number))
+        return group in self.by_label.values()
+
+    def call(self, number):
+        self.calls.append(number)
 
     def is_waiting(self):
         return self.waits

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from typing import Any
 
+from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
@@ -169,6 +170,11 @@ class Composition:
     def due(self, component: Component) -> None:
         """Load a component, whose turn has come."""
         self._containers.due(component)
+
+    def change_as_planned(self, entry: ChangeState) -> None:
+        """Have a lifecycle node make a transition that the plan has."""
+        if not self.is_stopping:
+            self._lifecycles.change_as_planned(entry)
 
     def at_ros_time(
         self, seconds: float, action: Callable[[], None]

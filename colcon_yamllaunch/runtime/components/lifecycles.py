@@ -3,10 +3,12 @@
 
 """The course of lifecycle nodes: their states, and what activates them."""
 
+from collections import deque
 from collections.abc import Callable
 from collections.abc import Mapping
 from typing import Any
 
+from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
@@ -61,6 +63,10 @@ class Lifecycles:
         self._replies: dict[int, Reply] = {}
         # what waits for a client, by the labels of the nodes
         self._wishes: dict[str, tuple[str, Reply]] = {}
+        # the transitions that the plan has, by the full names of the nodes;
+        # the first one of each is under way, or waits for the node
+        self._planned: dict[str, deque[ChangeState]] = {}
+        self._planned_requests: dict[str, int] = {}
         self._by_label: dict[str, LifecycleTask] = {}
         self._patience = Patience(clock)
         self.extend(plan)
@@ -140,11 +146,14 @@ class Lifecycles:
             self._fail_for_good(task, self._given_up)
         elif self._requests.is_ready:
             self._follow(task)
+        if node is not None:
+            self._go_on(node)
 
     def down(self, task: LifecycleTask) -> None:
         """Take into account that a node does not run any more."""
         if task.is_running and task.node is not None:
             self._requests.gone(node=task.node)
+            self._give_up(task.node)
         task.is_running = task.is_driven = False
         task.state = None
         self._drop(task, 'it ended')
@@ -187,11 +196,24 @@ class Lifecycles:
             self._drop(task, _OTHER_WISH)
             self._wishes[task.label] = transition, reply
 
+    def change_as_planned(self, entry: ChangeState) -> None:
+        """
+        Have a node make a transition, after those that it had before.
+
+        It may be one that is no part of the launch.
+        """
+        waiting = self._planned.setdefault(entry.node, deque())
+        waiting.append(entry)
+        if len(waiting) == 1:
+            self._go_on(entry.node)
+
     def client_is_ready(self) -> None:
         """Follow the nodes that run."""
         for task in self.tasks:
             if task.is_running:
                 self._follow(task)
+        for node in tuple(self._planned):
+            self._go_on(node)
         wishes, self._wishes = self._wishes, {}
         for label, (transition, reply) in wishes.items():
             try:
@@ -201,6 +223,7 @@ class Lifecycles:
 
     def client_died(self) -> None:
         """Take into account that requests have been lost."""
+        self._planned_requests.clear()
         for task in self.tasks:
             if task.label not in self._wishes:
                 self._drop(task, 'the ROS client ended, and starts again')
@@ -211,6 +234,8 @@ class Lifecycles:
         for task in self.tasks:
             self._drop(task, reason)
             self._fail_for_good(task, reason)
+        for node in tuple(self._planned):
+            self._go_on(node)
 
     def advance(self) -> None:
         """Say of which nodes nothing comes."""
@@ -258,6 +283,74 @@ class Lifecycles:
         # who decides on the states from now on is the user
         task.is_driven = False
         self._ask(task, transition, reply)
+
+    def _go_on(self, node: str) -> None:
+        """Ask for the next transition of a node that the plan has."""
+        waiting = self._planned.get(node)
+        if not waiting or node in self._planned_requests:
+            return
+        task = next((t for t in self.tasks if t.node == node), None)
+        entry = waiting[0]
+        if self._given_up is not None:
+            self._give_up(node)
+            self._tell_of_failure(entry, task, self._given_up)
+            return
+        if not self._requests.is_ready or not (
+            task is None or task.is_running
+        ):
+            return
+        if task is not None:
+            # the plan says itself what comes next
+            self._drop(task, _OTHER_WISH)
+            task.is_driven = False
+            if task.state == TRANSITIONS[entry.transition].goal:
+                self._made(node)
+                return
+
+        def answered(answer: Mapping[str, Any]) -> None:
+            del self._planned_requests[node]
+            if answer.get('ok'):
+                if task is not None:
+                    goal = TRANSITIONS[entry.transition].goal
+                    task.reached(goal, is_wish=True)
+                self._made(node)
+                return
+            self._give_up(node)
+            if not has_ended(answer):
+                reason = str(answer.get('reason') or 'it was refused')
+                self._tell_of_failure(entry, task, reason)
+
+        self._planned_requests[node] = self._requests.ask(
+            'change_state', answered, node=node, transition=entry.transition
+        )
+
+    def _made(self, node: str) -> None:
+        """Go on after a transition that the plan has."""
+        waiting = self._planned[node]
+        waiting.popleft()
+        if waiting:
+            self._go_on(node)
+        else:
+            del self._planned[node]
+
+    def _give_up(self, node: str) -> None:
+        """Forget the transitions of a node that the plan has."""
+        self._planned.pop(node, None)
+        self._requests.cancel(self._planned_requests.pop(node, None))
+
+    def _tell_of_failure(
+        self, entry: ChangeState, task: LifecycleTask | None, reason: str
+    ) -> None:
+        if task is not None:
+            self._fail(task, entry.transition, reason)
+            return
+        place = events.shown(entry.position)
+        self._tell(
+            events.Warned(
+                f"the transition '{entry.transition}' of {entry.node} "
+                f'failed: {reason} (from {place})'
+            )
+        )
 
     def _follow(self, task: LifecycleTask) -> None:
         if task.node is not None:

@@ -652,6 +652,52 @@ class RosLost(Event):
 
 
 @dataclass(frozen=True, slots=True)
+class PlanFailed(Event):
+    """
+    A launch file in Python failed while the launch ran, which ends for that.
+
+    :param problems: What went wrong, as lines for the user
+    """
+
+    problems: tuple[str, ...]
+
+    severity = 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        return self.problems
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'plan_failed', 'text': '\n'.join(self.problems)}
+
+
+@dataclass(frozen=True, slots=True)
+class HostLost(Event):
+    """
+    The host of launch files in Python has ended before the launch.
+
+    :param reason: How, as a part of a sentence
+    """
+
+    reason: str
+
+    severity = 'ERROR'
+
+    @property
+    def text(self) -> str:
+        """What happened, as a sentence without its end."""
+        return f'the host of launch files in Python {self.reason}'
+
+    def lines(self) -> tuple[str, ...]:
+        return (
+            f'{self.text}; what they would do when something happens is not '
+            'done any more',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'host_lost', 'reason': self.reason}
+
+
+@dataclass(frozen=True, slots=True)
 class FailureReport:
     """
     What is known of a failure.

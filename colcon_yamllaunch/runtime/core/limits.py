@@ -94,6 +94,9 @@ SCREEN_PATIENCE = 5.0
 #: it has not seen, the guard does not hear of.
 ADOPTION_INTERVAL = 1.0
 ADOPTION_PAUSE = 10.0
+#: Seconds that the host of launch files in Python gets, once all has ended, to
+#: answer what happened last.
+SOURCE_PATIENCE = 5.0
 #: How often a guard that died is replaced in one launch.
 GUARD_RESTARTS = 3
 #: Seconds that are waited for at once; epoll counts milliseconds in an int,

@@ -26,6 +26,10 @@ class PlanSource(Protocol):
         """Its process, a child of ours, or 0 when there is none any more."""
 
     @property
+    def number(self) -> int:
+        """Its number in the launch, which no process of the plan has."""
+
+    @property
     def is_busy(self) -> bool:
         """Whether an answer is still to come: the launch waits for it."""
 

@@ -32,6 +32,7 @@ class Task:
     :param ended: When it ended, or None if it has not been started or runs
     :param ending: How it ended, as a part of a sentence
     :param is_suspended: Whether its leader is stopped as Ctrl-Z does
+    :param was_signalled: Whether the plan has sent it a signal that ends it
     :param successor: What it is when it starts next, if something else
     """
 
@@ -45,4 +46,5 @@ class Task:
     ended: float | None = None
     ending: str = ''
     is_suspended: bool = False
+    was_signalled: bool = False
     successor: Process | None = None

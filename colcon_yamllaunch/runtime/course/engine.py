@@ -31,6 +31,7 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.core.plan_source import PlanSource
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
@@ -69,6 +70,7 @@ from colcon_yamllaunch.runtime.streams.writer import Writer
 if TYPE_CHECKING:
     from colcon_yamllaunch.runtime.components.composition import Composition
     from colcon_yamllaunch.runtime.components.ros_link import RosLink
+    from colcon_yamllaunch.runtime.course.plan_feed import PlanFeed
 
 _STREAMS = ('stdout', 'stderr')
 _GONE = select.EPOLLERR | select.EPOLLHUP
@@ -116,6 +118,7 @@ class Engine:
     :param publish: Is called once a turn, to write what has been collected,
       but not before all is started that is due, which is more urgent;
       returns whether it has more to do
+    :param source: Where more plan comes from, if anywhere
     """
 
     def __init__(
@@ -129,6 +132,7 @@ class Engine:
         record: Recorder,
         publish: Callable[[], bool],
         conditions: ExitConditions,
+        source: PlanSource | None = None,
     ) -> None:
         if settings.tty:
             plan = with_terminals(plan)
@@ -161,6 +165,7 @@ class Engine:
         self.supervisor = Supervisor(
             plan, self, settings.clock, self.composition
         )
+        self._feed = None if source is None else self._plan_feed(source)
         self._limit = DescriptorLimit(len(self.supervisor.tasks))
         self._session = os.getsid(0)
         # whose output each descriptor has
@@ -245,6 +250,8 @@ class Engine:
         if self._ros is not None:
             self._await_ros(self._ros)
         self._conditions.begin()
+        if self._feed is not None:
+            self._feed.begin()
         while True:
             self._mind_conditions()
             if self._ros is not None:
@@ -259,6 +266,7 @@ class Engine:
             self.watches.wait(0.0 if more else self._seconds_to_wait())
         self.watches.remove(signals)
         self._end_ros()
+        self._end_feed()
         self._cgroup.remove()
         self._relay.close()
         self._conditions.end()
@@ -278,6 +286,7 @@ class Engine:
     def close(self) -> None:
         """Free what the engine holds."""
         self._end_ros()
+        self._end_feed()
         self.terminals.close()
         self.watches.close()
         self._limit.restore()
@@ -350,9 +359,25 @@ class Engine:
         """Tell whether a process still runs."""
         return is_alive(orphan.pid, orphan.birth)
 
+    def signal(self, group: int, number: int) -> bool:
+        """Send a signal as it is, and return whether anybody got it."""
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(group, number)
+            return True
+        return False
+
+    def call(self, number: int) -> None:
+        """Ask for what a `HostCall` stands for."""
+        if self._feed is not None:
+            self._feed.call(number)
+
     def is_waiting(self) -> bool:
-        """Tell whether the plan may still grow, though nothing runs."""
-        return any(waits() for waits in self.reasons_to_wait)
+        """Tell whether the launch is to go on; see `supervisor.Host`."""
+        if not self.supervisor.is_stopping and any(
+            waits() for waits in self.reasons_to_wait
+        ):
+            return True
+        return self._feed is not None and self._feed.is_waiting()
 
     def listen(self, listener: events.Listener) -> None:
         """Have somebody else told, too, after all others."""
@@ -430,6 +455,29 @@ class Engine:
             self._settings.client_log,
         )
 
+    def _plan_feed(self, source: PlanSource) -> 'PlanFeed':
+        # few launches need it
+        from colcon_yamllaunch.runtime.course.plan_feed import PlanFeed
+
+        feed = PlanFeed(
+            source,
+            self.watches,
+            self.extend,
+            self.supervisor.stop,
+            self.tell,
+            self._settings.clock,
+        )
+        self._listeners.append(feed.handle)
+        if source.pid:
+            self._guard.started(source.number, source.pid, _CLIENT_TIMEOUTS)
+        return feed
+
+    def _end_feed(self) -> None:
+        if self._feed is not None:
+            group = self._feed.pid
+            self._feed.close()
+            self._guard.ended(group)
+
     def _expect(self, more: Plan) -> None:
         """Prepare for what comes to the plan."""
         self._limit.expect(sum(1 for _ in more.processes()))
@@ -471,8 +519,7 @@ class Engine:
         """Return what is known of our children."""
         links = {writer_link(d) or '': n for d, n in self._outputs.items()}
         is_exact = self._settings.adoption.is_exact
-        client = 0 if self._ros is None else self._ros.pid
-        others = {self._guard.pid, client} if is_exact else None
+        others = self._helpers() if is_exact else None
         return Adopter(os.getpid(), links, others)
 
     def _forget_output(self, descriptor: int) -> None:
@@ -480,8 +527,13 @@ class Engine:
         self._guard.closed(descriptor)
 
     def _children_of_ours(self) -> set[int]:
+        return {*self.supervisor.groups, *self._helpers()} - {0}
+
+    def _helpers(self) -> set[int]:
+        """Return our children that are no processes of the plan."""
         client = 0 if self._ros is None else self._ros.pid
-        return {*self.supervisor.groups, self._guard.pid, client} - {0}
+        host = 0 if self._feed is None else self._feed.pid
+        return {self._guard.pid, client, host}
 
     def _look_for_adopted(self) -> set[int]:
         """Return the children that we adopted, and tell the guard of them."""
@@ -508,6 +560,10 @@ class Engine:
         wait = self.supervisor.seconds_to_wait()
         if self._ros is not None:
             left_of_it = self._ros.seconds_to_wait()
+            if left_of_it is not None:
+                wait = left_of_it if wait is None else min(wait, left_of_it)
+        if self._feed is not None:
+            left_of_it = self._feed.seconds_to_wait()
             if left_of_it is not None:
                 wait = left_of_it if wait is None else min(wait, left_of_it)
         for due in (self._conditions.due(), self._silence.due()):
@@ -573,6 +629,8 @@ class Engine:
         # a terminal that closes sends SIGHUP, and so does its shell
         if not is_echo and number != signal.SIGHUP:
             self.supervisor.hurry()
+            if self._feed is not None:
+                self._feed.hurry()
 
     def _suspend(self) -> None:
         if self.suspended is not None:
@@ -614,6 +672,9 @@ class Engine:
             elif self._ros is not None and pid == self._ros.pid:
                 self._guard.ended(pid)
                 self._ros.ended(Outcome.from_status(status))
+            elif self._feed is not None and pid == self._feed.pid:
+                self._guard.ended(pid)
+                self._feed.ended(status)
             else:
                 self._relay.drain(pid)
                 # the last line of a process counts before its exit code

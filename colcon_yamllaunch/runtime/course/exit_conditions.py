@@ -75,6 +75,8 @@ class ExitConditions:
                 self._take_failure(event.process.label)
             case events.RosLost():
                 self._take_failure('the ROS client')
+            case events.HostLost():
+                self._take_failure('the host of launch files in Python')
             case events.ShuttingDown():
                 self._stopping = True
             case _:

@@ -21,12 +21,15 @@ from typing import Literal
 from typing import Protocol
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import HostCall
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import SignalProcess
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
@@ -35,6 +38,8 @@ from colcon_yamllaunch.runtime.core.outcome import delay_of_respawn
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.outcome import is_failure
 from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.core.outcome import signal_name
+from colcon_yamllaunch.runtime.core.outcome import STOP_SIGNALS
 from colcon_yamllaunch.runtime.core.schedule import Schedule
 from colcon_yamllaunch.runtime.core.schedule import TimerHandle
 from colcon_yamllaunch.runtime.core.tasks import Phase
@@ -62,8 +67,19 @@ class Host(StopHost, Protocol):
     def release(self, group: int) -> bool:
         """Return whether a group ended with its leader, which just did."""
 
+    def signal(self, group: int, number: int) -> bool:
+        """Send a signal as it is, and return whether anybody got it."""
+
+    def call(self, number: int) -> None:
+        """Ask for what a `HostCall` stands for."""
+
     def is_waiting(self) -> bool:
-        """Tell whether the plan may still grow, though nothing runs."""
+        """
+        Tell whether the launch is to go on, though nothing runs.
+
+        That is asked before it begins to end, as the plan may still grow, and
+        again before it is over.
+        """
 
 
 @dataclass(slots=True, eq=False)
@@ -201,7 +217,7 @@ class Supervisor:
         asked = self.is_stopping or single_stop is not None
         task.group = None
         task.ended = self._clock()
-        failed = is_failure(outcome, asked)
+        failed = is_failure(outcome, asked or task.was_signalled)
         task.ending = (
             'stopped' if asked and not failed else ending_of(outcome, asked)
         )
@@ -424,9 +440,33 @@ class Supervisor:
             case Component():
                 if self._composition is not None:
                     self._composition.due(entry)
+            case ChangeState():
+                if self._composition is not None:
+                    self._composition.change_as_planned(entry)
+            case SignalProcess():
+                self._signal(entry)
+            case HostCall():
+                self._host.call(entry.number)
             case Shutdown():
                 reason = entry.reason or 'the launch file says so'
                 self.stop(reason)
+
+    def _signal(self, entry: SignalProcess) -> None:
+        try:
+            if not entry.signal:
+                self.stop_process(entry.process)
+                return
+            task = self.task(entry.process)
+            group, number = task.group, entry.signal
+            if group is None or not self._host.signal(group, number):
+                raise RefusedError(f'{task.process.label} does not run')
+        except RefusedError as error:
+            place = events.shown(entry.position)
+            what = signal_name(entry.signal) if entry.signal else 'stop'
+            self._host.tell(events.Warned(f'{what}: {error} (from {place})'))
+            return
+        task.was_signalled |= number in STOP_SIGNALS
+        self._host.tell(events.Signalled(task.process, group, number, True))
 
     def _expect(self, processes: Iterable[Process]) -> None:
         """
@@ -488,7 +528,7 @@ class Supervisor:
                 self.stop(f'{process.label} could not be started')
             return
         task.started = self._clock()
-        task.is_suspended = False
+        task.is_suspended = task.was_signalled = False
         task.group = group
         task.ended = None
         task.ending = ''
@@ -706,7 +746,7 @@ class Supervisor:
         waits = self._running or self._stop.waits_for_orphans
         if not waits and not self._stop.is_over:
             self._stop.advance()
-        if self._stop.is_over:
+        if self._stop.is_over and not self._host.is_waiting():
             self._stop.abandon()
             self.done = True
 

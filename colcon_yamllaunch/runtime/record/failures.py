@@ -56,7 +56,8 @@ class Failures:
         self._failures: dict[str, Failure] = {}
         self._tails: dict[str, bytes] = {}
         self._core_dumps: dict[str, str | None] = {}
-        self._ros_lost: str | None = None
+        # what failed that is no process, component or node
+        self._others: list[str] = []
         self._left_behind: dict[int, events.LeftBehind] = {}
         # how many lines of ours were shown after the last output of a
         # process, in all and until something was told about whom
@@ -93,7 +94,11 @@ class Failures:
             case events.StateChanged(state='active'):
                 self._failures.pop(event.process.label, None)
             case events.RosLost():
-                self._ros_lost = event.reason
+                self._others.append(event.reason)
+            case events.HostLost():
+                self._others.append(event.text)
+            case events.PlanFailed():
+                self._others.append(event.problems[0])
             case events.LeftBehind():
                 self._left_behind[event.pid] = event
             case _:
@@ -102,7 +107,7 @@ class Failures:
     @property
     def exit_code(self) -> int:
         """1 if something failed, else 0."""
-        failed = self._failures or self._left_behind or self._ros_lost
+        failed = self._failures or self._left_behind or self._others
         return int(bool(failed))
 
     def reports(self) -> tuple[events.FailureReport, ...]:
@@ -116,16 +121,15 @@ class Failures:
             )
             for event in self._left_behind.values()
         ]
-        if self._ros_lost is not None:
-            reports.append(events.FailureReport(None, self._ros_lost))
+        reports += [events.FailureReport(None, text) for text in self._others]
         return tuple(reports)
 
     def summary(self) -> tuple[str, ...]:
         """Return the lines that name the first failure and those after it."""
-        lost = () if self._ros_lost is None else (f'failed: {self._ros_lost}',)
+        others = tuple(f'failed: {text}' for text in self._others)
         if not self._failures:
-            return lost
-        first, *others = self._failures.values()
+            return others
+        first, *following = self._failures.values()
         label = _owner(first).label
         report = self._report(first)
         lines = [f'failed: {self._description(first)}']
@@ -138,8 +142,8 @@ class Failures:
             lines.append(f'  all of its output: {report.log_file}')
         if core_dump := self._core_dumps.get(label):
             lines.append(f'  its core dump: {core_dump}')
-        lines.extend(f'then failed: {self._description(f)}' for f in others)
-        return (*lines, *lost)
+        lines += [f'then failed: {self._description(f)}' for f in following]
+        return (*lines, *others)
 
     def _report(self, failure: Failure) -> events.FailureReport:
         if not isinstance(failure, events.Exited):

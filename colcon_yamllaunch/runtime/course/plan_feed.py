@@ -1,0 +1,157 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What a source of more plan is told in a running launch, and its answers."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+import os
+
+from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import Growth
+from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.core.plan_source import PlanSource
+from colcon_yamllaunch.runtime.streams.watches import Watches
+
+#: Why a launch ends in which nothing is left to do, as ROS 2 calls it.
+IDLE = 'idle'
+
+
+class PlanFeed:
+    """
+    Has a plan grow as a source says.
+
+    :param extend: Takes more into the plan
+    :param stop: Stops the launch, for a reason
+    :param tell: Is told what happens
+    :param clock: Returns seconds that never go back
+    """
+
+    def __init__(
+        self,
+        source: PlanSource,
+        watches: Watches,
+        extend: Callable[[Iterable[Entry]], None],
+        stop: Callable[[str], None],
+        tell: events.Listener,
+        clock: Callable[[], float],
+    ) -> None:
+        self._source = source
+        self._watches = watches
+        self._extend = extend
+        self._stop = stop
+        self._tell = tell
+        self._clock = clock
+        # one of our own: the source closes its when it likes
+        self._watched = -1
+        # whether the source knows that the launch ends
+        self._knows_end = False
+        self._patient_until: float | None = None
+        self._is_closed = False
+
+    @property
+    def pid(self) -> int:
+        """The process of the source, or 0 while there is none."""
+        return self._source.pid
+
+    @property
+    def number(self) -> int:
+        """Its number in the launch; see `PlanSource`."""
+        return self._source.number
+
+    def begin(self) -> None:
+        """Listen to the source from now on."""
+        if self._source.descriptor != -1:
+            self._watched = os.dup(self._source.descriptor)
+            self._watches.add(self._watched, lambda _: self._take())
+
+    def handle(self, event: events.Event) -> None:
+        """Pass an event on."""
+        if self._is_closed:
+            return
+        if isinstance(event, events.Output):
+            name = event.process.ros_name
+            if name in self._source.wants_output:
+                self._source.output(name, event.stream, event.data)
+            return
+        if isinstance(event, events.ShuttingDown):
+            self._knows_end = True
+        self._source.handle(event)
+
+    def call(self, number: int) -> None:
+        """Ask for what a `HostCall` stands for."""
+        if not self._is_closed:
+            self._source.call(number)
+
+    def is_waiting(self) -> bool:
+        """
+        Tell whether something may still come, though nothing runs.
+
+        If not, the source is told that the launch ends. What it has to say
+        to that is waited for, but not for long.
+        """
+        if self._source.is_busy:
+            if self._knows_end and self._patient_until is None:
+                now = self._clock()
+                self._patient_until = now + limits.SOURCE_PATIENCE
+            return not self._is_overdue()
+        if not (self._knows_end or self._is_closed):
+            self._knows_end = True
+            self._source.handle(events.ShuttingDown(IDLE))
+        return False
+
+    def hurry(self) -> None:
+        """Wait for nothing any more."""
+        self._knows_end = True
+        self._patient_until = self._clock()
+
+    def seconds_to_wait(self) -> float | None:
+        """Return when to ask again whether something is waited for."""
+        if self._patient_until is None:
+            return None
+        return max(0.0, self._patient_until - self._clock())
+
+    def ended(self, status: int) -> None:
+        """
+        Take into account that the process of the source ended.
+
+        :param status: What `os.waitpid` says of it
+        """
+        growths = list(self._source.ended(status))
+        self._unwatch()
+        self._grow(growths)
+        self._tell(events.HostLost(str(Outcome.from_status(status))))
+
+    def close(self) -> None:
+        """End the source."""
+        if not self._is_closed:
+            self._is_closed = True
+            self._unwatch()
+            self._source.close()
+
+    def _is_overdue(self) -> bool:
+        until = self._patient_until
+        return until is not None and self._clock() >= until
+
+    def _take(self) -> None:
+        self._grow(self._source.take())
+        if self._source.descriptor == -1:
+            # its end is told with that of its process
+            self._unwatch()
+
+    def _grow(self, growths: Iterable[Growth]) -> None:
+        for growth in growths:
+            if growth.problems:
+                self._tell(events.PlanFailed(growth.problems))
+            self._extend(growth.entries)
+            if growth.problems:
+                # unless what came with it gives a better reason
+                self._stop('a launch file in Python failed')
+
+    def _unwatch(self) -> None:
+        if self._watched != -1:
+            self._watches.remove(self._watched)
+            os.close(self._watched)
+            self._watched = -1
