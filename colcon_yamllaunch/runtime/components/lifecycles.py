@@ -18,6 +18,7 @@ from colcon_yamllaunch.runtime.components.lifecycle_task import LifecycleTask
 from colcon_yamllaunch.runtime.components.patience import Patience
 from colcon_yamllaunch.runtime.components.transitions import TRANSITIONS
 from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 
 #: Is called with None for success, else with the reason of the failure.
@@ -66,9 +67,11 @@ class Lifecycles:
         # the transitions that the plan has, by the full names of the nodes;
         # the first one of each is under way, or waits for the node
         self._planned: dict[str, deque[ChangeState]] = {}
+        self._planned_since: dict[str, float] = {}
         self._planned_requests: dict[str, int] = {}
         self._by_label: dict[str, LifecycleTask] = {}
         self._patience = Patience(clock)
+        self._has_processes = False
         self.extend(plan)
 
     @property
@@ -78,6 +81,7 @@ class Lifecycles:
 
     def extend(self, more: Plan) -> None:
         """Take more into the plan."""
+        self._has_processes |= any(True for _ in more.processes())
         owners: list[Process | Component] = [
             *more.processes(),
             *more.components(),
@@ -101,8 +105,18 @@ class Lifecycles:
 
     @property
     def is_busy(self) -> bool:
-        """Whether a node is on its way to its goal."""
-        return any(t.is_driven and t.is_running for t in self.tasks)
+        """
+        Whether a node is on its way to its goal, or to be on its way.
+
+        One that is elsewhere gets a while to come, or ever so long if
+        nothing was started.
+        """
+        now = self._clock()
+        return any(t.is_driven and t.is_running for t in self.tasks) or any(
+            not self._has_processes or now < since + limits.PATIENCE
+            for node, since in self._planned_since.items()
+            if self._of_node(node) is None
+        )
 
     def process_started(self, process: Process) -> None:
         """Follow the node of a process, and bring it to its goal."""
@@ -205,6 +219,7 @@ class Lifecycles:
         waiting = self._planned.setdefault(entry.node, deque())
         waiting.append(entry)
         if len(waiting) == 1:
+            self._planned_since[entry.node] = self._clock()
             self._go_on(entry.node)
 
     def client_is_ready(self) -> None:
@@ -231,6 +246,7 @@ class Lifecycles:
     def client_given_up(self, reason: str) -> None:
         """Give up with the client."""
         self._given_up = reason
+        self._planned_requests.clear()
         for task in self.tasks:
             self._drop(task, reason)
             self._fail_for_good(task, reason)
@@ -254,14 +270,31 @@ class Lifecycles:
                 else:
                     text += f'; it is {task.state}'
                 self._tell(events.Warned(text))
+        for node, since in self._planned_since.items():
+            is_elsewhere = self._of_node(node) is None
+            if is_elsewhere and self._patience.is_over(node, since):
+                transition = self._planned[node][0].transition
+                self._tell(
+                    events.Warned(
+                        f'waiting for {node}, to {transition} it; nothing in '
+                        'this launch provides it'
+                    )
+                )
 
     def seconds_to_wait(self) -> float | None:
         """Return when to look again."""
+        driven = [t for t in self.tasks if t.is_driven and t.is_running]
         return self._patience.seconds_to_wait(
-            (t.label, t.since)
-            for t in self.tasks
-            if t.is_driven and t.is_running
+            [(t.label, t.since) for t in driven]
+            + [
+                (node, since)
+                for node, since in self._planned_since.items()
+                if self._of_node(node) is None
+            ]
         )
+
+    def _of_node(self, node: str) -> LifecycleTask | None:
+        return next((t for t in self.tasks if t.node == node), None)
 
     def _named(self, name: str) -> LifecycleTask:
         for task in self.tasks:
@@ -289,7 +322,7 @@ class Lifecycles:
         waiting = self._planned.get(node)
         if not waiting or node in self._planned_requests:
             return
-        task = next((t for t in self.tasks if t.node == node), None)
+        task = self._of_node(node)
         entry = waiting[0]
         if self._given_up is not None:
             self._give_up(node)
@@ -329,13 +362,16 @@ class Lifecycles:
         waiting = self._planned[node]
         waiting.popleft()
         if waiting:
+            self._planned_since[node] = self._clock()
             self._go_on(node)
         else:
-            del self._planned[node]
+            self._give_up(node)
 
     def _give_up(self, node: str) -> None:
         """Forget the transitions of a node that the plan has."""
         self._planned.pop(node, None)
+        self._planned_since.pop(node, None)
+        self._patience.forget(node)
         self._requests.cancel(self._planned_requests.pop(node, None))
 
     def _tell_of_failure(

@@ -5,20 +5,27 @@
 
 import signal
 
+from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import HostCall
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import SignalProcess
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import Dropped
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.events import Loaded
 from colcon_yamllaunch.runtime.core.events import LoadFailed
 from colcon_yamllaunch.runtime.core.events import Planned
 from colcon_yamllaunch.runtime.core.events import Said
+from colcon_yamllaunch.runtime.core.events import Signalled
 from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import TransitionFailed
 from colcon_yamllaunch.runtime.core.events import Unloaded
+from colcon_yamllaunch.runtime.core.events import Warned
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 import pytest
@@ -302,3 +309,149 @@ def test_a_lifecycle_node_becomes_another_one(history, process):
     h.supervisor.replace(process('lc', 'plain'))
     h.exit('lc', STOPPED)
     assert not h.composition.is_lifecycle('lc')
+
+
+def changes(*transitions, node='/lc'):
+    return [ChangeState(node, t, POSITION) for t in transitions]
+
+
+@pytest.fixture
+def lifecycle(process):
+    return process('lc', node_name='/lc', is_lifecycle=True)
+
+
+def test_transitions_of_the_plan_follow_one_another(history, lifecycle):
+    h = history(*changes('configure', 'activate'), lifecycle)
+    h.ready()
+    assert h.answer('change_state')['transition'] == 'configure'
+    assert h.answer('change_state')['transition'] == 'activate'
+    assert not h.open('change_state')
+    h.extend(*changes('deactivate'))
+    assert h.answer('change_state')['transition'] == 'deactivate'
+
+
+def test_a_transition_that_fails_ends_those_behind_it(history, lifecycle):
+    h = history(lifecycle, *changes('configure', 'activate'))
+    h.ready()
+    h.answer('change_state', reason='the callback failed')
+    (failed,) = h.happened(TransitionFailed)
+    assert failed.transition == 'configure'
+    assert 'the callback failed' in failed.reason
+    assert not h.open('change_state')
+
+
+def test_a_transition_of_a_node_that_is_elsewhere(history):
+    h = history(*changes('configure', node='/other'))
+    h.after(2 * limits.PATIENCE)
+    assert 'nothing in this launch provides it' in h.happened(Warned)[0].text
+    h.ready()
+    assert h.answer('change_state', reason='no')['node'] == '/other'
+    warned = h.happened(Warned)[-1]
+    assert '/other failed: no (from /ws/demo.yaml:7:9)' in warned.text
+    assert h.supervisor.done
+
+
+def test_a_node_that_is_elsewhere_gets_a_while_to_come(history, process):
+    h = history(process('a'), process('b', node_name='/b', is_lifecycle=True))
+    h.ready()
+    h.extend(*changes('configure', node='/other'))
+    h.exit('a')
+    h.exit('b')
+    assert not h.supervisor.done
+    h.after(limits.PATIENCE)
+    assert h.supervisor.done
+
+
+def test_the_plan_says_what_becomes_of_a_node_that_starts_itself(
+    history, process
+):
+    h = history(
+        process('lc', node_name='/lc', is_lifecycle=True, autostart=True)
+    )
+    h.ready()
+    h.says(event='state', node='/lc', state='inactive')
+    h.extend(*changes('configure', 'cleanup'))
+    # it is configured already, and not activated
+    (asked,) = h.open('change_state')
+    assert asked['transition'] == 'cleanup'
+
+
+def test_transitions_go_on_with_the_next_client(history, lifecycle):
+    h = history(lifecycle, *changes('configure'))
+    h.ready()
+    h.asked.clear()
+    h.composition.client_died()
+    h.ready()
+    assert h.answer('change_state')['transition'] == 'configure'
+    h.extend(*changes('activate'))
+    h.composition.client_given_up('it crashed')
+    assert [e.transition for e in h.happened(TransitionFailed)] == ['activate']
+    h.extend(*changes('activate'))
+    assert len(h.happened(TransitionFailed)) == 2
+
+
+def test_nobody_waits_for_transitions_of_who_has_ended(history, lifecycle):
+    h = history(lifecycle, *changes('configure', 'activate'))
+    h.ready()
+    h.exit('lc')
+    assert h.supervisor.done
+    assert not h.happened(TransitionFailed)
+
+
+def signalled(name, number):
+    return SignalProcess(name, number, POSITION)
+
+
+def test_a_process_gets_a_signal(history, process):
+    h = history(process('a', name='a.py-1'), process('b', respawn=True))
+    h.extend(signalled('a.py-1', 10), signalled('b', 2))
+    assert h.host.signalled == [(1000, 10), (1001, 2)]
+    assert [e.signal for e in h.happened(Signalled)] == [10, 2]
+    h.exit('b', STOPPED)
+    h.exit('a', Outcome(signal=10))
+    # what the plan itself asked for is no failure; but it is not stopped
+    assert [e.failed for e in h.happened(Exited)] == [False, True]
+    assert h.started() == ['a', 'b', 'b']
+
+
+def test_signal_0_stops_a_process(history, process):
+    h = history(process('a', respawn=True), process('b'), signalled('a', 0))
+    assert h.sent('a') == [signal.SIGINT]
+    h.after(5.0)
+    assert h.sent('a') == [signal.SIGINT, signal.SIGTERM]
+    h.exit('a', Outcome(signal=signal.SIGTERM))
+    assert h.phases() == ['ended', 'running']
+
+
+def test_a_signal_that_nobody_gets_is_told(history, process):
+    h = history(process('a'), process('b'))
+    h.exit('a')
+    h.extend(signalled('a', 2), signalled('c', 0))
+    texts = [e.text for e in h.happened(Warned)]
+    assert texts == [
+        'SIGINT: a does not run (from /ws/demo.yaml:7:9)',
+        "stop: there is no process 'c' (from /ws/demo.yaml:7:9)",
+    ]
+
+
+def test_the_host_is_called_when_it_is_due(history, process):
+    call = HostCall(3, 'OpaqueFunction spawn', POSITION)
+    h = history(process('a'), Timer(2.0, (call,)))
+    assert h.host.calls == []
+    h.after(2.0)
+    assert h.host.calls == [3]
+
+
+def test_the_launch_is_not_over_while_the_last_word_is_awaited(
+    history, process
+):
+    h = history(process('a'))
+    h.supervisor.stop('enough')
+    h.host.waits = True
+    h.exit('a', STOPPED)
+    assert not h.supervisor.done
+    h.extend(Message('INFO', 'bye'))
+    h.host.waits = False
+    h.turn()
+    assert h.supervisor.done
+    assert [e.text for e in h.happened(Said)] == ['bye']

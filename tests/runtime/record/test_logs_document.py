@@ -69,6 +69,8 @@ def records(process, tmp_path):
         events.StateChanged(talker, '/lc', 'inactive', 'configuring'),
         events.TransitionFailed(talker, '/lc', 'configure', 'reason'),
         events.RosLost('reason'),
+        events.PlanFailed(('error: oh', '  no')),
+        events.HostLost('reason'),
         events.Ended(1),
     ]
     assert {type(event) for event in happened} == kinds()
