@@ -11,13 +11,16 @@ from typing import Any
 
 from colcon_yamllaunch.common import temporary_folders
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import HostCall
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import SignalProcess
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.control import socket_folder
@@ -27,6 +30,12 @@ from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.run_plan import run_plan
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
+
+_WITH_POSITION = {
+    'call': HostCall,
+    'change_state': ChangeState,
+    'signal': SignalProcess,
+}
 
 
 def entry_of(data: dict[str, Any]) -> Entry:
@@ -39,6 +48,9 @@ def entry_of(data: dict[str, Any]) -> Entry:
     if kind == 'timer':
         entries = tuple(entry_of(e) for e in data.pop('entries'))
         return Timer(entries=entries, **data)
+    if kind in _WITH_POSITION:
+        position = Position('/ws/demo.launch.py', 7, 9)
+        return _WITH_POSITION[kind](position=position, **data)
     if kind == 'component':
         position = Position('/ws/demo.yaml', 7, 9)
         return Component(position=position, **data)
@@ -63,6 +75,11 @@ def main() -> int:
         limits.CLIENT_RESTARTS = 2
         ros_link.PROGRAM = Path(__file__).with_name('fake_ros_client.py')
     log_folder = data.get('log_folder')
+    source = None
+    if 'source' in data:
+        from played_source import PlayedSource
+
+        source = PlayedSource(data['source'], data.get('wanted', ()), entry_of)
     return run_plan(
         Plan(tuple(entry_of(e) for e in data['entries'])),
         environment=dict(os.environ),
@@ -75,6 +92,7 @@ def main() -> int:
             map(LinePattern, data.get('until', ())), data.get('timeout')
         ),
         presentation=Presentation(data.get('verbosity', 'normal')),
+        source=source,
     )
 
 

@@ -154,6 +154,8 @@ class Supervisor:
         self._progress: tuple[object, float] = (None, -math.inf)
         self._single_stops: dict[int, Stop] = {}
         self._restarting: set[int] = set()
+        # what processes get that have not been started yet
+        self._early_signals: dict[int, list[SignalProcess]] = {}
         # what is forgotten when it has ended
         self._dropped: set[int] = set()
         #: Whether the launch is over.
@@ -453,10 +455,14 @@ class Supervisor:
 
     def _signal(self, entry: SignalProcess) -> None:
         try:
+            task = self.task(entry.process)
+            if not self._is_begun(task):
+                # as in ROS 2, it gets the signal once it runs
+                self._early_signals.setdefault(task.number, []).append(entry)
+                return
             if not entry.signal:
                 self.stop_process(entry.process)
                 return
-            task = self.task(entry.process)
             group, number = task.group, entry.signal
             if group is None or not self._host.signal(group, number):
                 raise RefusedError(f'{task.process.label} does not run')
@@ -537,6 +543,8 @@ class Supervisor:
         self._host.tell(events.Started(process, group))
         if self._composition is not None:
             self._composition.started(process)
+        for entry in self._early_signals.pop(task.number, ()):
+            self._signal(entry)
 
     def _respawn_later(
         self, task: Task, delay: float, *, is_clean: bool

@@ -434,6 +434,15 @@ def test_a_signal_that_nobody_gets_is_told(history, process):
     ]
 
 
+def test_a_signal_waits_for_the_start(history, process):
+    h = history(signalled('b', 10), Timer(2.0, (process('b'),)))
+    h.extend(signalled('b', 0))
+    assert h.host.signalled == []
+    h.after(2.0)
+    assert h.host.signalled == [(1000, 10)]
+    assert h.sent('b') == [signal.SIGINT]
+
+
 def test_the_host_is_called_when_it_is_due(history, process):
     call = HostCall(3, 'OpaqueFunction spawn', POSITION)
     h = history(process('a'), Timer(2.0, (call,)))
