@@ -79,6 +79,7 @@ def main() -> int:
     if 'source' in data:
         from played_source import PlayedSource
 
+        limits.SOURCE_PATIENCE = data.get('patience', limits.SOURCE_PATIENCE)
         source = PlayedSource(data['source'], data.get('wanted', ()), entry_of)
     return run_plan(
         Plan(tuple(entry_of(e) for e in data['entries'])),

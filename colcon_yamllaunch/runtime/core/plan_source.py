@@ -53,4 +53,4 @@ class PlanSource(Protocol):
         """Take into account that its process ended, with a wait status."""
 
     def close(self) -> None:
-        """End it, as nothing is asked of it any more."""
+        """End it, as nothing is asked of it any more; once or more often."""

@@ -49,7 +49,8 @@ class PlanFeed:
         # whether the source knows that the launch ends
         self._knows_end = False
         self._patient_until: float | None = None
-        self._is_closed = False
+        # whether nothing is asked of the source any more
+        self._is_over = False
 
     @property
     def pid(self) -> int:
@@ -69,7 +70,7 @@ class PlanFeed:
 
     def handle(self, event: events.Event) -> None:
         """Pass an event on."""
-        if self._is_closed:
+        if self._is_over:
             return
         if isinstance(event, events.Output):
             name = event.process.ros_name
@@ -82,7 +83,7 @@ class PlanFeed:
 
     def call(self, number: int) -> None:
         """Ask for what a `HostCall` stands for."""
-        if not self._is_closed:
+        if not self._is_over:
             self._source.call(number)
 
     def is_waiting(self) -> bool:
@@ -92,12 +93,14 @@ class PlanFeed:
         If not, the source is told that the launch ends. What it has to say
         to that is waited for, but not for long.
         """
+        if self._is_over:
+            return False
         if self._source.is_busy:
             if self._knows_end and self._patient_until is None:
                 now = self._clock()
                 self._patient_until = now + limits.SOURCE_PATIENCE
             return not self._is_overdue()
-        if not (self._knows_end or self._is_closed):
+        if not self._knows_end:
             self._knows_end = True
             self._source.handle(events.ShuttingDown(IDLE))
         return False
@@ -120,16 +123,16 @@ class PlanFeed:
         :param status: What `os.waitpid` says of it
         """
         growths = list(self._source.ended(status))
+        self._is_over = True
         self._unwatch()
         self._grow(growths)
         self._tell(events.HostLost(str(Outcome.from_status(status))))
 
     def close(self) -> None:
         """End the source."""
-        if not self._is_closed:
-            self._is_closed = True
-            self._unwatch()
-            self._source.close()
+        self._is_over = True
+        self._unwatch()
+        self._source.close()
 
     def _is_overdue(self) -> bool:
         until = self._patient_until

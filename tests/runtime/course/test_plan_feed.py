@@ -166,13 +166,16 @@ def test_its_end_is_told_once(launch):
     assert isinstance(lost, HostLost)
     assert 'SIGKILL' in lost.lines()[0]
     assert launch.feed.pid == 0
+    launch.source.is_busy = True
+    launch.feed.handle(ShuttingDown('enough'))
+    assert not launch.feed.is_waiting()
+    assert launch.source.told == []
 
 
 def test_nothing_is_asked_of_one_that_was_closed(launch, process):
     launch.feed.close()
     launch.feed.handle(Started(process('a'), 12))
     launch.feed.call(3)
-    launch.feed.close()
     assert not launch.feed.is_waiting()
     assert launch.source.told == ['close']
     assert launch.source.calls == []
