@@ -25,10 +25,13 @@ class Adoption:
     Those that were there before, from whatever this process was before it
     became Python, are never ours, and neither can those be told apart that
     lose their parent among their descendants.
+
+    :param helpers: Those of them that this process itself has started, which
+      it tells apart
     """
 
-    def __init__(self) -> None:
-        before = _children()
+    def __init__(self, helpers: Collection[int] = ()) -> None:
+        before = _children().difference(helpers)
         #: Whether each child that is adopted comes from what we start.
         self.is_exact = not before
         # nobody else can wait for the children of process 1

@@ -123,7 +123,7 @@ def run_plan(
         stack.callback(display.writer.close)
         environment = display.environment
         # before the guard, which is a child, too
-        adoption = Adoption()
+        adoption = Adoption(() if source is None else (source.pid,))
         stack.callback(adoption.end)
         buffering = LineBuffering(environment.get('PATH', os.defpath))
         settings = Settings(

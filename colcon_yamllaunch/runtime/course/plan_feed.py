@@ -5,6 +5,7 @@
 
 from collections.abc import Callable
 from collections.abc import Iterable
+from itertools import chain
 import os
 
 from colcon_yamllaunch.language.plan.plan import Entry
@@ -146,10 +147,11 @@ class PlanFeed:
 
     def _grow(self, growths: Iterable[Growth]) -> None:
         for growth in growths:
-            if growth.problems:
-                self._tell(events.PlanFailed(growth.problems))
+            problems = [p.split('\n') for p in growth.problems]
+            if problems:
+                self._tell(events.PlanFailed(tuple(chain(*problems))))
             self._extend(growth.entries)
-            if growth.problems:
+            if problems:
                 # unless what came with it gives a better reason
                 self._stop('a launch file in Python failed')
 

@@ -23,6 +23,7 @@ from colcon_yamllaunch.runtime.core.events import Listener
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.core.events import Verbosity
+from colcon_yamllaunch.runtime.core.plan_source import PlanSource
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.record.failures import OwnerOf
 from colcon_yamllaunch.runtime.run_plan import run_plan
@@ -77,7 +78,7 @@ class PlanRun:
         attach: str | None,
         owner_of: OwnerOf,
         when_started: Callable[[], None],
-        identity: str = '',
+        source: PlanSource | None = None,
     ) -> int:
         """
         Run a plan, and return the exit code.
@@ -91,7 +92,7 @@ class PlanRun:
         :param owner_of: Tells which package has a missing Python module
         :param when_started: Is called when all processes were started that
           wait for nothing
-        :param identity: The identity that the launch has already, if any
+        :param source: Where more plan comes from while it runs, if anywhere
         """
         self._when_started = when_started
         entries = plan.entries
@@ -125,7 +126,7 @@ class PlanRun:
             observers=observers,
             owner_of=owner_of,
             parameters_of=_parameters_of,
-            identity=identity,
+            source=source,
         )
         if self._ended is not None and self._ended.exit_code:
             from colcon_yamllaunch.verb.launching.annotations import annotate
