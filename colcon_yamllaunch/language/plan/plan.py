@@ -345,6 +345,10 @@ class Plan:
         """Iterate over all components, those behind timers too."""
         return (e for e in self._leaves() if isinstance(e, Component))
 
+    def changes_of_state(self) -> Iterator[ChangeState]:
+        """Iterate over all transitions, those behind timers too."""
+        return (e for e in self._leaves() if isinstance(e, ChangeState))
+
     @property
     def needs_ros(self) -> bool:
         """Whether more is to be done in ROS than to start processes."""
@@ -362,6 +366,20 @@ class Plan:
                 case _:
                     pass
         return False
+
+    @property
+    def host_position(self) -> Position | None:
+        """Where it first says what only a launch file in Python can do.
+
+        That needs the host of launch files in Python while the plan runs.
+        None if there is nothing of the kind.
+        """
+        for handler in self.handlers:
+            return handler.position
+        for entry in self._leaves():
+            if isinstance(entry, HostCall):
+                return entry.position
+        return None
 
     def _leaves(self) -> Iterator[Entry]:
         pending = list(reversed(self.entries))

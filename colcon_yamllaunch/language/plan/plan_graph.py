@@ -12,6 +12,7 @@ from colcon_yamllaunch.language.plan.plan import Block
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan_text import when
 from colcon_yamllaunch.language.syntax.diagnostics import shown_path
 
 
@@ -42,8 +43,11 @@ class _Language(NamedTuple):
     :param closing: The end of a block
     :param process: A process with a number and text
     :param component: A component with a number and text
+    :param handler: What is done when something happens, with a number and text
     :param loaded: An arrow from the process with a number to the component
       with another one
+    :param handled: An arrow from the process with a number to what is done
+      when something happens to it, with another one
     :param line_end: What separates the lines of a text
     :param escaped: Makes a text one that means nothing to the language
     """
@@ -52,7 +56,9 @@ class _Language(NamedTuple):
     closing: str
     process: str
     component: str
+    handler: str
     loaded: str
+    handled: str
     line_end: str
     escaped: Callable[[str], str]
 
@@ -80,6 +86,11 @@ class _Drawing:
         for number, component in enumerate(plan.components()):
             inside = self._components.setdefault(component.block, [])
             inside.append((number, component))
+        self._handlers = plan.handlers
+        self._names = {
+            process.ros_name: number
+            for number, process in enumerate(plan.processes())
+        }
         self._containers = {
             process.node_name: number
             for number, process in enumerate(plan.processes())
@@ -92,6 +103,13 @@ class _Drawing:
                 container = self._containers.get(component.container)
                 if container is not None:
                     yield '  ' + language.loaded.format(container, number)
+        for number, handler in enumerate(self._handlers):
+            text = language.lines(f'{when(handler)}:', *handler.actions)
+            yield '  ' + language.handler.format(number, text)
+            for name in handler.processes:
+                if name in self._names:
+                    process = self._names[name]
+                    yield '  ' + language.handled.format(process, number)
 
     def _block(
         self, index: int | None, language: _Language, indent: str
@@ -133,7 +151,9 @@ _MERMAID = _Language(
     'end',
     'process{}["{}"]',
     'component{}(["{}"])',
+    'handler{}>"{}"]',
     'process{} --> component{}',
+    'process{} -.-> handler{}',
     '<br/>',
     _escaped,
 )
@@ -142,7 +162,9 @@ _DOT = _Language(
     '}',
     'process{} [label="{}"];',
     'component{} [shape=ellipse, label="{}"];',
+    'handler{} [shape=note, label="{}"];',
     'process{} -> component{};',
+    'process{} -> handler{} [style=dashed];',
     '\\n',
     _quoted,
 )

@@ -6,8 +6,9 @@ Plans as JSON and back.
 
 The JSON has the fields of the plan's classes under their names, in their
 order. Where several classes may stand, `type` tells which: `process`,
-`component`, `message`, `shutdown`, `timer`, or `parameter_file` among the
-arguments. The environment is an object with null for a variable that is unset.
+`component`, `message`, `shutdown`, `timer`, `change_state`, `signal`, `call`,
+or `parameter_file` among the arguments. The environment is an object with null
+for a variable that is unset.
 """
 
 from collections import Counter
@@ -20,12 +21,15 @@ import typing
 from typing import Any
 
 from colcon_yamllaunch.language.plan import plan as plan_module
+from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import HostCall
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import SignalProcess
 from colcon_yamllaunch.language.plan.plan import Timer
 
 #: How many values and separators the JSON of a plan may have: a process takes
@@ -37,11 +41,14 @@ MAXIMUM_VALUES = 2_000_000
 VERSION = 1
 
 _TAGGED: dict[type, str] = {
+    ChangeState: 'change_state',
     Component: 'component',
+    HostCall: 'call',
     Message: 'message',
     ParameterFile: 'parameter_file',
     Process: 'process',
     Shutdown: 'shutdown',
+    SignalProcess: 'signal',
     Timer: 'timer',
 }
 _ENVIRONMENT = 'environment'

@@ -6,14 +6,17 @@
 from collections.abc import Iterator
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGTERM_TIMEOUT
 from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import HostCall
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import SignalProcess
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.plan.plan_text import command
 from colcon_yamllaunch.language.plan.plan_text import load_command
@@ -38,9 +41,12 @@ command -v ros2 > /dev/null || {
 container_runs() {
   until ros2 component list "$1"; do sleep 0.5; done
 } > /dev/null 2>&1
-activate() {
+change_state() {
   until ros2 lifecycle get "$1"; do sleep 0.5; done > /dev/null 2>&1
-  ros2 lifecycle set "$1" configure && ros2 lifecycle set "$1" activate
+  ros2 lifecycle set "$1" "$2"
+}
+activate() {
+  change_state "$1" configure && change_state "$1" activate
 }
 """
 
@@ -115,14 +121,26 @@ def plan_to_script(plan: Plan, cwd: str, setup: str | None = None) -> str:
 
 def _needs_ros2(plan: Plan) -> bool:
     activated = any(p.is_lifecycle and p.autostart for p in plan.processes())
-    return activated or any(True for _ in plan.components())
+    return (
+        activated
+        or any(True for _ in plan.components())
+        or any(True for _ in plan.changes_of_state())
+    )
 
 
 def _jobs(entries: tuple[Entry, ...], cwd: str, delay: float) -> Iterator[str]:
     loads: dict[str, list[Component]] = {}
+    changes: dict[str, list[str]] = {}
     for entry in entries:
         if isinstance(entry, Component):
             loads.setdefault(entry.container, []).append(entry)
+            continue
+        if isinstance(entry, ChangeState):
+            changes.setdefault(entry.node, []).append(entry.transition)
+            continue
+        if isinstance(entry, SignalProcess | HostCall):
+            place = one_line(shown_position(entry.position, cwd))
+            yield f'# {place}: not done, as only a launch can\n'
             continue
         if isinstance(entry, Timer):
             if entry.on_ros_time:
@@ -140,6 +158,9 @@ def _jobs(entries: tuple[Entry, ...], cwd: str, delay: float) -> Iterator[str]:
     for container, components in loads.items():
         yield from (_title(component, cwd) for component in components)
         yield _job(_loading(container, components), delay)
+    for node, transitions in changes.items():
+        steps = [f'change_state {quoted(node)} {t}' for t in transitions]
+        yield _job([_ON_SIGNAL, ' && '.join(steps)], delay)
 
 
 def _title(entry: Process | Component, cwd: str) -> str:

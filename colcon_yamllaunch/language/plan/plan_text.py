@@ -13,6 +13,7 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import EventHandler
 from colcon_yamllaunch.language.plan.plan import HostCall
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
@@ -46,6 +47,8 @@ def plan_to_text(plan: Plan, cwd: str, setup: str | None = None) -> str:
     :param setup: The setup script of the workspace, if there is one
     """
     lines = list(map(one_line, _entries(plan.entries, cwd, '')))
+    for handler in plan.handlers:
+        lines += map(one_line, handler_as_text(handler, cwd))
     if not lines:
         lines = ['nothing would run']
     if setup is not None and any(True for _ in plan.processes()):
@@ -159,6 +162,47 @@ def _signal(entry: SignalProcess) -> str:
     except ValueError:
         name = f'signal {entry.signal}'
     return f'{name} to {entry.process}'
+
+
+def handler_as_text(handler: EventHandler, cwd: str) -> Iterator[str]:
+    """
+    Describe what is done when something happens, line by line.
+
+    :param cwd: The folder that paths are shown relative to
+    """
+    title = f'{when(handler)}:'
+    place = shown_position(handler.position, cwd)
+    if len(handler.actions) == 1:
+        yield f'{title} {handler.actions[0]}  ({place})'
+        return
+    yield f'{title}  ({place})'
+    for action in handler.actions:
+        yield _INDENT + action
+
+
+def when(handler: EventHandler) -> str:
+    """Say when an event handler does something."""
+    who = ' or '.join(handler.processes)
+    condition = handler.condition
+    rest = f' ({condition})' if condition else ''
+    match handler.event:
+        case 'start':
+            return f'when {who or "a process"} starts{rest}'
+        case 'exit':
+            return f'when {who or "a process"} ends{rest}'
+        case 'output':
+            return f'when {who or "a process"} writes something{rest}'
+        case 'complete':
+            return f'when {who or "something"} is done{rest}'
+        case 'shutdown':
+            return f'when the launch ends{rest}'
+        case 'state':
+            who = who or 'a lifecycle node'
+            if condition and ' ' not in condition:
+                return f'when {who} is {condition}'
+            return f'when {who} changes its state{rest}'
+        case _:
+            return f'when {condition or "something else happens"}'
 
 
 def process_as_text(process: Process, cwd: str) -> Iterator[str]:

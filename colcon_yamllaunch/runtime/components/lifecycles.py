@@ -216,6 +216,10 @@ class Lifecycles:
 
         It may be one that is no part of the launch.
         """
+        if entry.transition not in TRANSITIONS:
+            task = self._of_node(entry.node)
+            self._tell_of_failure(entry, task, 'there is no such transition')
+            return
         waiting = self._planned.setdefault(entry.node, deque())
         waiting.append(entry)
         if len(waiting) == 1:

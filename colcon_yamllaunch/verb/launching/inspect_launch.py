@@ -27,6 +27,7 @@ from colcon_yamllaunch.language.reports.reports import as_sarif
 from colcon_yamllaunch.language.reports.reports import as_text
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.diagnostics import shown_position
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.messages import show
@@ -163,6 +164,13 @@ def _plan(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
         raise UserError(
             f'there is no script for it, as {plan.left_open[0]} is left open: '
             'add --run-commands if you trust the launch file'
+        )
+    position = plan.host_position
+    if form == SCRIPT and position is not None:
+        place = shown_position(position, str(flow.cwd))
+        raise UserError(
+            'there is no script for it, as what happens while it runs is up '
+            f'to Python ({place}): launch it'
         )
     setup = flow.setup_script
     _show(form, _PLAN_FORMATS[form](plan, str(flow.cwd), setup))

@@ -25,6 +25,7 @@ from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
+from colcon_yamllaunch.language.syntax.diagnostics import shown_position
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.socket_folder import has_sockets
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
@@ -142,6 +143,13 @@ class LaunchFlow:
             raise UserError(
                 f"'{path}' cannot be run, as {plan.left_open[0]} was left "
                 'open in it: save it with --run-commands'
+            )
+        position = plan.host_position
+        if position is not None:
+            place = shown_position(position, str(self.cwd))
+            raise UserError(
+                f"'{path}' cannot be run, as what happens while it runs is up "
+                f'to Python ({place}): launch that file'
             )
         with locked(self._log_folder):
             return self._run(plan, self._process_environment(), plan_run)

@@ -11,15 +11,19 @@ import json
 import subprocess
 
 from colcon_yamllaunch.language.plan.plan import Block
+from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Condition
 from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import EventHandler
+from colcon_yamllaunch.language.plan.plan import HostCall
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import SignalProcess
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.plan.plan_graph import plan_to_dot
 from colcon_yamllaunch.language.plan.plan_graph import plan_to_mermaid
@@ -124,6 +128,9 @@ leaves = st.one_of(
     components,
     st.builds(Message, st.text(max_size=3), st.text(max_size=3)),
     st.builds(Shutdown, st.text(max_size=3)),
+    st.builds(ChangeState, st.text(max_size=3), st.just('cleanup'), positions),
+    st.builds(SignalProcess, st.text(max_size=3), st.integers(), positions),
+    st.builds(HostCall, st.integers(), st.text(max_size=3), positions),
 )
 entries = st.recursive(
     leaves,
@@ -298,6 +305,69 @@ def test_drawings_of_components() -> None:
         '  component1 [shape=ellipse, label="talker\\n/ns/talker\\nin /far"];',
         '  process0 -> component0;',
     ]
+
+
+PYTHON = Position('/ws/a.launch.py', 7, 5)
+HANDLERS = (
+    EventHandler('exit', ('usb_driver-1',), '', ('start rviz2',), PYTHON),
+    EventHandler('start', ('a-2', 'b-3'), 'once', ('call f', 'x'), PYTHON),
+    EventHandler('output', (), '', ('call g',), PYTHON),
+    EventHandler('state', ('/lc',), 'inactive', ('activate /lc',), PYTHON),
+    EventHandler('state', (), 'active to inactive', ('x',), PYTHON),
+    EventHandler('complete', (), '', ('x',), PYTHON),
+    EventHandler('shutdown', (), '', ('say "bye"',), PYTHON),
+    EventHandler('other', (), 'my_event', (), PYTHON),
+)
+ENTRIES = (
+    ChangeState('/lc', 'configure', PYTHON),
+    SignalProcess('usb_driver-1', 2, PYTHON),
+    SignalProcess('usb_driver-1', 0, PYTHON),
+    SignalProcess('usb_driver-1', 99, PYTHON),
+    Timer(2.0, (HostCall(3, 'OpaqueFunction spawn', PYTHON),)),
+)
+
+
+def test_text_of_what_happens_when() -> None:
+    place = '  (a.launch.py:7:5)'
+    plan = Plan(ENTRIES, handlers=HANDLERS)
+    assert plan_to_text(plan, '/ws').splitlines() == [
+        f'configure /lc{place}',
+        f'SIGINT to usb_driver-1{place}',
+        f'stop usb_driver-1{place}',
+        f'signal 99 to usb_driver-1{place}',
+        'after 2 s:',
+        f'    call OpaqueFunction spawn{place}',
+        f'when usb_driver-1 ends: start rviz2{place}',
+        f'when a-2 or b-3 starts (once):{place}',
+        '    call f',
+        '    x',
+        f'when a process writes something: call g{place}',
+        f'when /lc is inactive: activate /lc{place}',
+        'when a lifecycle node changes its state (active to inactive): '
+        f'x{place}',
+        f'when something is done: x{place}',
+        f'when the launch ends: say "bye"{place}',
+        f'when my_event:{place}',
+    ]
+
+
+def test_drawings_of_what_happens_when() -> None:
+    node = replace(NODE, block=None)
+    plan = Plan((node,), handlers=HANDLERS[:2])
+    assert plan_to_mermaid(plan, '/ws').splitlines()[2:] == [
+        '  handler0>"when usb_driver-1 ends:<br/>start rviz2"]',
+        '  process0 -.-> handler0',
+        '  handler1>"when a-2 or b-3 starts (once):<br/>call f<br/>x"]',
+    ]
+    assert '  process0 -> handler0 [style=dashed];' in plan_to_dot(plan, '/ws')
+
+
+def test_what_happens_while_a_plan_runs_may_need_python() -> None:
+    assert Plan(ENTRIES[:4]).host_position is None
+    assert Plan(ENTRIES).host_position == PYTHON
+    plan = Plan((NODE,), handlers=HANDLERS)
+    assert plan.host_position == PYTHON
+    assert plan_from_json(plan_to_json(plan)) == plan
 
 
 def test_text_of_an_empty_plan() -> None:

@@ -10,12 +10,14 @@ from pathlib import Path
 import signal
 import subprocess
 
+from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.plan.plan import SignalProcess
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.plan.plan_script import plan_to_script
 from colcon_yamllaunch.language.syntax.position import Position
@@ -194,6 +196,28 @@ def test_lifecycle_nodes_are_activated(
     ]
     assert script.returncode == 0
     assert 'not those of /clock' in (tmp_path / 'run.sh').read_text()
+
+
+def test_transitions_are_asked_for_in_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / 'ros2'
+    program.write_text(ROS2)
+    program.chmod(0o755)
+    monkeypatch.setenv('PATH', str(tmp_path), prepend=':')
+    with start(
+        tmp_path,
+        ChangeState('/arm', 'configure', HERE),
+        SignalProcess('arm-1', 2, HERE),
+        ChangeState('/arm', 'cleanup', HERE),
+    ) as script:
+        output, _ = script.communicate(timeout=DEADLINE)
+    assert output.splitlines() == [
+        'ros2 lifecycle set /arm configure',
+        'ros2 lifecycle set /arm cleanup',
+    ]
+    text = (tmp_path / 'run.sh').read_text()
+    assert ':14:9: not done, as only a launch can' in text
 
 
 def test_ros2_is_needed_for_components_only(tmp_path: Path) -> None:

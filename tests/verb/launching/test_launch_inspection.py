@@ -6,6 +6,10 @@
 import json
 import subprocess
 
+from colcon_yamllaunch.language.plan.plan import EventHandler
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan_json import plan_to_json
+from colcon_yamllaunch.language.syntax.position import Position
 from support.user import built
 from support.user import User
 
@@ -58,6 +62,15 @@ def test_file_that_has_no_plan(user: User) -> None:
     assert "'plan.json' has no plan: plan.entries is not a list" in output
     output = user.launch('--from-plan', 'plan.jsn', code=1)
     assert "'plan.jsn' has no plan: No such file or directory" in output
+
+
+def test_saved_plan_that_needs_python_is_not_run(user: User) -> None:
+    position = Position(str(user.root / 'a.launch.py'), 7, 5)
+    handler = EventHandler('shutdown', (), '', ('call f',), position)
+    user.write('plan.json', plan_to_json(Plan(handlers=(handler,))))
+    output = user.launch('--from-plan', 'plan.json', code=1)
+    assert "'plan.json' cannot be run, as what happens while it" in output
+    assert 'up to Python (a.launch.py:7:5): launch that file' in output
 
 
 def test_drawings(user: User) -> None:
