@@ -19,6 +19,7 @@ from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
 from colcon_yamllaunch.language.syntax.yaml_values import load_yaml
 from colcon_yamllaunch.language.syntax.yaml_values import UnusableYamlError
 from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
 from colcon_yamllaunch.language.vocabulary.parameter_sections import (
     ParameterSections,
 )
@@ -138,7 +139,7 @@ def sections_in(walk: Walk, path: str) -> ParameterSections:
 def _substituted(walk: Walk, path: str, origin: Text) -> str | None:
     content = None
     with walk.within_text(origin):
-        text = whole_file(path)
+        text = whole_file(path, walk.exposed)
         walk.note_text(text.template)
         content = walk.value(text).text
     if content is None:
@@ -162,12 +163,14 @@ def _substituted(walk: Walk, path: str, origin: Text) -> str | None:
     return content
 
 
-def whole_file(path: str) -> Text:
+def whole_file(path: str, exposed: FindExposed) -> Text:
     """
     Return the content of a file with substitutions in it.
 
+    :param exposed: Gives the substitutions that packages bring
     :raises LaunchError: when it cannot be read, or one of them is malformed
     """
     source = read_source(path, path)
     end = source.position_at(len(source.text))
-    return Text(Scalar(source, 0, 0, source.text, '', None, (end.line, 0)))
+    scalar = Scalar(source, 0, 0, source.text, '', None, (end.line, 0))
+    return Text(scalar, exposed=exposed)

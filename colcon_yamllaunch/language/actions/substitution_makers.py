@@ -449,6 +449,17 @@ def _string_strip(_call: Call, text: str) -> str:
     return text.strip()
 
 
+def _exposed(call: Call, *texts: str) -> str | None:
+    return call.walk.make_exposed(call.name, texts, call)
+
+
+class _Makers(dict[str, Maker]):
+    """What makes each substitution; others than these are of packages."""
+
+    def __missing__(self, _name: str) -> Maker:
+        return _of_texts(_exposed)
+
+
 _VALUES: Mapping[str, Maker] = {
     'var': _var,
     'env': _env,
@@ -482,7 +493,9 @@ _TEXTS: Mapping[str, TextMaker] = {
     'string-strip': _string_strip,
 }
 #: What makes each substitution.
-MAKERS: Mapping[str, Maker] = {
-    **_VALUES,
-    **{name: _of_texts(make) for name, make in _TEXTS.items()},
-}
+MAKERS: Mapping[str, Maker] = _Makers(
+    {
+        **_VALUES,
+        **{name: _of_texts(make) for name, make in _TEXTS.items()},
+    }
+)

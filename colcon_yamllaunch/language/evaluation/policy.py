@@ -5,6 +5,7 @@
 
 from abc import ABC
 from abc import abstractmethod
+from collections.abc import Sequence
 import os
 from typing import TYPE_CHECKING
 
@@ -110,6 +111,22 @@ class Policy(Findings, Surroundings, ABC):
         :param name: The path that it goes by
         :param path: The file to read
         :param origin: Where it is included, else its start
+        """
+
+    @abstractmethod
+    def do_exposed(self, attributes: Attributes) -> None:
+        """Do an action of another package, which only that can do."""
+
+    @abstractmethod
+    def make_exposed(
+        self, name: str, texts: Sequence[str], at: Span
+    ) -> str | None:
+        """
+        Make a substitution of another package, None when it is not known.
+
+        :param texts: Its arguments
+        :param at: Where it is written
+        :raises LaunchError: when the launch cannot go on without it
         """
 
     def declare(

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
+from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
 from colcon_yamllaunch.language.vocabulary.package_lookup import Packages
 
 if TYPE_CHECKING:
@@ -26,8 +28,7 @@ class Request:
     :param arguments: The launch arguments that are given
     :param cwd: The folder that relative paths start from, absolute
     :param log_folder: The folder that `$(log_dir)` names
-    :param host: Returns what reads launch files in Python; without it,
-      `ros2 launch` runs them
+    :param exposed: Gives the actions and substitutions that packages bring
     """
 
     name: str
@@ -37,4 +38,4 @@ class Request:
     arguments: Mapping[str, str]
     cwd: str
     log_folder: str = ''
-    host: 'Callable[[], LaunchHost] | None' = None
+    exposed: FindExposed = NothingExposed

@@ -28,6 +28,7 @@ class Surroundings:
 
     def __init__(self, request: Request) -> None:
         self.packages = request.packages
+        self.exposed = request.exposed
         self.environment = dict(request.environment)
         self.cwd = request.cwd
         self.log_folder: str | None = request.log_folder

@@ -353,7 +353,7 @@ class Walk(Policy):
             try:
                 source = read_source(path, name)
                 self.sources.append(source)
-                file = read_launch_file(source)
+                file = read_launch_file(source, self.exposed)
             except LaunchError as e:
                 self._broken[path] = e
             else:
@@ -414,8 +414,14 @@ class Walk(Policy):
 
     def act(self, entity: Entity) -> None:
         """Do an action whatever its condition is."""
-        handler = self._handlers[entity.action.name]
-        handler(self, Attributes.of_action(self, entity))
+        self.do(Attributes.of_action(self, entity))
+
+    def do(self, attributes: Attributes) -> None:
+        """Do what an action says."""
+        if attributes.item.raw is None:
+            self._handlers[attributes.name](self, attributes)
+        else:
+            self.do_exposed(attributes)
 
     def guard(self, entity: Entity) -> Guard | None:
         """Evaluate the condition of an action, None when it has none."""

@@ -9,6 +9,7 @@ at, whatever its condition comes to, and every launch file that is included.
 """
 
 from collections.abc import Iterable
+from collections.abc import Sequence
 from collections.abc import Set
 from itertools import islice
 import os
@@ -138,7 +139,7 @@ class _Check(Walk):
     def act(self, entity: Entity) -> None:
         attributes = Attributes.of_action(self, entity)
         attributes.check()
-        HANDLERS[attributes.name](self, attributes)
+        self.do(attributes)
 
     def branch(self, guard: Guard, entity: Entity) -> None:
         is_sure = not guard.sources
@@ -226,6 +227,23 @@ class _Check(Walk):
             self.may_have_others = True
         except AlreadyReportedError:
             self.may_have_others = True
+        return None
+
+    def do_exposed(self, attributes: Attributes) -> None:
+        raw = attributes.item.raw
+        assert raw is not None
+        self.use_package(raw.package, attributes.position)
+        # what it starts and sets is not known
+        self._files[-1].use.is_open = True
+        self.may_have_others = True
+        self.scope.configurations.is_open = True
+
+    def make_exposed(
+        self, name: str, texts: Sequence[str], at: Span
+    ) -> str | None:
+        package = self.exposed().substitution(name)
+        assert package is not None
+        self.use_package(package, at.position)
         return None
 
     def follow(

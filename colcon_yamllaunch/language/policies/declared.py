@@ -10,8 +10,7 @@ and not by what a condition comes to, since another argument may change that.
 
 from collections.abc import Iterable
 from collections.abc import Mapping
-from dataclasses import replace
-import os
+from collections.abc import Sequence
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
@@ -199,38 +198,16 @@ class _Listing(Walk):
                 hint=f"'ros2 launch -s {path}' shows them",
             )
 
-    def _note_python(self, name: str, path: str, origin: Span) -> bool:
-        """
-        Note what a launch file in Python declares, and return whether it is.
+    def do_exposed(self, attributes: Attributes) -> None:
+        # it is not run only to see what it may declare
+        self.scope.configurations.is_open = True
 
-        :raises LaunchError: when the file has mistakes
-        """
-        # most launch files are not in Python
-        from colcon_yamllaunch.language.host import python_declarations
+    def make_exposed(
+        self, name: str, texts: Sequence[str], at: Span
+    ) -> str | None:
+        return None
 
-        # before the package is built, only the file in its source is there
-        file = name if os.path.isfile(name) else path
-        said = python_declarations.declared_arguments(self, file, origin)
-        for argument in said or ():
-            self.arguments.setdefault(
-                argument.name,
-                replace(
-                    argument,
-                    is_conditional=self._is_conditional
-                    or argument.is_conditional,
-                    set_at=self._set_at(argument.name),
-                ),
-            )
-        return said is not None
-
-    def _set_at(self, name: str) -> Position | None:
-        """Return where the launch files set an argument themselves."""
-        value = self.scope.configurations.get(name)
-        if value is None or value.text is None:
-            return None
-        return next(iter(value.origins), None)
-
-    def read_in_part(self, problem: LaunchError, origin: Span | None) -> None:
+    def read_in_part(self, problem: LaunchError, origin: Text | None) -> None:
         if origin is not None and self._is_conditional:
             self.read_failed(problem, origin)
             return

@@ -9,6 +9,7 @@ action whose condition does not hold is passed over.
 """
 
 from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import replace
 import importlib
 import math
@@ -167,18 +168,20 @@ class _Launch(Walk):
             if not python_launch.launch_in_python(self, file, origin):
                 self.has_opaque = True
 
-    def finish_host(self, request: Request) -> None:
-        """Let the host do what is to be done when all is read."""
-        from colcon_yamllaunch.language.host import python_visit
+    def do_exposed(self, attributes: Attributes) -> None:
+        # most launch files have none
+        from colcon_yamllaunch.language.actions import exposed_actions
 
-        try:
-            python_visit.finish(self, request.path)
-        except LaunchError as e:
-            self.report(e)
-        except (AlreadyReportedError, EndlessError):
-            pass
+        exposed_actions.do(self, attributes)
 
-    def read_failed(self, problem: LaunchError, origin: Span | None) -> None:
+    def make_exposed(
+        self, name: str, texts: Sequence[str], at: Span
+    ) -> str | None:
+        from colcon_yamllaunch.language.actions import exposed_actions
+
+        return exposed_actions.make(self, name, texts, at)
+
+    def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
         raise problem
 
     def missing_argument(self, attributes: Attributes, name: str) -> None:

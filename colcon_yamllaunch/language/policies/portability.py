@@ -121,7 +121,9 @@ def _newer_attribute(
 
 def _newer_substitutions(text: Text) -> Iterator[LaunchError]:
     for found in text.template.substitutions():
-        since = KINDS[found.name].since
+        # one of another package is as old as that
+        kind = KINDS.get(found.name)
+        since = OLDEST_RELEASE if kind is None else kind.since
         if since != OLDEST_RELEASE:
             yield error(
                 f'ROS 2 has the substitution $({found.name} …) since {since} '

@@ -5,7 +5,9 @@
 
 from collections.abc import Iterable
 from collections.abc import Iterator
+from dataclasses import replace
 import re
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
@@ -31,10 +33,16 @@ from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
 from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
+from colcon_yamllaunch.language.vocabulary.actions import CONDITIONS
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
 from colcon_yamllaunch.language.vocabulary.actions import required_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
+from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
+from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.language.tree.raw_entity import RawEntity
 
 _PYTHON = re.compile(
     r'^(from[ \t]+[\w.]+[ \t]+import\b|import[ \t]+[\w.]+|def[ \t]+\w+\()',
@@ -52,6 +60,8 @@ class Item:
     :param lists: The attributes that are a list of texts (a command line)
     :param values: The attributes that are a parameter's value
     :param items: The attributes that are a list of items
+    :param raw: The action itself, if it is one of another package: then only
+      its conditions are among the texts
     """
 
     position: Position
@@ -59,6 +69,7 @@ class Item:
     lists: dict[str, tuple[Text, ...]]
     values: 'dict[str, ParameterValue]'
     items: 'dict[str, tuple[Item, ...]]'
+    raw: 'RawEntity | None' = None
 
     def every_text(self) -> 'Iterator[Text]':
         """Return all texts of the attributes, also those of items."""
@@ -70,6 +81,8 @@ class Item:
         for items in self.items.values():
             for inner in items:
                 yield from inner.every_text()
+        if self.raw is not None:
+            yield from self.raw.texts
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,14 +149,17 @@ class LaunchFile:
             pending.extend(reversed(entity.children))
 
 
-def read_launch_file(source: Source) -> LaunchFile:
+def read_launch_file(
+    source: Source, exposed: FindExposed = NothingExposed
+) -> LaunchFile:
     """
     Read a launch file, all but the entries that have mistakes.
 
+    :param exposed: Gives the actions and substitutions that packages bring
     :raises LaunchError: when there is nothing in it that can be read
     """
     try:
-        return _TreeReader(source).read()
+        return _TreeReader(source, exposed).read()
     except LaunchError:
         line = _python_line(source.text)
         if line is None:
@@ -164,8 +180,9 @@ def _python_line(text: str) -> int | None:
 class _TreeReader:
     """Reads one file, and collects its mistakes."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Source, exposed: FindExposed) -> None:
         self._source = source
+        self._exposed = exposed
         self._problems: list[Diagnostic] = []
 
     def read(self) -> LaunchFile:
@@ -271,10 +288,14 @@ class _TreeReader:
         for other, (other_key, _) in pairs:
             self._report_second_key(name, other, other_key, attributes)
             return _unreadable(key.position)
-        action = self._action(name, key)
-        if action is None:
-            return _unreadable(key.position)
-        return self._read_action(action, key, attributes)
+        action = ACTIONS.get(ALIASES.get(name, name))
+        if action is not None:
+            return self._read_action(action, key, attributes)
+        package = self._exposed().action(name)
+        if package is not None:
+            return self._read_exposed(package, key, attributes)
+        self._report_unknown_action(name, key)
+        return _unreadable(key.position)
 
     def _report_second_key(
         self, name: str, other: str, key: Scalar, attributes: Value
@@ -289,20 +310,43 @@ class _TreeReader:
             hint,
         )
 
-    def _action(self, name: str, key: Scalar) -> Action | None:
-        action = ACTIONS.get(ALIASES.get(name, name))
-        if action is not None:
-            return action
+    def _report_unknown_action(self, name: str, key: Scalar) -> None:
         if name in COMPONENTS:
             message = f"'{name}' is no action of its own"
             hint = "it stands in 'node_container' or 'load_composable_node'"
         else:
             message = f"unknown action '{name}'"
-            hint = did_you_mean(name, ACTIONS) or (
+            known = [*ACTIONS, *self._exposed().actions()]
+            hint = did_you_mean(name, known) or (
                 f'the actions are {listing(ACTIONS)}'
             )
         self._report(message, key, hint)
-        return None
+
+    def _read_exposed(self, package: str, key: Scalar, value: Value) -> Entity:
+        """Read an action that another package has."""
+        # most launch files have none
+        from colcon_yamllaunch.language.tree.raw_entity import RawReader
+
+        name, known = key.text, len(self._problems)
+        conditions = Mapping(self._source, key.line, key.column)
+        if isinstance(value, Mapping):
+            for attribute in CONDITIONS:
+                if attribute.name in value.pairs:
+                    written = value.pairs[attribute.name]
+                    conditions.pairs[attribute.name] = written
+                    value = _without(value, attribute.name)
+        item = self._item(f"'{name}'", CONDITIONS, key.position, conditions)
+        self._check_conditions(item)
+        try:
+            reader = RawReader(package, self._exposed)
+            raw = reader.read(name, key.position, value)
+        except LaunchError as e:
+            self._problems.extend(e.diagnostics)
+        if len(self._problems) > known:
+            return _unreadable(key.position)
+        help_text = f'An action of the package {package}.'
+        action = Action(name, help_text, CONDITIONS)
+        return Entity(action, replace(item, raw=raw))
 
     def _read_action(
         self, action: Action, key: Scalar, value: Value
@@ -316,7 +360,7 @@ class _TreeReader:
         elif isinstance(value, Mapping) and 'children' in value.pairs:
             inner_key, inner = value.pairs['children']
             children = self._entities(inner, "'children'", inner_key.position)
-            value = _without_children(value)
+            value = _without(value, 'children')
         if not isinstance(value, Mapping):
             hint = 'indent them deeper than the action'
             if isinstance(value, Scalar) and '\u00a0' in value.text:
@@ -415,15 +459,18 @@ class _TreeReader:
             if attribute.type is Type.ITEMS:
                 self._read_items(item, attribute, value)
             elif attribute.type is Type.VALUE:
-                item.values[attribute.name] = _read_value(value)
+                item.values[attribute.name] = _read_value(value, self._exposed)
             elif attribute.type is Type.COMMAND and isinstance(
                 value, Sequence
             ):
                 item.lists[attribute.name] = tuple(
-                    _read_text(attribute, v) for v in value.items
+                    _read_text(attribute, v, self._exposed)
+                    for v in value.items
                 )
             else:
-                item.texts[attribute.name] = _read_text(attribute, value)
+                item.texts[attribute.name] = _read_text(
+                    attribute, value, self._exposed
+                )
         except LaunchError as e:
             self._problems.extend(e.diagnostics)
 
@@ -494,10 +541,10 @@ def _as_item(written: Value, known: tuple[Attribute, ...]) -> str | None:
     return f'write {{{known[0].name}: {written.text}}}'
 
 
-def _without_children(value: Mapping) -> Mapping:
+def _without(value: Mapping, name: str) -> Mapping:
     # a copy, since an alias may name the same mapping
     rest = Mapping(value.source, value.line, value.column)
-    rest.pairs = {n: p for n, p in value.pairs.items() if n != 'children'}
+    rest.pairs = {n: p for n, p in value.pairs.items() if n != name}
     return rest
 
 
@@ -530,7 +577,9 @@ def parameter_problem(names: set[str]) -> tuple[str, str] | None:
     return None
 
 
-def _read_text(attribute: Attribute, value: Value) -> Text:
+def _read_text(
+    attribute: Attribute, value: Value, exposed: FindExposed
+) -> Text:
     if not isinstance(value, Scalar):
         raise error(
             f"'{attribute.name}' is a text, not a list or mapping",
@@ -550,7 +599,7 @@ def _read_text(attribute: Attribute, value: Value) -> Text:
             value,
             hint=f"quote it: '{value.text}'",
         )
-    text = Text(value, plain=attribute.type is Type.PLAIN)
+    text = Text(value, plain=attribute.type is Type.PLAIN, exposed=exposed)
     problem = None
     if attribute.type is Type.PLAIN:
         problem = attribute.choice_problem(text.plain)
@@ -560,9 +609,11 @@ def _read_text(attribute: Attribute, value: Value) -> Text:
     return text
 
 
-def _read_value(value: Value) -> ParameterValue:
+def _read_value(value: Value, exposed: FindExposed) -> ParameterValue:
     if isinstance(value, Scalar):
-        return ParameterValue(value.position, (_scalar_text(value),), False)
+        return ParameterValue(
+            value.position, (_scalar_text(value, exposed),), False
+        )
     if isinstance(value, Sequence):
         texts = []
         for element in value.items:
@@ -572,7 +623,7 @@ def _read_value(value: Value) -> ParameterValue:
                     'mappings',
                     element.position,
                 )
-            texts.append(_scalar_text(element))
+            texts.append(_scalar_text(element, exposed))
         return ParameterValue(value.position, tuple(texts), True)
     raise error(
         "a parameter's value is a scalar or a list",
@@ -582,7 +633,7 @@ def _read_value(value: Value) -> ParameterValue:
     )
 
 
-def _scalar_text(value: Scalar) -> Text:
+def _scalar_text(value: Scalar, exposed: FindExposed) -> Text:
     if value.kind == 'null':
         raise error(
             'a parameter cannot be null',
@@ -595,4 +646,4 @@ def _scalar_text(value: Scalar) -> Text:
             value.position,
             hint='quote it',
         )
-    return Text(value, plain=value.kind != 'str')
+    return Text(value, plain=value.kind != 'str', exposed=exposed)

@@ -18,6 +18,8 @@ from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
 from colcon_yamllaunch.language.syntax.yaml_reader import Kind
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
 from colcon_yamllaunch.language.vocabulary import names_elsewhere
+from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
+from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 
 _PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
@@ -40,12 +42,19 @@ class Text:
 
     :param scalar: The YAML scalar
     :param plain: Whether it has no substitutions by definition
+    :param exposed: Gives the substitutions that packages bring
     :raises LaunchError: when a substitution in it is malformed or unknown
     """
 
     __slots__ = ('_scalar', 'literal', 'template')
 
-    def __init__(self, scalar: Scalar, *, plain: bool = False) -> None:
+    def __init__(
+        self,
+        scalar: Scalar,
+        *,
+        plain: bool = False,
+        exposed: FindExposed = NothingExposed,
+    ) -> None:
         self._scalar = scalar
         if plain or '$(' not in scalar.text:
             self.literal: str | None = unescape(scalar.text)
@@ -65,7 +74,7 @@ class Text:
         self.literal = self.template.literal
         if self.literal is None:
             for substitution in self.template.substitutions():
-                self._check(substitution)
+                self._check(substitution, exposed)
 
     @property
     def plain(self) -> str:
@@ -104,15 +113,17 @@ class Text:
         """Return the position of the character with this index."""
         return self._scalar.source.position_at(_locate(self._scalar, index))
 
-    def _check(self, substitution: Substitution) -> None:
-        kind = KINDS.get(substitution.name)
-        length = len(substitution.name) + 2
+    def _check(self, substitution: Substitution, exposed: FindExposed) -> None:
+        name = substitution.name
+        kind = KINDS.get(name)
         if kind is None:
+            if exposed().substitution(name) is not None:
+                return
             raise error(
-                f"unknown substitution '{substitution.name}'",
+                f"unknown substitution '{name}'",
                 self.position_at(substitution.start),
-                hint=_meant(substitution),
-                length=length,
+                hint=_meant(substitution, exposed),
+                length=len(name) + 2,
             )
         problem = kind.arity_problem(len(substitution.arguments))
         if problem is not None:
@@ -124,13 +135,13 @@ class Text:
             )
 
 
-def _meant(substitution: Substitution) -> str:
+def _meant(substitution: Substitution, exposed: FindExposed) -> str:
     """Return what may be meant by a substitution that does not exist."""
     name = substitution.name
     known = names_elsewhere.SUBSTITUTIONS.get(name)
     if known is not None:
         return f'$({name} …) of ROS 1 is {KINDS[known].usage} in ROS 2'
-    near = did_you_mean(name, KINDS)
+    near = did_you_mean(name, [*KINDS, *exposed().substitutions()])
     if near is not None:
         return near
     if not substitution.arguments:

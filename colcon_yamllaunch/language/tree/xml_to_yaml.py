@@ -83,8 +83,18 @@ class _Converter:
         name = element.name.text
         action = ACTIONS.get(ALIASES.get(name, name))
         if action is None:
-            return self._pair(element, self._mapping(element))
+            # of another package, or nobody's
+            return self._raw(element)
         return self._pair(element, self._value(element, action.attributes))
+
+    def _raw(self, element: Element) -> Mapping:
+        """Return an element with all that it has, whatever that means."""
+        value = self._mapping(element)
+        value.pairs.update(element.attributes)
+        children: list[Value] = list(map(self._raw, element.children))
+        inside = self._sequence(element, children)
+        value.pairs['children'] = element.name, inside
+        return self._pair(element, value)
 
     def _value(
         self, element: Element, attributes: tuple[Attribute, ...]

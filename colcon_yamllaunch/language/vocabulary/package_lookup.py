@@ -3,7 +3,9 @@
 
 """What the language asks about packages."""
 
+from collections.abc import Callable
 from collections.abc import Iterable
+from collections.abc import Mapping
 from typing import Protocol
 
 
@@ -47,3 +49,50 @@ class Packages(Protocol):
 
     def similar(self, path: str) -> Iterable[str]:
         """Return files that could be meant by a path that is not there."""
+
+
+class Exposed(Protocol):
+    """The actions and substitutions that packages bring (`expose_action`)."""
+
+    def action(self, name: str) -> str | None:
+        """Return the package that has an action, None when none has."""
+
+    def substitution(self, name: str) -> str | None:
+        """Return the package that has a substitution, None when none has."""
+
+    def actions(self) -> Mapping[str, str]:
+        """Return all such actions, with their packages; this is slow."""
+
+    def substitutions(self) -> Mapping[str, str]:
+        """Return all such substitutions, with their packages."""
+
+    def is_installed(self, package: str) -> bool:
+        """Say whether a package that has something is there already."""
+
+
+class NothingExposed:
+    """No package brings anything."""
+
+    def action(self, _name: str) -> str | None:
+        """Return None."""
+        return None
+
+    def substitution(self, _name: str) -> str | None:
+        """Return None."""
+        return None
+
+    def actions(self) -> Mapping[str, str]:
+        """Return nothing."""
+        return {}
+
+    def substitutions(self) -> Mapping[str, str]:
+        """Return nothing."""
+        return {}
+
+    def is_installed(self, _package: str) -> bool:
+        """Say that it is not there."""
+        return False
+
+
+#: Gives what packages bring, when first a name is met that is not known.
+FindExposed = Callable[[], Exposed]

@@ -16,6 +16,9 @@ from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.verb.cli.target import package_target
 from colcon_yamllaunch.verb.cli.target import path_target
 from colcon_yamllaunch.verb.completion.candidates import Candidates
+from colcon_yamllaunch.verb.launching.launch_packages import (
+    exposed_by_packages,
+)
 from colcon_yamllaunch.verb.launching.launch_packages import LaunchPackages
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
@@ -48,6 +51,7 @@ def launch_arguments(
         environment=environment,
         arguments=values,
         cwd=str(cwd),
+        exposed=exposed_by_packages(locator, environment),
     )
     arguments = find_declarations(request).arguments
     name, found, _ = prefix.partition(':=')

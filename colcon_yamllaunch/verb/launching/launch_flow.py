@@ -37,6 +37,9 @@ from colcon_yamllaunch.verb.cli.target import path_target
 from colcon_yamllaunch.verb.cli.target import Target
 from colcon_yamllaunch.verb.launching.builds import Builds
 from colcon_yamllaunch.verb.launching.builds import failure
+from colcon_yamllaunch.verb.launching.launch_packages import (
+    exposed_by_packages,
+)
 from colcon_yamllaunch.verb.launching.launch_packages import LaunchPackages
 from colcon_yamllaunch.verb.launching.log_folders import locked
 from colcon_yamllaunch.verb.launching.log_folders import log_store_of
@@ -299,7 +302,9 @@ class LaunchFlow:
             arguments=self._options.arguments,
             cwd=str(self.cwd),
             log_folder=self._log_dir,
-            host=lambda: self._open_host(environment),
+            exposed=exposed_by_packages(
+                self.locator, self._workspace.environment
+            ),
         )
 
     def _open_host(self, environment: Mapping[str, str]) -> 'HostLink':

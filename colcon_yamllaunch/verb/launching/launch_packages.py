@@ -4,9 +4,13 @@
 """The packages as the launch language sees them."""
 
 from collections.abc import Iterable
+from collections.abc import Mapping
+from functools import cache
 import os
 from pathlib import Path
 
+from colcon_yamllaunch.language.vocabulary.package_lookup import Exposed
+from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
 from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
 from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
@@ -78,3 +82,24 @@ class LaunchPackages:
             return os.listdir(os.path.dirname(path))
         except OSError:
             return ()
+
+
+def exposed_by_packages(
+    locator: PackageLocator, environment: Mapping[str, str]
+) -> FindExposed:
+    """
+    Return what gives the actions and substitutions that packages bring.
+
+    :param environment: Where the packages are that are installed
+    """
+
+    @cache
+    def find() -> Exposed:
+        # most launch files use none
+        from colcon_yamllaunch.workspace.extensions.exposed_names import (
+            ExposedNames,
+        )
+
+        return ExposedNames(environment, locator.packages())
+
+    return find

@@ -1,0 +1,86 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Actions and substitutions of other packages in YAML and XML launch files.
+
+ROS 2's own `launch` has to run them: the host of launch files in Python does.
+"""
+
+from collections.abc import Iterable
+from collections.abc import Sequence
+
+from colcon_yamllaunch.language.actions.python_launch import ask_host
+from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.position import Span
+from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
+from colcon_yamllaunch.language.tree.text import Text
+
+# the substitutions that name a package, and which argument does
+_NAMING = {'find-pkg-prefix': 0, 'find-pkg-share': 0, 'exec-in-pkg': 1}
+
+
+def do(walk: Walk, attributes: Attributes) -> None:
+    """
+    Let the host do an action.
+
+    :raises LaunchError: when there is no host, or the action fails
+    """
+    raw, at = attributes.item.raw, attributes.position
+    assert raw is not None
+    _need(walk, raw.package, f"the action '{raw.type}'", attributes)
+    _name_packages(walk, raw.texts)
+    request: dict[str, object] = {
+        'do': 'action',
+        'entity': raw.message(),
+        'position': [at.path, at.line, at.column],
+        'frontend': 'xml' if is_xml(walk.source) else 'yaml',
+    }
+    ask_host(walk, request, attributes)
+
+
+def make(walk: Walk, name: str, texts: Sequence[str], at: Span) -> str | None:
+    """
+    Let the host make a substitution.
+
+    :param texts: Its arguments
+    :param at: Where it is written
+    :raises LaunchError: when there is no host, or the substitution fails
+    """
+    package = walk.exposed().substitution(name)
+    assert package is not None
+    _need(walk, package, f"the substitution '{name}'", at)
+    request: dict[str, object] = {
+        'do': 'substitute',
+        'name': name,
+        'arguments': [*texts],
+    }
+    return ask_host(walk, request, at)
+
+
+def _need(walk: Walk, package: str, what: str, at: Span) -> None:
+    walk.use_package(package, at.position)
+    if not walk.exposed().is_installed(package):
+        raise error(
+            f"the package '{package}', which has {what}, is not built, or "
+            'does not install it',
+            at,
+            hint='build it; a package of ament_cmake installs its Python '
+            'module by ament_python_install_package(${PROJECT_NAME})',
+            may_pass_after_build=True,
+        )
+
+
+def _name_packages(walk: Walk, texts: Iterable[Text]) -> None:
+    """Note the packages that texts name, so that they are built before."""
+    for text in texts:
+        for substitution in text.template.substitutions():
+            index = _NAMING.get(substitution.name)
+            if index is None or index >= len(substitution.arguments):
+                continue
+            name = substitution.arguments[index].literal
+            if name is not None and walk.packages.prefix(name) is not None:
+                at = text.position_at(substitution.start)
+                walk.use_package(name, at)
