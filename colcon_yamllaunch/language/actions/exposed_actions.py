@@ -36,6 +36,7 @@ def do(walk: Walk, attributes: Attributes) -> None:
         'do': 'action',
         'entity': raw.message(),
         'position': [at.path, at.line, at.column],
+        'file': walk.source.name,
         'frontend': 'xml' if is_xml(walk.source) else 'yaml',
     }
     ask_host(walk, request, attributes)
@@ -49,13 +50,15 @@ def make(walk: Walk, name: str, texts: Sequence[str], at: Span) -> str | None:
     :param at: Where it is written
     :raises LaunchError: when there is no host, or the substitution fails
     """
-    package = walk.exposed().substitution(name)
+    package, place = walk.exposed().substitution(name), at.position
     assert package is not None
     _need(walk, package, f"the substitution '{name}'", at)
     request: dict[str, object] = {
         'do': 'substitute',
         'name': name,
         'arguments': [*texts],
+        'position': [place.path, place.line, place.column],
+        'file': walk.source.name,
     }
     return ask_host(walk, request, at)
 

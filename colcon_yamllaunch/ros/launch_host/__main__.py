@@ -44,12 +44,14 @@ Requests, each answered in order, by any number of messages and then `done`:
         "description", "choices" (list or null), "conditional", "position",
         "file"} for each that the file and what it includes declare
     {"do": "action", "id": 4, "entity": ENTITY, "scope": SCOPE,
-     "position": […], "frontend": "yaml" or "xml"}
+     "position": […], "file": "/…", "frontend": "yaml" or "xml"}
         an action of another package in a YAML or XML file; ENTITY is
         {"type": "gz_server", "attributes": {"name": text, bool, number, list,
-        or a list of ENTITY}, "children": [ENTITY], "position": […]}
+        or a list of ENTITY}, "children": [ENTITY], "position": […]}; in YAML,
+        `children` is null where no list stands. `file` is the path that the
+        launch file goes by
     {"do": "substitute", "id": 5, "name": "subs-file", "arguments": ["text"],
-     "scope": SCOPE}
+     "position": […], "file": "/…", "scope": SCOPE}
         answered with {"say": "value", "text": "…"}
     {"do": "event", "id": 6, "event": EVENT}
         only where there are event handlers; EVENT is one of

@@ -1,16 +1,312 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Actions and substitutions of other packages in YAML and XML files."""
+"""
+Actions and substitutions of other packages in YAML and XML files.
+
+The launcher has read the file; here its entities are what the packages get
+from `launch_yaml` and `launch_xml` (`Entity` of each), which need not be
+there.
+"""
 
 from __future__ import annotations
 
+from difflib import get_close_matches
+import importlib
+from typing import Any
 from typing import TYPE_CHECKING
+import warnings
+
+from host_errors import note_entity
 
 if TYPE_CHECKING:
     from host_visit import Visitor
 
+    # as code, this needs 3.9
+    Json = dict[str, Any]
+
+
+class _Entity:
+    """
+    An action, or an item of one of its lists.
+
+    :param written: What the protocol has of it
+    """
+
+    def __init__(self, written: Json) -> None:
+        self.position = written['position']
+        self._attributes: Json = written['attributes']
+        self._children: list[Json] | None = written['children']
+        self._type: str = written['type']
+        #: The attributes that were asked for.
+        self._asked: set[str] = set()
+
+    @property
+    def type_name(self) -> str:
+        """Return the name of the action or list."""
+        return self._type
+
+    @property
+    def parent(self) -> None:
+        """Return nothing, as those of YAML and XML do."""
+        return
+
+    def _unknown(self, what: str, names: set[str]) -> None:
+        """
+        Refuse what the action does not ask for.
+
+        :raises ValueError: when there are any
+        """
+        for name in sorted(names):
+            message = f"'{self._type}' has no {what} '{name}'"
+            known = sorted(self._asked - set(self._attributes))
+            near = get_close_matches(name, known, 1)
+            if near:
+                message += f"; did you mean '{near[0]}'?"
+            elif known:
+                message += f'; there are {", ".join(known)}'
+            raise ValueError(message)
+
+
+class _YamlEntity(_Entity):
+    """What `launch_yaml` gives: values have the types that YAML has."""
+
+    def __init__(self, written: Json) -> None:
+        super().__init__(written)
+        self._asked_for_children = False
+
+    @property
+    def children(self) -> list[Any]:
+        """Return the actions inside."""
+        self._asked_for_children = True
+        if self._children is None:
+            raise ValueError(
+                f"'{self._type}' needs actions inside: a list, or 'children' "
+                'with one'
+            )
+        return [type(self)(child) for child in self._children]
+
+    def assert_entity_completely_parsed(self) -> None:
+        """Refuse what the action did not ask for."""
+        self._unknown('attribute', set(self._attributes) - self._asked)
+        if self._children is not None and not self._asked_for_children:
+            raise ValueError(f"no actions stand inside of '{self._type}'")
+
+    def get_attr(
+        self,
+        name: str,
+        *,
+        data_type: Any = str,
+        optional: bool = False,
+        can_be_str: bool = True,
+    ) -> Any:
+        """Return an attribute; see `launch.frontend.Entity.get_attr`."""
+        self._asked.add(name)
+        if name not in self._attributes:
+            if optional:
+                return None
+            raise AttributeError(
+                f"'{self._type}' needs the attribute '{name}'"
+            )
+        value = self._attributes[name]
+        if _is_of_entities(data_type):
+            if not isinstance(value, list) or not all(map(_is_entity, value)):
+                raise TypeError(
+                    f"'{name}' of '{self._type}' is a list of mappings"
+                )
+            return [type(self)(item) for item in value]
+        if data_type is str and type(value) in (bool, int, float):
+            # as with the other actions, whatever YAML takes a text for
+            return str(value).lower()
+        utilities: Any = importlib.import_module('launch.utilities.type_utils')
+        if not utilities.is_instance_of(
+            value, data_type, can_be_str=can_be_str
+        ):
+            raise TypeError(
+                f"'{name}' of '{self._type}' wants {_shown(data_type)}, not "
+                f'{_shown(type(value))}'
+            )
+        return value
+
+
+class _XmlEntity(_Entity):
+    """What `launch_xml` gives: texts become what the action wants."""
+
+    def __init__(self, written: Json) -> None:
+        super().__init__(written)
+        self._read: set[str] = set()
+
+    @property
+    def children(self) -> list[Any]:
+        """Return all elements inside."""
+        self._read.update(child['type'] for child in self._children or ())
+        return [type(self)(child) for child in self._children or ()]
+
+    def assert_entity_completely_parsed(self) -> None:
+        """Refuse what the action did not ask for."""
+        elements = {child['type'] for child in self._children or ()}
+        self._unknown('element', elements - self._read)
+        self._unknown('attribute', set(self._attributes) - self._asked)
+
+    def get_attr(
+        self,
+        name: str,
+        *,
+        data_type: Any = str,
+        optional: bool = False,
+        can_be_str: bool = True,
+    ) -> Any:
+        """Return an attribute; see `launch.frontend.Entity.get_attr`."""
+        missing = AttributeError(
+            f"'{self._type}' needs the attribute '{name}'"
+        )
+        if _is_of_entities(data_type):
+            items = [c for c in self._children or () if c['type'] == name]
+            self._read.add(name)
+            if items:
+                return [type(self)(item) for item in items]
+            if optional:
+                return None
+            raise missing
+        separator = f'{name}-sep'
+        self._asked.add(name)
+        value = self._attributes.get(name)
+        if value is None:
+            if optional:
+                return None
+            raise missing
+        if separator in self._attributes:
+            self._asked.add(separator)
+            value = value.split(self._attributes[separator])
+        utilities: Any = importlib.import_module('launch.utilities.type_utils')
+        try:
+            return utilities.get_typed_value(
+                value, data_type, can_be_str=can_be_str
+            )
+        except ValueError:
+            raise TypeError(
+                f"'{name}' of '{self._type}' wants {_shown(data_type)}, and "
+                f"'{value}' is none"
+            ) from None
+
+
+_ENTITIES = {'yaml': _YamlEntity, 'xml': _XmlEntity}
+
+
+class Extensions:
+    """
+    Does what other packages expose to YAML and XML files.
+
+    :param visitor: Visits what comes of it
+    """
+
+    def __init__(self, visitor: Visitor) -> None:
+        self._visitor = visitor
+        self._parser: Any = None
+        # what was said of extensions that could not be imported
+        self._failures: list[str] = []
+
+    def act(self, request: Json) -> None:
+        """Do an action, with what it starts and includes."""
+        visitor = self._visitor
+        visitor.positions.otherwise = request['position']
+        parser = self._loaded()
+        frontend = importlib.import_module('launch.frontend')
+        # packages may ask whether it is one
+        kind: Any = type(
+            'Entity',
+            (_ENTITIES[request['frontend']], frontend.Entity),
+            {},
+        )
+        action = parser.parse_action(kind(request['entity']))
+        visitor.within_file(request['file'], action)
+
+    def make(self, request: Json) -> None:
+        """Make a substitution, and tell its value."""
+        visitor, name = self._visitor, request['name']
+        visitor.positions.otherwise = request['position']
+        self._loaded()
+        expose: Any = importlib.import_module('launch.frontend.expose')
+        self._need(name, expose.substitution_parse_methods, 'substitution')
+        substitutions = importlib.import_module('launch.substitutions')
+        arguments = [
+            [substitutions.TextSubstitution(text=text)]
+            for text in request['arguments']
+        ]
+        made = expose.instantiate_substitution(name, arguments)
+        with visitor.file(request['file']):
+            value = made.perform(visitor.context)
+        visitor.say('value', text=str(value))
+
+    def _loaded(self) -> Any:
+        """Return a parser, with all extensions imported."""
+        if self._parser is None:
+            frontend = importlib.import_module('launch.frontend')
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter('always')
+                frontend.Parser.load_launch_extensions()
+            self._failures = [str(warning.message) for warning in caught]
+            made: Any = type(
+                'Parser',
+                (frontend.Parser,),
+                {'parse_action': self._parse_action},
+            )
+            self._parser = made()
+        return self._parser
+
+    def _parse_action(self, entity: Any) -> Any:
+        expose: Any = importlib.import_module('launch.frontend.expose')
+        try:
+            self._need(entity.type_name, expose.action_parse_methods, 'action')
+            action = expose.instantiate_action(entity, self._parser)
+        except Exception as e:
+            self._visitor.positions.put(entity, entity.position)
+            note_entity(e, entity)
+            raise
+        # not where its package makes it
+        self._visitor.positions.put(action, entity.position)
+        return action
+
+    def _need(self, name: str, known: Any, what: str) -> None:
+        """
+        Check that a name is there.
+
+        :raises LookupError: when it is not
+        """
+        if name in known:
+            return
+        message = f"no package here has the {what} '{name}'"
+        for failure in self._failures:
+            # the last line of a traceback is what went wrong
+            first, _, rest = failure.strip().partition('\n')
+            reason = rest.rpartition('\n')[2]
+            message += f'; {first[:1].lower()}{first[1:]}: {reason}'
+        raise LookupError(message)
+
+
+def _is_entity(value: object) -> bool:
+    return isinstance(value, dict)
+
+
+def _is_of_entities(data_type: Any) -> bool:
+    types: Any = importlib.import_module('launch.frontend.type_utils')
+    return bool(types.check_is_list_entity(data_type))
+
+
+def _shown(data_type: Any) -> str:
+    name = getattr(data_type, '__name__', None)
+    return {
+        'str': 'a text',
+        'bool': 'a boolean',
+        'int': 'a whole number',
+        'float': 'a number with a decimal point',
+        'list': 'a list',
+        'NoneType': 'nothing',
+    }.get(name or '', str(data_type).replace('typing.', ''))
+
 
 def install(visitor: Visitor) -> None:
     """Let the visitor answer requests for them."""
-    del visitor
+    extensions = Extensions(visitor)
+    visitor.requests['action'] = extensions.act
+    visitor.requests['substitute'] = extensions.make

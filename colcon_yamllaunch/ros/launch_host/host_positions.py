@@ -20,6 +20,8 @@ from typing import NamedTuple
 
 #: The attribute that keeps the place where an object was made.
 _PLACE = '_launch_host_place'
+#: The attribute that keeps a place that was told.
+_POSITION = '_launch_host_position'
 #: Folders of packages that are installed; what is in them is not the user's,
 #: unless it is below the prefix of a package of the workspace.
 _INSTALLED = (
@@ -110,8 +112,16 @@ class Positions:
             with contextlib.suppress(AttributeError):
                 setattr(made, _PLACE, place)
 
+    def put(self, made: object, position: list[object]) -> None:
+        """Say where an object is said to be, wherever it was made."""
+        with contextlib.suppress(AttributeError):
+            setattr(made, _POSITION, position)
+
     def of(self, made: object) -> list[object] | None:
         """Return the position of an object, None when it has none."""
+        told: list[object] | None = getattr(made, _POSITION, None)
+        if told is not None:
+            return told
         place = getattr(made, _PLACE, None)
         if place is None:
             return self.otherwise
@@ -126,8 +136,8 @@ class Positions:
     def of_parameter(self, made: object, name: str) -> list[object] | None:
         """Return the position of a parameter that an object is made with."""
         place = getattr(made, _PLACE, None)
-        if place is None:
-            return self.otherwise
+        if place is None or hasattr(made, _POSITION):
+            return self.of(made)
         code, lasti, _ = place
         call = self.in_code(code, lasti)
         if call is not None:

@@ -6,7 +6,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from collections.abc import Sequence
+from collections.abc import Iterator
+import contextlib
 import importlib
 import os
 import sys
@@ -285,10 +286,22 @@ class Visitor:
 
     def within_file(self, path: str, description: Any) -> None:
         """Visit the description of a file; afterwards it is another's turn."""
+        with self.file(path):
+            self.visit(description)
+
+    @contextlib.contextmanager
+    def file(self, path: str) -> Iterator[None]:
+        """Be in a launch file for the time of the context."""
         self.context._push_locals()
         try:
-            self.enter_file(path)
-            self.visit(description)
+            path = os.path.abspath(path)
+            self.context.extend_locals(
+                {
+                    'current_launch_file_path': path,
+                    'current_launch_file_directory': os.path.dirname(path),
+                }
+            )
+            yield
         finally:
             self.context._pop_locals()
 

@@ -248,8 +248,10 @@ launch:
     assert evaluation.diagnostics == ()
     (process,) = evaluation.plan.processes()
     assert process.argv == ('echo', 'xa b')
-    asked = {'do': 'substitute', 'name': 'subs-file'}
-    assert host.requests == [asked | {'arguments': ['one', 'b c']}]
+    (asked,) = host.requests
+    assert asked['name'] == 'subs-file'
+    assert asked['arguments'] == ['one', 'b c']
+    assert asked['file'] == str(launcher.folder / 'main.yaml')
     assert host.places == [(3, 19)]
     assert 'gz' in evaluation.packages
 
