@@ -10,6 +10,7 @@ What its attributes mean, and whether it has them, only that package knows.
 from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
+from typing import TypeGuard
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.syntax.diagnostics import error
@@ -36,6 +37,7 @@ class RawEntity:
     :param attributes: A scalar, or a list of these and of items, each
     :param children: What stands inside; None when there is no place for it
     :param position: Where it starts
+    :param written: The attributes that YAML takes no text for, as texts
     :param texts: Its texts as far as they are well-formed, those inside too
     """
 
@@ -44,6 +46,7 @@ class RawEntity:
     attributes: dict[str, Any]
     children: 'tuple[RawEntity, ...] | None'
     position: Position
+    written: dict[str, str]
     texts: tuple[Text, ...]
 
     def message(self) -> dict[str, Any]:
@@ -52,6 +55,7 @@ class RawEntity:
         return {
             'type': self.type,
             'attributes': {n: _plain(v) for n, v in self.attributes.items()},
+            'texts': self.written,
             'children': _plain(self.children),
             'position': [position.path, position.line, position.column],
         }
@@ -87,6 +91,7 @@ class RawReader:
         """
         texts: list[Text] = []
         attributes: dict[str, Any] = {}
+        as_text: dict[str, str] = {}
         children: Value | None = None
         if isinstance(value, Mapping):
             for key, (_, written) in value.pairs.items():
@@ -94,6 +99,8 @@ class RawReader:
                     children = written
                 else:
                     attributes[key] = self._attribute(key, written, texts)
+                    if _is_of_yaml(written):
+                        as_text[key] = written.text
         elif isinstance(value, Sequence):
             children = value
         elif not isinstance(value, Scalar) or value.kind != 'null':
@@ -107,7 +114,13 @@ class RawReader:
             inside = tuple(self._children(name, children))
             texts += [text for child in inside for text in child.texts]
         return RawEntity(
-            name, self._package, attributes, inside, at, tuple(texts)
+            name,
+            self._package,
+            attributes,
+            inside,
+            at,
+            as_text,
+            tuple(texts),
         )
 
     def _attribute(self, name: str, value: Value, texts: list[Text]) -> Any:
@@ -130,8 +143,8 @@ class RawReader:
         return item
 
     def _scalar(self, value: Scalar, texts: list[Text]) -> Any:
-        is_text = isinstance(value, XmlScalar) or value.kind == 'str'
-        if not is_text:
+        is_null = value.kind == 'null' and not isinstance(value, XmlScalar)
+        if is_null or _is_of_yaml(value):
             return value.value
         with suppress(LaunchError):
             # it may be a text that no substitutions are made in
@@ -150,3 +163,12 @@ class RawReader:
                 )
             for inner, (key, attributes) in item.pairs.items():
                 yield self.read(inner, key.position, attributes)
+
+
+def _is_of_yaml(value: Value) -> TypeGuard[Scalar]:
+    """Say whether YAML takes a value for something that is no text."""
+    return (
+        isinstance(value, Scalar)
+        and not isinstance(value, XmlScalar)
+        and value.kind not in ('str', 'timestamp', 'null')
+    )

@@ -47,9 +47,10 @@ Requests, each answered in order, by any number of messages and then `done`:
      "position": […], "file": "/…", "frontend": "yaml" or "xml"}
         an action of another package in a YAML or XML file; ENTITY is
         {"type": "gz_server", "attributes": {"name": text, bool, number, list,
-        or a list of ENTITY}, "children": [ENTITY], "position": […]}; in YAML,
-        `children` is null where no list stands. `file` is the path that the
-        launch file goes by
+        or a list of ENTITY}, "texts": {"name": what is written for one that
+        YAML takes no text for}, "children": [ENTITY] (null in YAML where no
+        list stands), "position": […]}; `file` is the path that the launch
+        file goes by
     {"do": "substitute", "id": 5, "name": "subs-file", "arguments": ["text"],
      "position": […], "file": "/…", "scope": SCOPE}
         answered with {"say": "value", "text": "…"}

@@ -38,6 +38,10 @@ class Failed(BaseException):
     """The launcher has told the user of errors."""
 
 
+class ToldError(Exception):
+    """An error whose text says all; what kind it is says nothing more."""
+
+
 class ArgumentError(Exception):
     """A required launch argument is not given."""
 
@@ -105,9 +109,8 @@ def _inner(error: BaseException) -> BaseException:
 def _text(error: BaseException) -> str:
     if isinstance(error, SyntaxError):
         return f'{type(error).__name__}: {error.msg}'
-    if isinstance(error, KeyError) and type(error) is not KeyError:
-        # those with a text show it as if it were a key
-        return f'{type(error).__name__}: {error.args[0]}'
+    if isinstance(error, ToldError):
+        return str(error)
     lines = traceback.format_exception_only(type(error), error)
     text = ''.join(lines).strip()
     name, colon, rest = text.partition(':')

@@ -18,12 +18,26 @@ from typing import TYPE_CHECKING
 import warnings
 
 from host_errors import note_entity
+from host_errors import ToldError
 
 if TYPE_CHECKING:
     from host_visit import Visitor
 
     # as code, this needs 3.9
     Json = dict[str, Any]
+
+
+# as packages may expect them of `launch_yaml` and `launch_xml`
+class _MissingError(ToldError, AttributeError):
+    """An attribute is not there."""
+
+
+class _TypeError(ToldError, TypeError):
+    """An attribute is of another type."""
+
+
+class _ValueError(ToldError, ValueError):
+    """Something is there that the action does not know, or is lacking."""
 
 
 class _Entity:
@@ -65,7 +79,7 @@ class _Entity:
                 message += f"; did you mean '{near[0]}'?"
             elif known:
                 message += f'; there are {", ".join(known)}'
-            raise ValueError(message)
+            raise _ValueError(message)
 
 
 class _YamlEntity(_Entity):
@@ -74,13 +88,14 @@ class _YamlEntity(_Entity):
     def __init__(self, written: Json) -> None:
         super().__init__(written)
         self._asked_for_children = False
+        self._texts: Json = written['texts']
 
     @property
     def children(self) -> list[Any]:
         """Return the actions inside."""
         self._asked_for_children = True
         if self._children is None:
-            raise ValueError(
+            raise _ValueError(
                 f"'{self._type}' needs actions inside: a list, or 'children' "
                 'with one'
             )
@@ -90,7 +105,7 @@ class _YamlEntity(_Entity):
         """Refuse what the action did not ask for."""
         self._unknown('attribute', set(self._attributes) - self._asked)
         if self._children is not None and not self._asked_for_children:
-            raise ValueError(f"no actions stand inside of '{self._type}'")
+            raise _ValueError(f"no actions stand inside of '{self._type}'")
 
     def get_attr(
         self,
@@ -105,24 +120,22 @@ class _YamlEntity(_Entity):
         if name not in self._attributes:
             if optional:
                 return None
-            raise AttributeError(
-                f"'{self._type}' needs the attribute '{name}'"
-            )
+            raise _MissingError(f"'{self._type}' needs the attribute '{name}'")
         value = self._attributes[name]
         if _is_of_entities(data_type):
             if not isinstance(value, list) or not all(map(_is_entity, value)):
-                raise TypeError(
+                raise _TypeError(
                     f"'{name}' of '{self._type}' is a list of mappings"
                 )
             return [type(self)(item) for item in value]
-        if data_type is str and type(value) in (bool, int, float):
+        if data_type is str and name in self._texts:
             # as with the other actions, whatever YAML takes a text for
-            return str(value).lower()
+            return self._texts[name]
         utilities: Any = importlib.import_module('launch.utilities.type_utils')
         if not utilities.is_instance_of(
             value, data_type, can_be_str=can_be_str
         ):
-            raise TypeError(
+            raise _TypeError(
                 f"'{name}' of '{self._type}' wants {_shown(data_type)}, not "
                 f'{_shown(type(value))}'
             )
@@ -157,9 +170,7 @@ class _XmlEntity(_Entity):
         can_be_str: bool = True,
     ) -> Any:
         """Return an attribute; see `launch.frontend.Entity.get_attr`."""
-        missing = AttributeError(
-            f"'{self._type}' needs the attribute '{name}'"
-        )
+        missing = _MissingError(f"'{self._type}' needs the attribute '{name}'")
         if _is_of_entities(data_type):
             items = [c for c in self._children or () if c['type'] == name]
             self._read.add(name)
@@ -184,7 +195,7 @@ class _XmlEntity(_Entity):
                 value, data_type, can_be_str=can_be_str
             )
         except ValueError:
-            raise TypeError(
+            raise _TypeError(
                 f"'{name}' of '{self._type}' wants {_shown(data_type)}, and "
                 f"'{value}' is none"
             ) from None
@@ -205,6 +216,8 @@ class Extensions:
         self._parser: Any = None
         # what was said of extensions that could not be imported
         self._failures: list[str] = []
+        # what was made: with it, packages remove the files that it names
+        self._made: list[object] = []
 
     def act(self, request: Json) -> None:
         """Do an action, with what it starts and includes."""
@@ -219,6 +232,7 @@ class Extensions:
             {},
         )
         action = parser.parse_action(kind(request['entity']))
+        self._made.append(action)
         visitor.within_file(request['file'], action)
 
     def make(self, request: Json) -> None:
@@ -234,8 +248,14 @@ class Extensions:
             for text in request['arguments']
         ]
         made = expose.instantiate_substitution(name, arguments)
-        with visitor.file(request['file']):
-            value = made.perform(visitor.context)
+        self._made.append(made)
+        visitor.positions.put(made, request['position'])
+        try:
+            with visitor.file(request['file']):
+                value = made.perform(visitor.context)
+        except Exception as e:
+            note_entity(e, made)
+            raise
         visitor.say('value', text=str(value))
 
     def _loaded(self) -> Any:
@@ -271,7 +291,7 @@ class Extensions:
         """
         Check that a name is there.
 
-        :raises LookupError: when it is not
+        :raises ToldError: when it is not
         """
         if name in known:
             return
@@ -281,7 +301,7 @@ class Extensions:
             first, _, rest = failure.strip().partition('\n')
             reason = rest.rpartition('\n')[2]
             message += f'; {first[:1].lower()}{first[1:]}: {reason}'
-        raise LookupError(message)
+        raise ToldError(message)
 
 
 def _is_entity(value: object) -> bool:
