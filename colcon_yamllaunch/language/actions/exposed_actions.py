@@ -8,18 +8,29 @@ ROS 2's own `launch` has to run them: the host of launch files in Python does.
 """
 
 from collections.abc import Iterable
+from collections.abc import Iterator
 from collections.abc import Sequence
+import re
 
 from colcon_yamllaunch.language.actions.python_launch import ask_host
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.position import Span
+from colcon_yamllaunch.language.syntax.template import parse_template
+from colcon_yamllaunch.language.syntax.template import Substitution
+from colcon_yamllaunch.language.syntax.template import Template
+from colcon_yamllaunch.language.syntax.template import TemplateSyntaxError
 from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 from colcon_yamllaunch.language.tree.text import Text
 
 # the substitutions that name a package, and which argument does
 _NAMING = {'find-pkg-prefix': 0, 'find-pkg-share': 0, 'exec-in-pkg': 1}
+# those that depend on where they are written, which the host does not know
+# once an action has included another launch file
+_LOCAL = ('dirname', 'filename', 'for-var', 'index')
+_SPECIAL = re.compile(r'[\\$()"\']')
 
 
 def do(walk: Walk, attributes: Attributes) -> None:
@@ -34,7 +45,7 @@ def do(walk: Walk, attributes: Attributes) -> None:
     _name_packages(walk, raw.texts)
     request: dict[str, object] = {
         'do': 'action',
-        'entity': raw.message(),
+        'entity': raw.message(lambda text: _prepared(walk, text, at)),
         'position': [at.path, at.line, at.column],
         'file': walk.source.name,
         'frontend': 'xml' if is_xml(walk.source) else 'yaml',
@@ -87,3 +98,38 @@ def _name_packages(walk: Walk, texts: Iterable[Text]) -> None:
             if name is not None and walk.packages.prefix(name) is not None:
                 at = text.position_at(substitution.start)
                 walk.use_package(name, at)
+
+
+def _prepared(walk: Walk, text: str, at: Position) -> str:
+    """Make what depends on the place where a text is written."""
+    if '$(' not in text:
+        return text
+    try:
+        found = list(_local(parse_template(text), is_inside=False))
+    except TemplateSyntaxError:
+        return text
+    for substitution, is_inside in reversed(found):
+        value = walk.template(Template((substitution,)), lambda _: at).text
+        # no argument of a substitution has a space, unless it is quoted
+        if value is not None and not (is_inside and ' ' in value):
+            written = _SPECIAL.sub(r'\\\g<0>', value)
+            text = (
+                text[: substitution.start]
+                + written
+                + (text[substitution.end :])
+            )
+    return text
+
+
+def _local(
+    template: Template, *, is_inside: bool
+) -> Iterator[tuple[Substitution, bool]]:
+    """Find such substitutions, and say which are inside of others."""
+    for part in template.parts:
+        if isinstance(part, str):
+            continue
+        if part.name in _LOCAL:
+            yield part, is_inside
+            continue
+        for argument in part.arguments:
+            yield from _local(argument, is_inside=True)

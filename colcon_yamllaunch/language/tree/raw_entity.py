@@ -7,6 +7,7 @@ An action of another package, as a launch file writes it.
 What its attributes mean, and whether it has them, only that package knows.
 """
 
+from collections.abc import Callable
 from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
@@ -49,24 +50,31 @@ class RawEntity:
     written: dict[str, str]
     texts: tuple[Text, ...]
 
-    def message(self) -> dict[str, Any]:
-        """Return it as the host of launch files in Python takes it."""
+    def message(self, prepare: Callable[[str], str]) -> dict[str, Any]:
+        """
+        Return it as the host of launch files in Python takes it.
+
+        :param prepare: Makes a text what the host is to have
+        """
         position = self.position
         return {
             'type': self.type,
-            'attributes': {n: _plain(v) for n, v in self.attributes.items()},
+            'attributes': {
+                name: _plain(value, prepare)
+                for name, value in self.attributes.items()
+            },
             'texts': self.written,
-            'children': _plain(self.children),
+            'children': _plain(self.children, prepare),
             'position': [position.path, position.line, position.column],
         }
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any, prepare: Callable[[str], str]) -> Any:
     if isinstance(value, RawEntity):
-        return value.message()
+        return value.message(prepare)
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return value
+        return [_plain(item, prepare) for item in value]
+    return prepare(value) if isinstance(value, str) else value
 
 
 class RawReader:

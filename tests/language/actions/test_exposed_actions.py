@@ -181,6 +181,26 @@ def test_xml_reaches_the_host_as_texts_and_elements(
     assert sent['position'][1:] == [2, 4]
 
 
+def test_what_depends_on_the_place_is_made_there(
+    launcher: Launcher, host: Host
+) -> None:
+    text = """\
+launch:
+- for_each:
+    values: '{robot: "a(b"}'
+    children:
+    - gz_server:
+        world: $(dirname)/$(var x)/$(for-var robot)
+        list: ['$(if true $(for-var robot) $(filename))', '$(dirname']
+"""
+    assert done(launcher, text).diagnostics == ()
+    folder = launcher.folder
+    assert entity(host)['attributes'] == {
+        'world': f'{folder}/$(var x)/a\\(b',
+        'list': [f'$(if true a\\(b {folder}/main.yaml)', '$(dirname'],
+    }
+
+
 @pytest.mark.parametrize(
     ('written', 'children'),
     [
