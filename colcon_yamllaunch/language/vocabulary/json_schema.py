@@ -9,6 +9,7 @@ VS Code's (yaml-language-server) validates by it in every version, by later
 drafts only since 2025 and in part.
 """
 
+from collections.abc import Mapping
 import json
 import re
 
@@ -18,6 +19,7 @@ from colcon_yamllaunch.language.vocabulary.actions import ALIASES
 from colcon_yamllaunch.language.vocabulary.actions import Attribute
 from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
+from colcon_yamllaunch.language.vocabulary.actions import CONDITIONS
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import PARAMETER
 from colcon_yamllaunch.language.vocabulary.actions import RELEASES
@@ -35,13 +37,16 @@ _SCALARS = ['string', 'number', 'boolean']
 _NUMBER = r'[+-]?([0-9][0-9_]*\.?[0-9_]*|\.[0-9][0-9_]*)([eE][+-]?[0-9]+)?'
 
 
-def json_schema() -> Schema:
+def json_schema(exposed: Mapping[str, str]) -> Schema:
     """
     Return the JSON Schema of launch files in YAML.
 
     It says what the reader checks without evaluating a file, as far as a
     schema can: not whether a package exists or a substitution is well-formed,
     and not whether a key stands twice.
+
+    :param exposed: The actions of other packages, with the package of each;
+      of these it knows the conditions only
     """
     return {
         '$schema': DRAFT,
@@ -53,7 +58,8 @@ def json_schema() -> Schema:
         'properties': {'launch': _root()},
         'definitions': {
             'actions': {'type': 'array', 'items': _ref('action')},
-            'action': _any_action(),
+            'action': _any_action(exposed),
+            'exposed': _exposed(),
             'parameters': _list_of(_parameter()),
             **_value_definitions(),
             **{name: _action(action) for name, action in ACTIONS.items()},
@@ -62,9 +68,14 @@ def json_schema() -> Schema:
     }
 
 
-def schema_text() -> str:
-    """Return the JSON Schema as text, one line end at its end."""
-    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + '\n'
+def schema_text(exposed: Mapping[str, str]) -> str:
+    """
+    Return the JSON Schema as text, one line end at its end.
+
+    :param exposed: See :func:`json_schema`
+    """
+    schema = json_schema(exposed)
+    return json.dumps(schema, indent=2, ensure_ascii=False) + '\n'
 
 
 def _root() -> Schema:
@@ -90,7 +101,7 @@ def _root() -> Schema:
     }
 
 
-def _any_action() -> Schema:
+def _any_action(exposed: Mapping[str, str]) -> Schema:
     names = {**{name: name for name in ACTIONS}, **ALIASES}
     return {
         'description': 'An action: its name, and its attributes below it.',
@@ -104,7 +115,24 @@ def _any_action() -> Schema:
                 'allOf': [_ref(action)],
             }
             for name, action in names.items()
+        }
+        | {
+            name: {
+                'description': f'An action of the package {package}.',
+                'allOf': [_ref('exposed')],
+            }
+            for name, package in sorted(exposed.items())
+            if name not in names
         },
+    }
+
+
+def _exposed() -> Schema:
+    """Return the schema for an action of another package."""
+    return {
+        'type': ['object', 'array', 'null'],
+        'properties': {a.name: _attribute(a) for a in CONDITIONS},
+        'not': {'type': 'object', 'required': ['if', 'unless']},
     }
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.process_scan import need_proc
+from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import show
@@ -32,11 +33,7 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
 
         return control(options.control, environment)
     if options.schema:
-        from colcon_yamllaunch.language.vocabulary.json_schema import (
-            schema_text,
-        )
-
-        show(schema_text(), end='')
+        show(_schema(options, environment), end='')
         return 0
     # what is about running launches does without all that this imports
     from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
@@ -55,7 +52,22 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
                 # a launch that runs does without all that this imports
                 from colcon_yamllaunch.verb.launching import inspect_launch
 
-                return inspect_launch.inspect(flow, options)
-            if options.from_plan is not None:
-                return flow.run_saved(options.from_plan, plan_run)
-            return flow.run(plan_run)
+            return inspect(flow, options)
+        if options.from_plan is not None:
+            return flow.run_saved(options.from_plan, plan_run)
+        return flow.run(plan_run)
+
+
+def _schema(options: LaunchOptions, environment: Mapping[str, str]) -> str:
+    """Return the JSON Schema, with the actions that packages here bring."""
+    # what few ask for is imported where it is needed
+    from colcon_yamllaunch.language.vocabulary.json_schema import schema_text
+    from colcon_yamllaunch.verb.cli.log_base import find_workspace
+    from colcon_yamllaunch.verb.launching.launch_packages import (
+        exposed_by_packages,
+    )
+    from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
+
+    root = find_workspace(options.workspace, ())
+    locator = scan_packages(root, environment)
+    return schema_text(exposed_by_packages(locator, environment)().actions())

@@ -24,7 +24,7 @@ from tests.language.conftest import Launcher
 from tests.language.conftest import source
 
 CONFORMANCE = Path(__file__).parents[2] / 'conformance'
-VALIDATOR = Draft7Validator(json_schema())
+VALIDATOR = Draft7Validator(json_schema({}))
 
 #: The cases whose mistakes only a YAML parser finds.
 NOT_YAML = {'bad_yaml'}
@@ -85,9 +85,9 @@ def required_attributes(action: Action) -> dict[str, Any]:
 
 
 def test_it_is_a_schema() -> None:
-    Draft7Validator.check_schema(json_schema())
-    assert json.loads(schema_text()) == json_schema()
-    assert schema_text().endswith('}\n')
+    Draft7Validator.check_schema(json_schema({}))
+    assert json.loads(schema_text({})) == json_schema({})
+    assert schema_text({}).endswith('}\n')
 
 
 @pytest.mark.parametrize('name', CASES)
@@ -249,7 +249,7 @@ def test_a_value_that_evaluating_rejects(
 
 
 def test_an_editor_can_show_and_complete_what_there_is() -> None:
-    schema: Any = json_schema()
+    schema: Any = json_schema({})
     definitions = schema['definitions']
 
     names = definitions['action']['properties']
@@ -259,3 +259,27 @@ def test_an_editor_can_show_and_complete_what_there_is() -> None:
     assert 'both' in node['output']['anyOf'][0]['enum']
     assert "Default: 'both'." in node['output']['description']
     assert 'since Jazzy' in node['respawn_max_retries']['description']
+
+
+@pytest.mark.parametrize(
+    ('written', 'is_valid'),
+    [
+        ('own: {a: 1, b: [{c: d}], if: true}', True),
+        ('own: [node: {}]', True),
+        ('own:', True),
+        ('own: x', False),
+        ("own: {if: 'true', unless: 'false'}", False),
+        ('own: {if: maybe}', False),
+        ('other: {}', False),
+    ],
+)
+def test_schema_knows_actions_of_packages(
+    written: str, is_valid: bool
+) -> None:
+    schema = json_schema({'own': 'my_pkg', 'node': 'launch_ros'})
+    document = yaml.safe_load(f'launch: [{{{written}}}]')
+    assert Draft7Validator(schema).is_valid(document) is is_valid
+    definitions: Any = schema['definitions']
+    shown = definitions['action']['properties']
+    assert shown['own']['description'] == 'An action of the package my_pkg.'
+    assert 'launch_ros' not in shown['node']['description']

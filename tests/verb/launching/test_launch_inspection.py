@@ -95,8 +95,19 @@ def test_formats_that_do_not_exist(user: User) -> None:
 
 
 def test_schema(user: User) -> None:
+    folder = user.package('own')
+    (folder / 'setup.cfg').write_text(
+        '[options.entry_points]\nlaunch.frontend.launch_extension =\n'
+        '  own = own\n'
+    )
+    (folder / 'own.py').write_text(
+        "@expose_action('own_action')\nclass Own(Action):\n"
+        '    raise SystemExit\n'
+    )
     schema = json.loads(user.launch('--schema'))
     assert 'launch' in schema['properties']
+    known = schema['definitions']['action']['properties']
+    assert 'of the package own' in known['own_action']['description']
 
 
 def test_check_looks_at_every_branch(user: User) -> None:
