@@ -24,6 +24,21 @@ def main(known: Any, environment: Mapping[str, str]) -> int:
     return report_errors('launch', lambda: _main(known, environment))
 
 
+def _schema(options: LaunchOptions, environment: Mapping[str, str]) -> str:
+    """Return the JSON Schema, with the actions that packages here bring."""
+    # what few ask for is imported where it is needed
+    from colcon_yamllaunch.language.vocabulary.json_schema import schema_text
+    from colcon_yamllaunch.verb.cli.log_base import find_workspace
+    from colcon_yamllaunch.verb.launching.launch_packages import (
+        exposed_by_packages,
+    )
+    from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
+
+    root = find_workspace(options.workspace, ())
+    locator = scan_packages(root, environment)
+    return schema_text(exposed_by_packages(locator, environment)().actions())
+
+
 def _main(known: Any, environment: Mapping[str, str]) -> int:
     options = parse_launch_options(known)
     if options.version:
@@ -56,18 +71,3 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
         if options.from_plan is not None:
             return flow.run_saved(options.from_plan, plan_run)
         return flow.run(plan_run)
-
-
-def _schema(options: LaunchOptions, environment: Mapping[str, str]) -> str:
-    """Return the JSON Schema, with the actions that packages here bring."""
-    # what few ask for is imported where it is needed
-    from colcon_yamllaunch.language.vocabulary.json_schema import schema_text
-    from colcon_yamllaunch.verb.cli.log_base import find_workspace
-    from colcon_yamllaunch.verb.launching.launch_packages import (
-        exposed_by_packages,
-    )
-    from colcon_yamllaunch.workspace.colcon.package_scan import scan_packages
-
-    root = find_workspace(options.workspace, ())
-    locator = scan_packages(root, environment)
-    return schema_text(exposed_by_packages(locator, environment)().actions())
