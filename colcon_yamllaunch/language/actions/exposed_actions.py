@@ -14,8 +14,10 @@ import re
 
 from colcon_yamllaunch.language.actions.python_launch import ask_host
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.syntax.diagnostics import error
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.template import parse_template
@@ -39,6 +41,15 @@ def do(walk: Walk, attributes: Attributes) -> None:
 
     :raises LaunchError: when there is no host, or the action fails
     """
+    try:
+        _do(walk, attributes)
+    except (AlreadyReportedError, LaunchError):
+        # what it would have set is not known
+        walk.scope.configurations.is_open = True
+        raise
+
+
+def _do(walk: Walk, attributes: Attributes) -> None:
     raw, at = attributes.item.raw, attributes.position
     assert raw is not None
     _need(walk, raw.package, f"the action '{raw.type}'", attributes)

@@ -332,6 +332,14 @@ def test_name_that_nobody_has_is_unknown(
     assert (error.message, error.hint) == (message, hint)
 
 
+def test_what_an_action_that_fails_sets_is_not_missed(
+    launcher: Launcher, host: Host
+) -> None:
+    text = 'launch: [{later: {}}, {log: {message: $(var x)}}]'
+    (error,) = done(launcher, text).errors
+    assert error.may_pass_after_build
+
+
 def test_packages_are_not_looked_at_without_need(launcher: Launcher) -> None:
     brought = Brought()
     made = request(
