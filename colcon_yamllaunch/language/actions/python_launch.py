@@ -106,17 +106,6 @@ def add_python_launch(walk: Walk, path: str, origin: Span) -> None:
     )
 
 
-def ask_host(
-    walk: Walk, request: dict[str, object], origin: Span
-) -> str | None:
-    """
-    Send a request to the host, and take over what it answers.
-
-    :raises LaunchError: when it fails
-    """
-    raise error(f'{walk.cwd}: nothing can do {request["do"]} yet', origin)
-
-
 def _arguments(walk: Walk, origin: Span) -> list[str]:
     values = walk.scope.configurations.all()
     if walk.scope.namespace is not None:

@@ -170,14 +170,14 @@ class _Launch(Walk):
 
     def do_exposed(self, attributes: Attributes) -> None:
         # most launch files have none
-        from colcon_yamllaunch.language.actions import exposed_actions
+        from colcon_yamllaunch.language.host import exposed_actions
 
         exposed_actions.do(self, attributes)
 
     def make_exposed(
         self, name: str, texts: Sequence[str], at: Span
     ) -> str | None:
-        from colcon_yamllaunch.language.actions import exposed_actions
+        from colcon_yamllaunch.language.host import exposed_actions
 
         return exposed_actions.make(self, name, texts, at)
 

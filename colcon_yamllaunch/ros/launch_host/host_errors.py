@@ -98,6 +98,11 @@ def chain(error: BaseException) -> Iterator[BaseException]:
 def _inner(error: BaseException) -> BaseException:
     """Return the error that `launch` has wrapped, or else the error."""
     while True:
+        # what a substitution says while it is parsed, lark wraps
+        original = getattr(error, 'orig_exc', None)
+        if isinstance(original, Exception):
+            error = original
+            continue
         likely = getattr(error, '_likely_errors', None)
         if not isinstance(likely, list) or not likely:
             return error

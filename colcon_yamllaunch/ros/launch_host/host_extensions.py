@@ -13,10 +13,11 @@ from __future__ import annotations
 
 from difflib import get_close_matches
 import importlib
+import importlib.metadata
 from typing import Any
 from typing import TYPE_CHECKING
-import warnings
 
+from host_errors import described
 from host_errors import note_entity
 from host_errors import ToldError
 
@@ -201,6 +202,8 @@ class _XmlEntity(_Entity):
             ) from None
 
 
+#: The entry points of what other packages bring.
+_GROUP = 'launch.frontend.launch_extension'
 _ENTITIES = {'yaml': _YamlEntity, 'xml': _XmlEntity}
 
 
@@ -214,8 +217,8 @@ class Extensions:
     def __init__(self, visitor: Visitor) -> None:
         self._visitor = visitor
         self._parser: Any = None
-        # what was said of extensions that could not be imported
-        self._failures: list[str] = []
+        # the extensions that could not be imported, and why
+        self._failures: dict[str, Exception] = {}
         # what was made: with it, packages remove the files that it names
         self._made: list[object] = []
 
@@ -262,10 +265,7 @@ class Extensions:
         """Return a parser, with all extensions imported."""
         if self._parser is None:
             frontend = importlib.import_module('launch.frontend')
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter('always')
-                frontend.Parser.load_launch_extensions()
-            self._failures = [str(warning.message) for warning in caught]
+            self._load(frontend)
             made: Any = type(
                 'Parser',
                 (frontend.Parser,),
@@ -296,12 +296,41 @@ class Extensions:
         if name in known:
             return
         message = f"no package here has the {what} '{name}'"
-        for failure in self._failures:
-            # the last line of a traceback is what went wrong
-            first, _, rest = failure.strip().partition('\n')
-            reason = rest.rpartition('\n')[2]
-            message += f'; {first[:1].lower()}{first[1:]}: {reason}'
+        for extension, failure in self._failures.items():
+            message += f'; {_not_imported(extension, failure)}'
+            error = ToldError(message)
+            # where it fails
+            raise error.with_traceback(failure.__traceback__)
         raise ToldError(message)
+
+    def _load(self, frontend: Any) -> None:
+        """Import all extensions, as `Parser.load_launch_extensions` does."""
+        found: Any = importlib.metadata.entry_points()
+        if hasattr(found, 'select'):
+            found = found.select(group=_GROUP)
+        else:
+            found = found.get(_GROUP, ())
+        for entry in found:
+            try:
+                entry.load()
+            except Exception as e:  # noqa: BLE001 - it may be anyone's
+                self._failures[entry.name] = e
+        frontend.Parser.extensions_loaded = True
+        for name, failure in self._failures.items():
+            visitor = self._visitor
+            frames = described(failure, visitor.positions, visitor.packages)
+            places = [frame['position'] for frame in frames['frames']]
+            visitor.say(
+                'warning',
+                text=_not_imported(name, failure),
+                hint=None,
+                position=places[-1] if places else visitor.position(),
+            )
+
+
+def _not_imported(name: str, failure: Exception) -> str:
+    reason = f'{type(failure).__name__}: {failure}'.partition('\n')[0]
+    return f"the launch extension '{name}' cannot be imported: {reason}"
 
 
 def _is_entity(value: object) -> bool:

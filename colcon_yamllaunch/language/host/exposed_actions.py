@@ -12,10 +12,10 @@ from collections.abc import Iterator
 from collections.abc import Sequence
 import re
 
-from colcon_yamllaunch.language.actions.python_launch import ask_host
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.host.python_visit import ask_host
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
@@ -54,7 +54,7 @@ def _do(walk: Walk, attributes: Attributes) -> None:
     assert raw is not None
     _need(walk, raw.package, f"the action '{raw.type}'", attributes)
     _name_packages(walk, raw.texts)
-    request: dict[str, object] = {
+    request = {
         'do': 'action',
         'entity': raw.message(lambda text: _prepared(walk, text, at)),
         'position': [at.path, at.line, at.column],
@@ -75,7 +75,7 @@ def make(walk: Walk, name: str, texts: Sequence[str], at: Span) -> str | None:
     package, place = walk.exposed().substitution(name), at.position
     assert package is not None
     _need(walk, package, f"the substitution '{name}'", at)
-    request: dict[str, object] = {
+    request = {
         'do': 'substitute',
         'name': name,
         'arguments': [*texts],

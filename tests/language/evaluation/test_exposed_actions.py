@@ -8,9 +8,9 @@ from dataclasses import replace
 import json
 from typing import Any
 
-from colcon_yamllaunch.language.actions import exposed_actions
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.walk import Walk
+from colcon_yamllaunch.language.host import exposed_actions
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
@@ -54,7 +54,7 @@ class Host:
         self.answer: str | None = None
 
     def ask(
-        self, walk: Walk, request: dict[str, object], origin: Span
+        self, walk: Walk, request: Mapping[str, Any], origin: Span
     ) -> str | None:
         place = origin.position
         self.requests.append(json.loads(json.dumps(request)))
