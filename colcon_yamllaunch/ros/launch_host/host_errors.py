@@ -39,7 +39,23 @@ class Failed(BaseException):
 
 
 class ToldError(Exception):
-    """An error whose text says all; what kind it is says nothing more."""
+    """
+    An error in a launch file that is not in Python.
+
+    :param message: What is wrong
+    :param position: Where, None when that is not known
+    :param length: How many characters are meant
+    """
+
+    def __init__(
+        self,
+        message: str,
+        position: list[object] | None = None,
+        length: int = 1,
+    ) -> None:
+        super().__init__(message)
+        self.position = position
+        self.length = length
 
 
 class ArgumentError(Exception):
@@ -71,6 +87,12 @@ def described(
     if not frames:
         noted = entity or getattr(error, _ENTITY, None)
         frames = [_frame_of(positions.of(noted), '')]
+    elif positions.otherwise is not None:
+        # what stands there has it done
+        frames.insert(0, _frame_of(positions.otherwise, ''))
+    if isinstance(error, ToldError) and error.position is not None:
+        frames = [_frame_of(error.position, '')]
+        frames[0]['end_column'] = frames[0]['position'][2] + error.length
     frames = [frame for frame in frames if frame['position'] is not None]
     argument = _argument(error)
     package = None

@@ -66,6 +66,10 @@ class _Entity:
         """Return nothing, as those of YAML and XML do."""
         return
 
+    def _wrong(self, kind: Any, message: str) -> Any:
+        """Return an error about it."""
+        return kind(message, self.position, len(self._type))
+
     def _unknown(self, what: str, names: set[str]) -> None:
         """
         Refuse what the action does not ask for.
@@ -80,7 +84,7 @@ class _Entity:
                 message += f"; did you mean '{near[0]}'?"
             elif known:
                 message += f'; there are {", ".join(known)}'
-            raise _ValueError(message)
+            raise self._wrong(_ValueError, message)
 
 
 class _YamlEntity(_Entity):
@@ -96,9 +100,10 @@ class _YamlEntity(_Entity):
         """Return the actions inside."""
         self._asked_for_children = True
         if self._children is None:
-            raise _ValueError(
+            raise self._wrong(
+                _ValueError,
                 f"'{self._type}' needs actions inside: a list, or 'children' "
-                'with one'
+                'with one',
             )
         return [type(self)(child) for child in self._children]
 
@@ -106,7 +111,9 @@ class _YamlEntity(_Entity):
         """Refuse what the action did not ask for."""
         self._unknown('attribute', set(self._attributes) - self._asked)
         if self._children is not None and not self._asked_for_children:
-            raise _ValueError(f"no actions stand inside of '{self._type}'")
+            raise self._wrong(
+                _ValueError, f"no actions stand inside of '{self._type}'"
+            )
 
     def get_attr(
         self,
@@ -121,12 +128,15 @@ class _YamlEntity(_Entity):
         if name not in self._attributes:
             if optional:
                 return None
-            raise _MissingError(f"'{self._type}' needs the attribute '{name}'")
+            raise self._wrong(
+                _MissingError, f"'{self._type}' needs the attribute '{name}'"
+            )
         value = self._attributes[name]
         if _is_of_entities(data_type):
             if not isinstance(value, list) or not all(map(_is_entity, value)):
-                raise _TypeError(
-                    f"'{name}' of '{self._type}' is a list of mappings"
+                raise self._wrong(
+                    _TypeError,
+                    f"'{name}' of '{self._type}' is a list of mappings",
                 )
             return [type(self)(item) for item in value]
         if data_type is str and name in self._texts:
@@ -136,9 +146,10 @@ class _YamlEntity(_Entity):
         if not utilities.is_instance_of(
             value, data_type, can_be_str=can_be_str
         ):
-            raise _TypeError(
+            raise self._wrong(
+                _TypeError,
                 f"'{name}' of '{self._type}' wants {_shown(data_type)}, not "
-                f'{_shown(type(value))}'
+                f'{_shown(type(value))}',
             )
         return value
 
@@ -171,7 +182,9 @@ class _XmlEntity(_Entity):
         can_be_str: bool = True,
     ) -> Any:
         """Return an attribute; see `launch.frontend.Entity.get_attr`."""
-        missing = _MissingError(f"'{self._type}' needs the attribute '{name}'")
+        missing = self._wrong(
+            _MissingError, f"'{self._type}' needs the attribute '{name}'"
+        )
         if _is_of_entities(data_type):
             items = [c for c in self._children or () if c['type'] == name]
             self._read.add(name)
@@ -196,9 +209,10 @@ class _XmlEntity(_Entity):
                 value, data_type, can_be_str=can_be_str
             )
         except ValueError:
-            raise _TypeError(
+            raise self._wrong(
+                _TypeError,
                 f"'{name}' of '{self._type}' wants {_shown(data_type)}, and "
-                f"'{value}' is none"
+                f"'{value}' is none",
             ) from None
 
 
@@ -244,7 +258,12 @@ class Extensions:
         visitor.positions.otherwise = request['position']
         self._loaded()
         expose: Any = importlib.import_module('launch.frontend.expose')
-        self._need(name, expose.substitution_parse_methods, 'substitution')
+        self._need(
+            name,
+            expose.substitution_parse_methods,
+            'substitution',
+            request['position'],
+        )
         substitutions = importlib.import_module('launch.substitutions')
         arguments = [
             [substitutions.TextSubstitution(text=text)]
@@ -277,7 +296,12 @@ class Extensions:
     def _parse_action(self, entity: Any) -> Any:
         expose: Any = importlib.import_module('launch.frontend.expose')
         try:
-            self._need(entity.type_name, expose.action_parse_methods, 'action')
+            self._need(
+                entity.type_name,
+                expose.action_parse_methods,
+                'action',
+                entity.position,
+            )
             action = expose.instantiate_action(entity, self._parser)
         except Exception as e:
             self._visitor.positions.put(entity, entity.position)
@@ -287,7 +311,9 @@ class Extensions:
         self._visitor.positions.put(action, entity.position)
         return action
 
-    def _need(self, name: str, known: Any, what: str) -> None:
+    def _need(
+        self, name: str, known: Any, what: str, position: list[object]
+    ) -> None:
         """
         Check that a name is there.
 
@@ -301,7 +327,7 @@ class Extensions:
             error = ToldError(message)
             # where it fails
             raise error.with_traceback(failure.__traceback__)
-        raise ToldError(message)
+        raise ToldError(message, position, len(name))
 
     def _load(self, frontend: Any) -> None:
         """Import all extensions, as `Parser.load_launch_extensions` does."""
