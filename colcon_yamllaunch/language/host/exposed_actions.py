@@ -13,9 +13,11 @@ from collections.abc import Sequence
 import re
 
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
+from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.host.python_visit import ask_host
+from colcon_yamllaunch.language.host.python_visit import NotTakenOverError
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
@@ -35,11 +37,16 @@ _LOCAL = ('dirname', 'filename', 'for-var', 'index')
 _SPECIAL = re.compile(r'[\\$()"\']')
 
 
+class NotAskedError(LaunchError):
+    """The host cannot do it, or is not there."""
+
+
 def do(walk: Walk, attributes: Attributes) -> None:
     """
     Let the host do an action.
 
-    :raises LaunchError: when there is no host, or the action fails
+    :raises NotAskedError: when the host cannot, or is not there
+    :raises LaunchError: when the action fails
     """
     try:
         _do(walk, attributes)
@@ -52,7 +59,8 @@ def do(walk: Walk, attributes: Attributes) -> None:
 def _do(walk: Walk, attributes: Attributes) -> None:
     raw, at = attributes.item.raw, attributes.position
     assert raw is not None
-    _need(walk, raw.package, f"the action '{raw.type}'", attributes)
+    what = f"the action '{raw.type}'"
+    _need(walk, raw.package, what, attributes)
     _name_packages(walk, raw.texts)
     request = {
         'do': 'action',
@@ -61,7 +69,7 @@ def _do(walk: Walk, attributes: Attributes) -> None:
         'file': walk.source.name,
         'frontend': 'xml' if is_xml(walk.source) else 'yaml',
     }
-    ask_host(walk, request, attributes)
+    _ask(walk, request, attributes, what, raw.package)
 
 
 def make(walk: Walk, name: str, texts: Sequence[str], at: Span) -> str | None:
@@ -70,11 +78,13 @@ def make(walk: Walk, name: str, texts: Sequence[str], at: Span) -> str | None:
 
     :param texts: Its arguments
     :param at: Where it is written
-    :raises LaunchError: when there is no host, or the substitution fails
+    :raises NotAskedError: when the host cannot, or is not there
+    :raises LaunchError: when the substitution fails
     """
     package, place = walk.exposed().substitution(name), at.position
     assert package is not None
-    _need(walk, package, f"the substitution '{name}'", at)
+    what = f"the substitution '{name}'"
+    _need(walk, package, what, at)
     request = {
         'do': 'substitute',
         'name': name,
@@ -82,13 +92,32 @@ def make(walk: Walk, name: str, texts: Sequence[str], at: Span) -> str | None:
         'position': [place.path, place.line, place.column],
         'file': walk.source.name,
     }
-    return ask_host(walk, request, at)
+    return _ask(walk, request, at, what, package)
+
+
+def _ask(
+    walk: Walk, request: HostMessage, at: Span, what: str, package: str
+) -> str | None:
+    try:
+        return ask_host(walk, request, at)
+    except NotTakenOverError as e:
+        if e.reason is not None:
+            message = f'{what} cannot be a part of the plan: {e.reason}'
+            hint = "run the launch file by 'ros2 launch'"
+        else:
+            message = (
+                f"{what} of the package '{package}' is run by ROS 2's "
+                "'launch', which is not among the Python packages of the "
+                'environment'
+            )
+            hint = 'source a ROS 2 installation that has launch_ros'
+        raise NotAskedError(*error(message, at, hint=hint).diagnostics) from e
 
 
 def _need(walk: Walk, package: str, what: str, at: Span) -> None:
     walk.use_package(package, at.position)
     if not walk.exposed().is_installed(package):
-        raise error(
+        problem = error(
             f"the package '{package}', which has {what}, is not built, or "
             'does not install it',
             at,
@@ -96,6 +125,7 @@ def _need(walk: Walk, package: str, what: str, at: Span) -> None:
             'module by ament_python_install_package(${PROJECT_NAME})',
             may_pass_after_build=True,
         )
+        raise NotAskedError(*problem.diagnostics)
 
 
 def _name_packages(walk: Walk, texts: Iterable[Text]) -> None:

@@ -230,20 +230,59 @@ class _Check(Walk):
         return None
 
     def do_exposed(self, attributes: Attributes) -> None:
-        raw = attributes.item.raw
+        raw, use = attributes.item.raw, self._files[-1].use
         assert raw is not None
         self.use_package(raw.package, attributes.position)
-        # what it starts and sets is not known
-        self._files[-1].use.is_open = True
-        self.may_have_others = True
+        read = FileUse()
+        for text in raw.texts:
+            read.add_text(text.template)
+        values = map(self.scope.configurations.get, read.read)
+        # what it reads itself is not known
+        use.is_open = True
+        if (
+            self.never
+            or read.is_open
+            or any(value is None or value.text is None for value in values)
+            or not self._do_exposed(attributes)
+        ):
+            self.may_have_others = True
+        # with other arguments it may set anything
         self.scope.configurations.is_open = True
+
+    def _do_exposed(self, attributes: Attributes) -> bool:
+        """Have the host do an action; return whether it could."""
+        # most launch files have none
+        from colcon_yamllaunch.language.host import exposed_actions
+
+        is_certain = self.is_on_by_default
+        try:
+            exposed_actions.do(self, attributes)
+        except exposed_actions.NotAskedError as e:
+            self.report(e.as_warning().of('this cannot be checked: '))
+        except LaunchError as e:
+            self.fail(e, is_certain=is_certain)
+        except AlreadyReportedError:
+            pass
+        else:
+            return True
+        return False
 
     def make_exposed(
         self, name: str, texts: Sequence[str], at: Span
     ) -> str | None:
-        package = self.exposed().substitution(name)
-        assert package is not None
-        self.use_package(package, at.position)
+        # most launch files have none
+        from colcon_yamllaunch.language.host import exposed_actions
+
+        if self.never:
+            return None
+        try:
+            return exposed_actions.make(self, name, texts, at)
+        except exposed_actions.NotAskedError as e:
+            self.report(e.as_warning().of('this cannot be checked: '))
+        except LaunchError as e:
+            self.fail(e, is_certain=self.is_on_by_default)
+        except AlreadyReportedError:
+            pass
         return None
 
     def follow(

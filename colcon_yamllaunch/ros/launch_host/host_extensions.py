@@ -70,6 +70,14 @@ class _Entity:
         """Return an error about it."""
         return kind(message, self.position, len(self._type))
 
+    def _missing(self, name: str) -> Any:
+        """Return the error that an attribute is not there."""
+        message = f"'{self._type}' needs the attribute '{name}'"
+        near = get_close_matches(name, set(self._attributes) - self._asked, 1)
+        if near:
+            message += f"; is '{near[0]}' meant for it?"
+        return self._wrong(_MissingError, message)
+
     def _unknown(self, what: str, names: set[str]) -> None:
         """
         Refuse what the action does not ask for.
@@ -128,9 +136,7 @@ class _YamlEntity(_Entity):
         if name not in self._attributes:
             if optional:
                 return None
-            raise self._wrong(
-                _MissingError, f"'{self._type}' needs the attribute '{name}'"
-            )
+            raise self._missing(name)
         value = self._attributes[name]
         if _is_of_entities(data_type):
             if not isinstance(value, list) or not all(map(_is_entity, value)):
@@ -182,9 +188,6 @@ class _XmlEntity(_Entity):
         can_be_str: bool = True,
     ) -> Any:
         """Return an attribute; see `launch.frontend.Entity.get_attr`."""
-        missing = self._wrong(
-            _MissingError, f"'{self._type}' needs the attribute '{name}'"
-        )
         if _is_of_entities(data_type):
             items = [c for c in self._children or () if c['type'] == name]
             self._read.add(name)
@@ -192,14 +195,14 @@ class _XmlEntity(_Entity):
                 return [type(self)(item) for item in items]
             if optional:
                 return None
-            raise missing
+            raise self._missing(name)
         separator = f'{name}-sep'
         self._asked.add(name)
         value = self._attributes.get(name)
         if value is None:
             if optional:
                 return None
-            raise missing
+            raise self._missing(name)
         if separator in self._attributes:
             self._asked.add(separator)
             value = value.split(self._attributes[separator])

@@ -11,10 +11,12 @@ from typing import Any
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.host import exposed_actions
+from colcon_yamllaunch.language.host.python_visit import NotTakenOverError
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.position import Span
 import pytest
 
@@ -52,6 +54,7 @@ class Host:
         self.requests: list[dict[str, Any]] = []
         self.places: list[tuple[int, int]] = []
         self.answer: str | None = None
+        self.problem: Exception | None = None
 
     def ask(
         self, walk: Walk, request: Mapping[str, Any], origin: Span
@@ -60,6 +63,8 @@ class Host:
         self.requests.append(json.loads(json.dumps(request)))
         self.places.append((place.line, place.column))
         walk.draft.process_name('one')
+        if self.problem is not None:
+            raise self.problem
         return self.answer
 
 
@@ -364,8 +369,76 @@ launch:
 
 def test_check_knows_them(launcher: Launcher) -> None:
     checked = check(request(launcher, USES), portable=True)
-    assert checked.diagnostics == ()
+    assert [d.message for d in checked.errors] == []
     assert checked.packages.keys() == {'gz'}
+
+
+def test_check_has_the_host_do_what_is_known(
+    launcher: Launcher, host: Host
+) -> None:
+    host.answer = 'made'
+    text = USES.replace('name: world', 'name: world, default: w')
+    checked = check(request(launcher, text), portable=True)
+    assert checked.diagnostics == ()
+    # the argument 'file' is given by each launch
+    assert [r['do'] for r in host.requests] == ['action']
+    checked = check(request(launcher, USES, file='f'), portable=True)
+    assert checked.diagnostics == ()
+    assert host.requests[-1]['arguments'] == ['f']
+    assert all(r['do'] == 'substitute' for r in host.requests[1:])
+
+
+def test_check_does_nothing_that_no_launch_does(
+    launcher: Launcher, host: Host
+) -> None:
+    text = "launch: [{gz_server: {if: 'false'}}, {gz_server: {if: '1'}}]"
+    assert check(request(launcher, text), portable=False).errors == ()
+    assert len(host.requests) == 1
+
+
+@pytest.mark.parametrize(
+    ('reason', 'wanted'),
+    [
+        (None, "of the package 'gz' is run by ROS 2's 'launch', which"),
+        ('it does x', 'cannot be a part of the plan: it does x'),
+    ],
+)
+@pytest.mark.parametrize(
+    ('written', 'what'),
+    [
+        ('gz_server: {}', "the action 'gz_server' "),
+        ('log: {message: $(subs-file a)}', "the substitution 'subs-file' "),
+    ],
+)
+def test_what_the_host_cannot_do_is_an_error(
+    launcher: Launcher,
+    host: Host,
+    reason: str | None,
+    wanted: str,
+    written: str,
+    what: str,
+) -> None:
+    host.problem = NotTakenOverError(reason)
+    text = f'launch: [{written}]'
+    (error,) = done(launcher, text).errors
+    assert what + wanted in error.message
+    assert error.hint is not None
+    (warning,) = check(request(launcher, text), portable=False).diagnostics
+    assert warning.severity == 'warning'
+    assert warning.message == f'this cannot be checked: {error.message}'
+
+
+@pytest.mark.parametrize(
+    ('condition', 'severity'),
+    [('true', 'error'), ('$(var rare false)', 'warning')],
+)
+def test_what_fails_in_the_host_fails_a_check(
+    launcher: Launcher, host: Host, condition: str, severity: str
+) -> None:
+    host.problem = error('it fails')
+    text = f"launch: [{{gz_server: {{if: '{condition}'}}}}]"
+    (problem,) = check(request(launcher, text), portable=False).diagnostics
+    assert (problem.message, problem.severity) == ('it fails', severity)
 
 
 def test_launch_arguments_are_listed_without_them(launcher: Launcher) -> None:
