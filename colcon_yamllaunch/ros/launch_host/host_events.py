@@ -182,6 +182,8 @@ class Events:
     def add_process(self, action: Any, _number: int) -> None:
         """Take note of the action of a process."""
         setattr(action, _COMPLETED, Future())
+        # for those who look for a process by it
+        action.process_details.setdefault('pid', None)
         if is_a(action, 'LifecycleNode') and not self._follows_lifecycles:
             self._follows_lifecycles = True
             kinds = importlib.import_module('launch_ros.events.lifecycle')
@@ -190,6 +192,7 @@ class Events:
             self._on(
                 self._processes.ProcessIO,
                 lambda event: self._keep_output(action, event),
+                action,
             )
 
     def add_on_exit(self, action: Any, _number: int, on_exit: Any) -> None:
@@ -233,19 +236,19 @@ class Events:
         )
         # the last one registered comes first
         handlers = list(reversed(self._context._event_handlers))
-        described = [describer.handler(handler) for handler in handlers]
-        told = {
-            'handlers': [one for one in described if one is not None],
-            'output': [
-                number
-                for number, action in started.items()
-                if number not in self._over
-                and any(
-                    is_about_output(handler, self._output, action)
-                    for handler in handlers
-                )
-            ],
-        }
+        described = [
+            one for one in map(describer.handler, handlers) if one is not None
+        ]
+        output = [
+            number
+            for number, action in started.items()
+            if number not in self._over
+            and any(
+                is_about_output(handler, self._output, action)
+                for handler in handlers
+            )
+        ]
+        told = {'handlers': described, 'output': output if described else []}
         if told != (self._told or {'handlers': [], 'output': []}):
             self._visitor.say('handlers', **told)
         self._told = told
@@ -271,12 +274,11 @@ class Events:
         if respawns is None:
             is_kept = bool(getattr(action, '_ExecuteLocal__respawn', False))
             respawns = is_kept and not self._context.is_shutdown
-        details = {'pid': 0, **action.process_details}
         transport = getattr(action, '_subprocess_transport', None)
         if transport is not None:
             transport.returncode = returncode
         exited = self._processes.ProcessExited(
-            returncode=returncode, **details
+            returncode=returncode, **action.process_details
         )
         self.queue.put_nowait(exited)
         self._note_shutdown(action)
@@ -422,12 +424,17 @@ class Events:
 
     # what ROS 2 itself does about events
 
-    def _on(self, kind: Any, do: Callable[[Any], object]) -> None:
+    def _on(
+        self, kind: Any, do: Callable[[Any], object], action: Any = None
+    ) -> None:
         def handle(event: Any, _context: object) -> None:
             do(event)
 
         handler = self._base.BaseEventHandler(
-            matcher=lambda event: isinstance(event, kind)
+            matcher=lambda event: (
+                isinstance(event, kind)
+                and (action is None or event.action is action)
+            )
         )
         setattr(handler, OF_HOST, True)
         handler.handle = handle
@@ -437,10 +444,9 @@ class Events:
         self._context._set_is_shutdown(True)
 
     def _keep_output(self, action: Any, event: Any) -> None:
-        if event.action is action:
-            name = 'stderr' if event.from_stderr else 'stdout'
-            buffer = getattr(action, f'_ExecuteLocal__{name}_buffer')
-            buffer.write(event.text.decode(errors='replace'))
+        name = 'stderr' if event.from_stderr else 'stdout'
+        buffer = getattr(action, f'_ExecuteLocal__{name}_buffer')
+        buffer.write(event.text.decode(errors='replace'))
 
     def _shut_down_process(self, event: Any) -> None:
         self._tell_signal(event, 0)
@@ -498,10 +504,9 @@ class Events:
         return found[::-1]
 
     def _output(self, action: Any, stream: int, text: bytes = b'') -> Any:
-        details = {'pid': 0, **action.process_details}
-        if stream == 2:
-            return self._processes.ProcessStderr(text=text, **details)
-        return self._processes.ProcessStdout(text=text, **details)
+        kinds = self._processes
+        kind = kinds.ProcessStderr if stream == 2 else kinds.ProcessStdout
+        return kind(text=text, **action.process_details)
 
 
 def install(visitor: Visitor, entries: Entries) -> Events:

@@ -273,8 +273,6 @@ def is_about_output(
     :param make_event: Makes an event of output of an action to stdout (1) or
       stderr (2)
     """
-    if hasattr(handler, OF_HOST) and _kind(handler) != 'output':
-        return False
     if _kind(handler) not in ('output', 'other'):
         return False
     for stream in (1, 2):

@@ -162,6 +162,8 @@ class Timers:
     def forget(self) -> None:
         """Begin anew."""
         self._calls.clear()
+        self._numbers = count(1)
+        self._is_ahead = False
 
     def is_put_off(self, siblings: Sequence[Any]) -> bool:
         """

@@ -1,0 +1,527 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What launch files in Python do when something happens."""
+
+from collections.abc import Callable
+from pathlib import Path
+import textwrap
+from typing import Any
+
+import pytest
+from support.talking_host import in_short
+from support.talking_host import Message
+from support.talking_host import TalkingHost
+
+HEAD = """\
+import signal
+from launch import *
+from launch.actions import *
+from launch.conditions import *
+from launch.event import Event
+from launch.event_handlers import *
+from launch.events import Shutdown as ShuttingDown, matches_action
+from launch.events.process import *
+from launch.substitutions import *
+
+def run(name, **more):
+    return ExecuteProcess(cmd=['true'], name=name, **more)
+
+def say(text, **more):
+    return LogInfo(msg=text, **more)
+
+def when(handler):
+    return RegisterEventHandler(handler)
+
+def emit(event):
+    return EmitEvent(event=event)
+
+"""
+
+Launch = Callable[[str], list[Message]]
+
+
+@pytest.fixture
+def launch(talking_host: TalkingHost, tmp_path: Path) -> Launch:
+    """Return what visits a launch file, given what makes its description."""
+    path = tmp_path / 'demo.launch.py'
+
+    def launch(text: str) -> list[Message]:
+        path.write_text(HEAD + textwrap.dedent(text))
+        told = talking_host.visit(path)
+        told += talking_host.ask('finish')
+        return told
+
+    return launch
+
+
+def handlers_of(told: list[Message]) -> list[dict[str, Any]]:
+    """Return the event handlers that were told last."""
+    found = [m['handlers'] for m in told if m['say'] == 'handlers']
+    return list(found[-1]) if found else []
+
+
+def outputs_of(told: list[Message]) -> list[object]:
+    """Return the processes whose output is to be told."""
+    found = [m['output'] for m in told if m['say'] == 'handlers']
+    return list(found[-1]) if found else []
+
+
+def test_handlers_are_told_before_anything_happens(launch: Launch) -> None:
+    told = launch(
+        """\
+        def on_exit(event, context):
+            return None
+
+        def generate_launch_description():
+            first, second = run('first'), run('second')
+            return LaunchDescription([
+                first,
+                when(OnProcessExit(target_action=first, on_exit=[
+                    second, say('on'), emit(ShuttingDown(reason='done'))])),
+                when(OnProcessExit(on_exit=on_exit)),
+                when(OnProcessStart(
+                    target_action=second, on_start=[GroupAction([run('x')])])),
+                when(OnProcessIO(
+                    target_action=lambda action: action is first,
+                    on_stdout=on_exit)),
+                when(OnShutdown(on_shutdown=[say('bye')], handle_once=True)),
+                when(OnExecutionComplete(target_action=second, on_completion=[
+                    TimerAction(period=2.0, actions=[run('y')])])),
+            ])
+        """
+    )
+    line = HEAD.count('\n') + 2
+    first = ['[first]']
+    call = f'call on_exit (demo.launch.py:{line - 1})'
+    assert [
+        (h['event'], h['processes'], h['condition'], h['actions'])
+        for h in handlers_of(told)
+    ] == [
+        (
+            'exit',
+            ['[first]'],
+            '',
+            ['start second', 'say "on"', 'shut down: done'],
+        ),
+        ('exit', None, '', [call]),
+        ('start', ['second'], '', ['start x']),
+        ('output', first, '', [call]),
+        ('shutdown', None, 'once', ['say "bye"']),
+        ('complete', ['second'], '', ['after 2.0 s: start y']),
+    ]
+    assert [h['position'][1] for h in handlers_of(told)] == [
+        line + offset for offset in (6, 8, 9, 11, 14, 15)
+    ]
+    assert [m['output'] for m in told if m['say'] == 'handlers'] == [
+        ['[first]']
+    ]
+
+
+def test_the_last_handler_comes_first(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    launch(
+        """\
+        def on_exit(event, context):
+            return [say(f'ended: {event.returncode}'), run('b')]
+
+        def generate_launch_description():
+            a = run('a', on_exit=[say('its own')])
+            return LaunchDescription([
+                when(OnProcessExit(target_action=a, on_exit=[say('early')])),
+                a,
+                when(OnProcessExit(target_action=a, on_exit=on_exit)),
+                when(OnProcessExit(target_action=a, on_exit=[say('late')])),
+            ])
+        """
+    )
+    assert in_short(talking_host.event('start', process='a', pid=5)) == []
+    assert talking_host.ended('a', 3) == [
+        'late',
+        'ended: 3',
+        'start b',
+        'its own',
+        'early',
+    ]
+
+
+def test_handlers_register_others_and_go(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    told = launch(
+        """\
+        def generate_launch_description():
+            a, b = run('a'), run('b')
+            gone = OnProcessExit(on_exit=[say('never')])
+            return LaunchDescription([
+                a,
+                when(gone),
+                UnregisterEventHandler(gone),
+                when(OnProcessExit(target_action=a, handle_once=True, on_exit=[
+                    b, when(OnProcessExit(
+                        target_action=b, on_exit=[say('b ended')]))])),
+            ])
+        """
+    )
+    assert [h['actions'] for h in handlers_of(told)] == [
+        ['start b', 'when b ends: say "b ended"']
+    ]
+    told = talking_host.event('exit', process='a', returncode=0)
+    assert in_short(told) == ['start b']
+    assert [h['processes'] for h in handlers_of(told)] == [['[b]']]
+    assert talking_host.ended('b') == ['b ended']
+
+
+def test_output_is_told_and_kept(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    told = launch(
+        """\
+        def heard(event):
+            stream = 'stdout' if event.from_stdout else 'stderr'
+            return say(stream + ': ' + event.text.decode(errors='replace'))
+
+        def generate_launch_description():
+            a, b = run('a', cached_output=True), run('b')
+            return LaunchDescription([
+                a, b, run('c'),
+                when(OnProcessIO(
+                    target_action=b, on_stdout=heard, on_stderr=heard)),
+                when(OnProcessExit(target_action=a, on_exit=lambda e, c:
+                    say(a.get_stdout() + a.get_stderr()))),
+            ])
+        """
+    )
+    assert [m['output'] for m in told if m['say'] == 'handlers'] == [
+        ['[a]', '[b]']
+    ]
+
+    def wrote(process: str, stream: str, text: str) -> list[str]:
+        told = talking_host.event(
+            'output', process=process, stream=stream, text=text
+        )
+        return in_short(told)
+
+    for number, name in enumerate('abc', 10):
+        talking_host.event('start', process=name, pid=number)
+    assert wrote('b', 'stdout', 'hello') == ['stdout: hello']
+    assert wrote('b', 'stderr', 'bad \udcff') == ['stderr: bad \ufffd']
+    assert wrote('a', 'stdout', 'one ') == []
+    assert wrote('a', 'stdout', 'two ') == []
+    assert wrote('a', 'stderr', 'three') == []
+    assert talking_host.ended('a') == ['one two three']
+
+
+def test_a_launch_file_ends_the_launch(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    launch(
+        """\
+        def down(event, context):
+            return say(f'{event.reason} {context.is_shutdown}')
+
+        def generate_launch_description():
+            a = run('a')
+            return LaunchDescription([
+                a,
+                when(OnProcessExit(target_action=a, on_exit=[
+                    emit(ShuttingDown(reason='enough')), say('bye')])),
+                when(OnShutdown(on_shutdown=down)),
+                when(OnShutdown(on_shutdown=[
+                    say(['because ', LocalSubstitution('event.reason')])])),
+            ])
+        """
+    )
+    assert talking_host.ended('a') == ['bye', 'shutdown: enough']
+    told = talking_host.event('shutdown', reason='enough', by_sigint=False)
+    assert in_short(told) == ['because enough', 'enough False']
+
+
+def test_someone_else_ends_the_launch(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    launch(
+        """\
+        def down(event, context):
+            return [say(f'{event.due_to_sigint} {context.is_shutdown}'),
+                    run('late')]
+
+        def generate_launch_description():
+            a = run('a')
+            return LaunchDescription([
+                a, when(OnShutdown(on_shutdown=down)),
+                when(OnProcessExit(on_exit=[say('ended'), run('later')])),
+            ])
+        """
+    )
+    told = talking_host.event('shutdown', reason='Ctrl-C', by_sigint=True)
+    assert in_short(told) == ['True True']
+    told = talking_host.event('exit', process='a', returncode=-2)
+    # nothing is started any more
+    assert in_short(told) == ['ended']
+
+
+def test_the_end_of_a_process_gives_the_reason(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    told = launch(
+        """\
+        def generate_launch_description():
+            return LaunchDescription([
+                run('a', on_exit=Shutdown(reason='a is needed')),
+                when(OnShutdown(on_shutdown=lambda e, c: say(e.reason))),
+            ])
+        """
+    )
+    processes = [m for m in told if m['say'] == 'process']
+    assert [p['on_exit_shutdown'] for p in processes] == [True]
+    assert len(handlers_of(told)) == 1
+    assert talking_host.ended('a') == []
+    told = talking_host.event('shutdown', reason='a ended', by_sigint=False)
+    assert in_short(told) == ['a is needed']
+
+
+def test_processes_are_signalled(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    launch(
+        """\
+        def generate_launch_description():
+            a, b, c = run('a'), run('b'), run('c')
+            return LaunchDescription([
+                a, b, c,
+                when(OnProcessStart(target_action=a, on_start=[
+                    emit(SignalProcess(signal_number=signal.SIGUSR1,
+                                       process_matcher=matches_action(b))),
+                    emit(ShutdownProcess(process_matcher=lambda one: True)),
+                ])),
+                when(OnProcessStart(target_action=b, on_start=[
+                    emit(SignalProcess(signal_number='SIGKILL',
+                                       process_matcher=matches_pid(6)))])),
+            ])
+        """
+    )
+    assert in_short(talking_host.event('start', process='b', pid=6)) == [
+        'signal 9 to b'
+    ]
+    talking_host.event('exit', process='c', returncode=0)
+    # not the one that has ended
+    assert in_short(talking_host.event('start', process='a', pid=5)) == [
+        'signal 10 to b',
+        'signal 0 to a',
+        'signal 0 to b',
+    ]
+
+
+def test_events_of_ones_own(launch: Launch, talking_host: TalkingHost) -> None:
+    told = launch(
+        """\
+        class Ping(Event):
+            def __init__(self, number):
+                self.number = number
+
+        def ping(context):
+            number = context.locals.event.number
+            more = [emit(Ping(number + 1))] if number < 2 else []
+            return [say(f'ping {number}'), *more]
+
+        def generate_launch_description():
+            return LaunchDescription([
+                emit(Ping(1)), say('read'), run('a'),
+                when(EventHandler(
+                    matcher=lambda event: isinstance(event, Ping),
+                    entities=[OpaqueFunction(function=ping)])),
+                when(OnProcessExit(on_exit=[emit(Ping(2)), say('ended')])),
+            ])
+        """
+    )
+    # what is emitted while the files are read is handled when they are read
+    assert in_short(told) == ['read', 'start a', 'ping 1', 'ping 2']
+    assert [h['event'] for h in handlers_of(told)] == ['other', 'exit']
+    assert talking_host.ended('a') == ['ended', 'ping 2']
+
+
+def test_actions_are_done(launch: Launch, talking_host: TalkingHost) -> None:
+    told = launch(
+        """\
+        def generate_launch_description():
+            a, log = run('a', respawn=True), say('log')
+            return LaunchDescription([
+                when(OnExecutionComplete(
+                    target_action=log, on_completion=[say('logged')])),
+                when(OnExecutionComplete(
+                    target_action=a, on_completion=[say('done')])),
+                when(OnProcessExit(target_action=a, on_exit=[say('ended')])),
+                log, a,
+            ])
+        """
+    )
+    assert in_short(told) == ['log', 'start a', 'logged']
+
+    def ended(**more: bool) -> list[str]:
+        told = talking_host.event('exit', process='a', returncode=0, **more)
+        return in_short(told)
+
+    assert ended(respawns=True) == ['ended']
+    assert ended() == ['ended']
+    assert ended(respawns=False) == ['ended', 'done']
+
+
+def test_an_exception_ends_the_launch(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    told = launch(
+        """\
+        def bad(event, context):
+            return [say('x'), {}['nothing']]
+
+        def generate_launch_description():
+            a = run('a')
+            return LaunchDescription([
+                a, when(OnProcessExit(on_exit=bad)),
+                when(OnProcessExit(target_action=a, on_exit=[
+                    say('told'), when(OnProcessExit(on_exit=[run('b')]))])),
+                when(OnShutdown(on_shutdown=lambda e, c:
+                    say(f'{e.reason} {c.is_shutdown}'))),
+            ])
+        """
+    )
+    before = len(handlers_of(told))
+    told = talking_host.event_to_end('exit', process='a', returncode=0)
+    assert in_short(told) == [
+        'told',
+        'shutdown: a launch file raised KeyError',
+    ]
+    error = told[-1]['error']
+    assert error['text'] == "KeyError: 'nothing'"
+    assert [f['function'] for f in error['frames']] == ['bad']
+    # what happened before is not undone
+    assert len(handlers_of(told)) == before + 1
+    told = talking_host.event('shutdown', reason='x', by_sigint=False)
+    assert in_short(told) == [
+        "Caught exception in launch (see debug for traceback): 'nothing' True"
+    ]
+
+
+def test_lifecycle_nodes_change_their_states(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    told = launch(
+        """\
+        from launch_ros.actions import LifecycleNode, LifecycleTransition
+        from launch_ros.event_handlers import OnStateTransition
+        from launch_ros.events.lifecycle import ChangeState
+        from launch_ros.events.lifecycle import matches_node_name
+        from launch.events import matches_action
+
+        def node(name):
+            return LifecycleNode(
+                executable='/bin/' + name, name=name, namespace='/ns')
+
+        def generate_launch_description():
+            a, b = node('a'), node('b')
+            return LaunchDescription([
+                a, b,
+                LifecycleTransition(
+                    lifecycle_node_names=['/ns/a'], transition_ids=[1, 3]),
+                when(OnStateTransition(
+                    target_lifecycle_node=a, start_state='activating',
+                    goal_state='active', entities=[
+                        emit(ChangeState(
+                            lifecycle_node_matcher=matches_action(b),
+                            transition_id=1)),
+                        emit(ChangeState(
+                            lifecycle_node_matcher=lambda node: True,
+                            transition_id=6))])),
+            ])
+        """
+    )
+    assert in_short(told) == [
+        'start a',
+        'start b',
+        'configure /ns/a',
+    ]
+    a = ['[a]']
+    assert [
+        (h['event'], h['processes'], h['condition'], h['actions'])
+        for h in handlers_of(told)
+    ] == [
+        (
+            'state',
+            ['[a]'],
+            'configuring to inactive, once',
+            ['activate /ns/a'],
+        ),
+        (
+            'state',
+            a,
+            'activating to active',
+            ['configure b', 'shutdown a, b'],
+        ),
+    ]
+
+    def became(node: str, before: str, after: str) -> list[str]:
+        told = talking_host.event(
+            'state',
+            process=None,
+            node=node,
+            to=after,
+            transition=None,
+            **{'from': before},
+        )
+        return in_short(told)
+
+    assert became('/ns/b', 'configuring', 'inactive') == []
+    assert became('/ns/a', 'unconfigured', 'configuring') == []
+    assert became('/ns/a', 'configuring', 'inactive') == ['activate /ns/a']
+    assert became('/ns/a', 'configuring', 'inactive') == []
+    assert became('/ns/a', 'activating', 'active') == [
+        'configure /ns/b',
+        'shutdown /ns/b',
+        'shutdown /ns/a',
+    ]
+
+
+def test_handlers_run_in_the_scope_at_the_end(
+    talking_host: TalkingHost, tmp_path: Path
+) -> None:
+    path = tmp_path / 'demo.launch.py'
+    path.write_text(
+        HEAD
+        + textwrap.dedent(
+            """\
+            def generate_launch_description():
+                return LaunchDescription([GroupAction([
+                    SetLaunchConfiguration('x', 'inner'),
+                    run('a'),
+                    when(OnProcessExit(on_exit=[
+                        say(['x is ', LaunchConfiguration('x')]),
+                        SetLaunchConfiguration('x', 'later')])),
+                ])])
+            """
+        )
+    )
+    talking_host.visit(path)
+    scope = {'configurations': {'x': 'end'}}
+    talking_host.ask('finish', scope=scope)
+    ended = {'process': 'a', 'returncode': 0, 'respawns': True}
+    assert in_short(talking_host.event('exit', **ended)) == ['x is end']
+    assert in_short(talking_host.event('exit', **ended)) == ['x is later']
+
+
+def test_a_file_that_fails_leaves_no_handlers(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    told = launch(
+        """\
+        def generate_launch_description():
+            return LaunchDescription([
+                run('a', on_exit=[say('x')]), emit(ShuttingDown()),
+                OpaqueFunction(function=lambda context: 1 / 0),
+            ])
+        """
+    )
+    assert in_short(told) == ['start a']
+    assert handlers_of(told) == []
+    assert talking_host.ended('a') == []
