@@ -17,6 +17,9 @@ from typing import Any
 
 import pytest
 from support.ros_parts import build_once
+from support.ros_setup import read_setup
+from support.ros_setup import RosSetup
+from support.ros_setup import SKIPPED
 
 # The background job of a script ignores Ctrl-C, nohup makes SIGHUP ignored,
 # and so would all that tests start.
@@ -30,7 +33,14 @@ DOMAIN_IDS = range(1, 102)
 #: The fixtures with which a test builds, launches or runs nodes of ROS, which
 #: makes it one of those that only `make test` runs.
 FULL_FIXTURES = frozenset(
-    {'forks', 'make_user', 'ros_domain_id', 'ros_parts', 'user'}
+    {
+        'forks',
+        'make_user',
+        'ros_domain_id',
+        'ros_parts',
+        'ros_setup',
+        'user',
+    }
 )
 #: What no other test may start, or import.
 FULL_PROGRAMS = frozenset({'cmake', 'colcon', 'rclpy'})
@@ -113,3 +123,12 @@ def ros_parts(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if 'PYTEST_XDIST_WORKER' in os.environ:
         folder = folder.parent
     return build_once(folder)
+
+
+@pytest.fixture(scope='session')
+def ros_setup(tmp_path_factory: pytest.TempPathFactory) -> RosSetup:
+    """Return a ROS 2 that has `launch`, as the wheels have none."""
+    setup = read_setup(tmp_path_factory.mktemp('ros_setup'))
+    if setup is None:
+        pytest.skip(SKIPPED)
+    return setup

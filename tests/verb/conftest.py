@@ -9,6 +9,7 @@ from pathlib import Path
 import shutil
 
 import pytest
+from support.ros_setup import RosSetup
 from support.user import User
 
 SAMPLE_WS = Path(__file__).parents[2] / 'sample_ws'
@@ -33,6 +34,18 @@ def make_user(tmp_path: Path) -> Iterator[Callable[[], User]]:
 @pytest.fixture
 def user(make_user: Callable[[], User]) -> User:
     return make_user()
+
+
+@pytest.fixture
+def ros_user(user: User, ros_setup: RosSetup, ros_domain_id: int) -> User:
+    """Return a user who has sourced a ROS 2 that has `launch`."""
+    own = ('HOME', 'XDG_RUNTIME_DIR')
+    user.environment = {
+        **ros_setup.environment,
+        **{name: user.environment[name] for name in own},
+        'ROS_DOMAIN_ID': str(ros_domain_id),
+    }
+    return user
 
 
 @pytest.fixture
