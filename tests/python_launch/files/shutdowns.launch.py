@@ -1,0 +1,76 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What happens at the end of a launch, and events of one's own."""
+
+from launch import Event
+from launch import EventHandler
+from launch import LaunchDescription
+from launch.actions import EmitEvent
+from launch.actions import ExecuteProcess
+from launch.actions import LogInfo
+from launch.actions import OpaqueFunction
+from launch.actions import RegisterEventHandler
+from launch.actions import Shutdown
+from launch.event_handlers import OnProcessExit
+from launch.event_handlers import OnShutdown
+from launch.substitutions import LocalSubstitution
+
+
+class Docked(Event):
+    """The robot has come home."""
+
+    name = 'robot_extras.Docked'
+
+    def __init__(self, place):
+        self.place = place
+
+
+def on_shutdown(event, context):
+    return [LogInfo(msg=f'note: ends, as {event.reason}')]
+
+
+def docked(context):
+    place = context.locals.event.place
+    return [
+        LogInfo(msg=f'note: docked in the {place}'),
+        ExecuteProcess(
+            cmd=['part', 'docked', place],
+            on_exit=Shutdown(reason='the robot is at home'),
+        ),
+    ]
+
+
+def generate_launch_description():
+    drive = ExecuteProcess(cmd=['part', 'drive'])
+    return LaunchDescription(
+        [
+            RegisterEventHandler(
+                OnShutdown(
+                    on_shutdown=[
+                        LogInfo(
+                            msg=[
+                                'note: because ',
+                                LocalSubstitution('event.reason'),
+                            ]
+                        )
+                    ]
+                )
+            ),
+            RegisterEventHandler(OnShutdown(on_shutdown=on_shutdown)),
+            RegisterEventHandler(
+                EventHandler(
+                    matcher=lambda event: isinstance(event, Docked),
+                    entities=[OpaqueFunction(function=docked)],
+                )
+            ),
+            RegisterEventHandler(
+                OnProcessExit(
+                    target_action=drive,
+                    on_exit=[EmitEvent(event=Docked('kitchen'))],
+                )
+            ),
+            drive,
+            ExecuteProcess(cmd=['part', 'stays', '--stay']),
+        ]
+    )
