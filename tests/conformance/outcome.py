@@ -20,7 +20,7 @@ def outcome(
     """Return what a launch came to, in the form of the expected files."""
     return {
         'exit_ok': returncode == 0,
-        'processes': sorted(map(_process, records), key=_order),
+        'processes': sorted(map(as_seen, records), key=_order),
         'signals': signals,
     }
 
@@ -29,7 +29,8 @@ def _order(process: dict[str, Any]) -> str:
     return json.dumps(process, sort_keys=True)
 
 
-def _process(record: dict[str, Any]) -> dict[str, Any]:
+def as_seen(record: dict[str, Any]) -> dict[str, Any]:
+    """Return what a process that wrote down its start sees of it."""
     reader = _ArgumentReader(record['params'])
     reader.read(record['args'])
     same = {key: record[key] for key in ('exe', 'from', 'cwd', 'env')}

@@ -21,6 +21,8 @@ import signal
 import subprocess
 from typing import Any
 
+from tests.conformance.outcome import as_seen
+
 HERE = Path(__file__).parent
 FILES = HERE / 'files'
 #: Seconds that a launch may take; most take two.
@@ -176,15 +178,15 @@ def _processes(records: Path) -> list[dict[str, Any]]:
             records.glob(f'{start.stem}.*.json'),
             key=lambda path: int(path.suffixes[0][1:]),
         )
-        environment = process['environment']
         found.append(
-            process
+            as_seen(process)
             | {
-                'environment': {
+                'env': {
                     name: value
-                    for name, value in environment.items()
+                    for name, value in process['env'].items()
                     if not DROPPED.fullmatch(name)
                 },
+                'terminals': process['terminals'],
                 'more': [_read(path) for path in more],
                 # one that was killed writes nothing
                 'end': _read(end) if end.exists() else 'killed',
@@ -212,25 +214,24 @@ def differences(ours: Launched, theirs: Launched) -> str:
         else:
             missing.append(process)
     for process in missing:
-        near = [one for one in rest if one['argv'] == process['argv']]
-        near = near or [one for one in rest if _word(one) == _word(process)]
+        near = [one for one in rest if _word(one) == _word(process)]
         if not near:
             lines.append(f'only with ros2: {_told(process)}')
             continue
         rest.remove(near[0])
-        lines.append(f'{process["program"]} {process["argv"]}:')
+        lines.append(f'{" ".join(map(str, _word(process)))}:')
         lines += _changes(near[0], process)
     lines += [f'only with ours: {_told(process)}' for process in rest]
     return '\n'.join(lines)
 
 
-def _word(process: dict[str, Any]) -> Any:
-    named = [w for w in process['argv'] if w.startswith('__node:=')]
-    return named or process['argv'][:1]
+def _word(process: dict[str, Any]) -> list[Any]:
+    first = process['args'][:1]
+    return [process['exe'], process['namespace'], process['node'], *first]
 
 
 def _told(process: dict[str, Any]) -> str:
-    kept = {k: v for k, v in process.items() if k != 'environment'}
+    kept = {k: v for k, v in process.items() if k != 'env'}
     return json.dumps(kept, ensure_ascii=False)
 
 

@@ -32,6 +32,7 @@ CASES = {
     'parameters.launch.py': [''],
     'prints.launch.py': [''],
     'processes.launch.py': [''],
+    'reaching.launch.py': [''],
     'respawn.launch.py': [''],
     'scope.launch.py': ['rate:=12.5'],
     'shutdowns.launch.py': [''],

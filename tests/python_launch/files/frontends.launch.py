@@ -14,8 +14,6 @@ from launch.launch_description_sources import AnyLaunchDescriptionSource
 from launch.launch_description_sources import FrontendLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import PushRosNamespace
-from launch_ros.actions import SetParameter
-from launch_ros.actions import SetRemap
 from launch_xml.launch_description_sources import XMLLaunchDescriptionSource
 from launch_yaml.launch_description_sources import YAMLLaunchDescriptionSource
 
@@ -42,8 +40,6 @@ def generate_launch_description():
             GroupAction(
                 [
                     PushRosNamespace('outer'),
-                    SetParameter('rate', 4),
-                    SetRemap('image', 'raw'),
                     IncludeLaunchDescription(
                         AnyLaunchDescriptionSource(file('eye.launch.yaml')),
                         launch_arguments={'side': 'left'}.items(),

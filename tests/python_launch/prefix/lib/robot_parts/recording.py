@@ -45,11 +45,12 @@ class Recording:
         self._write(
             f'{self.number}.start',
             {
-                'program': '/'.join(program.absolute().parts[-2:]),
-                'files': _take_parameter_files(arguments),
-                'argv': arguments,
+                'exe': program.name,
+                'from': program.absolute().parent.name,
+                'params': _take_parameter_files(arguments),
+                'args': arguments,
                 'cwd': os.getcwd(),
-                'environment': dict(os.environ),
+                'env': dict(os.environ),
                 'terminals': [os.isatty(1), os.isatty(2)],
             },
         )
