@@ -187,7 +187,8 @@ def _processes(records: Path) -> list[dict[str, Any]]:
                     if not DROPPED.fullmatch(name)
                 },
                 'terminals': process['terminals'],
-                'more': [_read(path) for path in more],
+                # what several actions load comes as it comes
+                'more': sorted(map(_read, more), key=_loaded),
                 # one that was killed writes nothing
                 'end': _read(end) if end.exists() else 'killed',
             }
@@ -197,6 +198,11 @@ def _processes(records: Path) -> list[dict[str, Any]]:
 
 def _read(path: Path) -> Any:
     return json.loads(path.read_text(encoding='utf-8'))
+
+
+def _loaded(what: Any) -> str:
+    """Return what to sort by: components by name, all else as it came."""
+    return str(what['node']) if 'component' in what else ''
 
 
 def differences(ours: Launched, theirs: Launched) -> str:

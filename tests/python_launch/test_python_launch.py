@@ -31,7 +31,7 @@ CASES = {
     'outputs.launch.py': [''],
     'parameters.launch.py': [''],
     'prints.launch.py': [''],
-    'processes.launch.py': [''],
+    'processes.launch.py': ['', 'emulate_tty:=true'],
     'reaching.launch.py': [''],
     'respawn.launch.py': [''],
     'scope.launch.py': ['rate:=12.5'],

@@ -6,7 +6,6 @@
 from launch import LaunchDescription
 from launch.actions import ExecuteLocal
 from launch.actions import ExecuteProcess
-from launch.actions import SetLaunchConfiguration
 from launch.descriptions import Executable
 from launch.substitutions import EnvironmentVariable
 from launch.substitutions import ThisLaunchFileDir
@@ -39,9 +38,6 @@ def generate_launch_description():
             ),
             ExecuteProcess(cmd=['part', 'a && b'], prefix='env T_PREFIX=yes'),
             ExecuteProcess(cmd=['part', 'terminal'], emulate_tty=True),
-            SetLaunchConfiguration('emulate_tty', 'true'),
-            ExecuteProcess(cmd=['part', 'all terminals']),
-            SetLaunchConfiguration('emulate_tty', 'false'),
             ExecuteLocal(
                 process_description=Executable(
                     cmd=['part', 'local'], additional_env={'T_LOCAL': 'yes'}
