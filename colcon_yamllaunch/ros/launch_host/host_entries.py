@@ -167,7 +167,7 @@ class Entries:
         argv = [self._word(word) for word in description.final_cmd]
         return {
             'program': description.final_name.rpartition('-')[0],
-            'argv': _through_shell(argv) if action.shell else argv,
+            'argv': through_shell(argv) if action.shell else argv,
             'cwd': description.final_cwd,
             'environment': visitor.scopes.changes(description.final_env),
             'output': self._output(_private(action, 'ExecuteLocal', 'output')),
@@ -665,7 +665,7 @@ def nearest_mode(destinations: dict[str, set[str]]) -> str:
     return 'log' if 'screen' in stderr else 'own_log'
 
 
-def _through_shell(argv: list[Any]) -> list[Any]:
+def through_shell(argv: list[Any]) -> list[Any]:
     # `launch` joins the words without quoting them; the paths of files made
     # for the process, which are not known yet, are the shell's own arguments
     files = [word for word in argv if not isinstance(word, str)]
@@ -684,8 +684,9 @@ def is_shutdown(on_exit: Any) -> bool:
     actions = on_exit if isinstance(on_exit, (list, tuple)) else [on_exit]
     return bool(actions) and all(
         type(action).__name__ in ('Shutdown', 'EmitEvent')
-        and type(action.event).__name__ == 'Shutdown'
-        and action.condition is None
+        # some give the event itself
+        and type(getattr(action, 'event', action)).__name__ == 'Shutdown'
+        and getattr(action, 'condition', None) is None
         for action in actions
     )
 

@@ -1,0 +1,152 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The host reads what it is asked for while launch files do what they like."""
+
+from collections.abc import Iterator
+import json
+import os
+from pathlib import Path
+import subprocess
+import sys
+import time
+from typing import Any
+
+from colcon_yamllaunch import ros
+import pytest
+
+FOLDER = Path(next(iter(ros.__path__)), 'launch_host')
+DEADLINE = 60.0
+
+
+class Talk:
+    """A program that uses the channel, and its other end."""
+
+    def __init__(self, folder: Path, code: str) -> None:
+        program = folder / 'program.py'
+        program.write_text(
+            'import os, subprocess, sys, time\n'
+            f'sys.path.insert(0, {str(FOLDER)!r})\n'
+            'from host_channel import Channel\n'
+            'if os.getpgid(0) != os.getpid():\n'
+            '    os.setpgid(0, 0)\n'
+            'channel = Channel()\n' + code
+        )
+        self.errors = folder / 'errors'
+        with self.errors.open('wb') as errors:
+            self.process = subprocess.Popen(
+                [sys.executable, str(program)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                text=True,
+            )
+
+    def send(self, **fields: Any) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write(json.dumps(fields) + '\n')
+        self.process.stdin.flush()
+
+    def take(self) -> Any:
+        assert self.process.stdout is not None
+        return json.loads(self.process.stdout.readline())
+
+    def end(self) -> int:
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+        return self.process.wait(DEADLINE)
+
+
+@pytest.fixture
+def talks() -> Iterator[list[Talk]]:
+    started: list[Talk] = []
+    yield started
+    for talk in started:
+        talk.process.kill()
+        talk.process.wait()
+        assert talk.process.stdin is not None
+        assert talk.process.stdout is not None
+        talk.process.stdin.close()
+        talk.process.stdout.close()
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        state = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2]
+    except OSError:
+        return False
+    return state.split()[0] not in 'XZ'
+
+
+def test_requests_are_done_before_an_answer_comes(
+    tmp_path: Path, talks: list[Talk]
+) -> None:
+    talk = Talk(
+        tmp_path,
+        "channel.serve = lambda line: channel.say('served', line=line)\n"
+        "answer = channel.ask('include', path='/é')\n"
+        "channel.say('answered', answer=answer)\n"
+        'channel.take()\n',
+    )
+    talks.append(talk)
+    assert talk.take() == {'say': 'include', 'ask': 1, 'path': '/é'}
+    talk.send(do='visit', id=7)
+    assert talk.take()['line'] == {'do': 'visit', 'id': 7}
+    talk.send(answer=1, scope={})
+    assert talk.take()['answer'] == {'answer': 1, 'scope': {}}
+    assert talk.end() == 0
+
+
+def test_what_is_printed_and_read_is_not_of_the_channel(
+    tmp_path: Path, talks: list[Talk]
+) -> None:
+    talk = Talk(
+        tmp_path,
+        "print('printed', flush=True)\n"
+        "subprocess.run(['sh', '-c', 'echo from sh; cat'], check=True)\n"
+        "channel.say('read', text=sys.stdin.read())\n"
+        'channel.say(channel.take()["do"])\n'
+        'channel.take()\n',
+    )
+    talks.append(talk)
+    talk.send(do='next')
+    assert talk.take() == {'say': 'read', 'text': ''}
+    assert talk.take() == {'say': 'next'}
+    assert talk.end() == 0
+    assert talk.errors.read_text() == 'printed\nfrom sh\n'
+
+
+@pytest.mark.parametrize('start', ['sleep', 'setsid sleep'])
+def test_the_end_ends_whatever_was_started(
+    tmp_path: Path, talks: list[Talk], start: str
+) -> None:
+    talk = Talk(
+        tmp_path,
+        f'one = subprocess.Popen({[*start.split(), "600"]!r})\n'
+        "channel.say('started', pid=one.pid)\n"
+        'time.sleep(600)\n',
+    )
+    talks.append(talk)
+    pid = talk.take()['pid']
+    assert is_alive(pid)
+    assert talk.end() == 0
+    deadline = time.monotonic() + DEADLINE
+    while is_alive(pid):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_it_ends_where_nobody_reads(tmp_path: Path, talks: list[Talk]) -> None:
+    talk = Talk(
+        tmp_path,
+        'channel.take()\n'
+        "channel.say('nothing')\n"
+        "open('went-on', 'w').close()\n",
+    )
+    talks.append(talk)
+    assert talk.process.stdout is not None
+    os.close(os.dup(talk.process.stdout.fileno()))
+    talk.process.stdout.close()
+    talk.send(do='go')
+    assert talk.process.wait(DEADLINE) == 0
+    assert not Path('went-on').exists()

@@ -1,0 +1,167 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Objects of `launch` as text and as JSON."""
+
+import array
+import json
+from types import SimpleNamespace
+from typing import Any
+
+from host_entries import is_shutdown
+from host_entries import message_value
+from host_entries import nearest_mode
+from host_entries import through_shell
+from host_texts import as_json
+from host_texts import as_written
+from host_texts import condition_text
+import pytest
+
+
+def made(kind: str, **fields: Any) -> Any:
+    """Return an object of a class of that name."""
+    one = type(kind, (), {})()
+    for name, value in fields.items():
+        setattr(one, name, value)
+    return one
+
+
+def text(value: str) -> Any:
+    return made('TextSubstitution', text=value)
+
+
+NAME = made('LaunchConfiguration', variable_name=[text('rate')])
+
+
+@pytest.mark.parametrize(
+    ('substitutions', 'expected'),
+    [
+        ('plain', 'plain'),
+        ([text('a'), text('b')], 'ab'),
+        (NAME, '$(var rate)'),
+        ([made('EnvironmentVariable', name=[text('HOME')])], '$(env HOME)'),
+        (
+            [made('PythonExpression', expression=[text('1 + '), NAME])],
+            "$(eval '1 + $(var rate)')",
+        ),
+        (
+            [
+                made(
+                    'PathJoinSubstitution',
+                    substitutions=[
+                        [made('FindPackageShare', package=[text('p')])],
+                        [text('a.yaml')],
+                    ],
+                )
+            ],
+            '$(find-pkg-share p)/a.yaml',
+        ),
+        (
+            [made('EqualsSubstitution', left=[NAME], right=[text('1')])],
+            '$(equals $(var rate) 1)',
+        ),
+        ([made('Theirs', describe=lambda: 'Theirs()')], 'Theirs()'),
+        ([made('Theirs')], '$(Theirs)'),
+    ],
+)
+def test_substitutions_are_written_as_in_yaml(
+    substitutions: Any, expected: str
+) -> None:
+    assert as_written(substitutions) == expected
+
+
+def test_conditions_are_written_as_in_yaml() -> None:
+    name = '_IfCondition__predicate_expression'
+    basis = type('IfCondition', (), {name: [NAME]})
+    assert condition_text(basis()) == 'if: $(var rate)'
+    unless = type('UnlessCondition', (basis,), {})
+    assert condition_text(unless()) == 'unless: $(var rate)'
+    start = '_LaunchConfigurationNotEquals__'
+    unequal = made(
+        'LaunchConfigurationNotEquals',
+        **{
+            f'{start}launch_configuration_name': 'rate',
+            f'{start}expected_value': [text('2')],
+        },
+    )
+    assert condition_text(unequal) == 'if: $(var rate) != 2'
+    assert condition_text(made('MyCondition')) == 'if: MyCondition'
+
+
+@pytest.mark.parametrize(
+    ('value', 'expected'),
+    [
+        (True, True),
+        (1, 1),
+        (0.5, 0.5),
+        (float('inf'), '.inf'),
+        (float('nan'), '.nan'),
+        ((1.5, float('-inf')), [1.5, '-.inf']),
+        (array.array('q', [1, 2]), [1, 2]),
+        (b'\x01\xff', [1, 255]),
+        ({'a': (True,)}, {'a': [True]}),
+        (None, None),
+        (3j, '3j'),
+    ],
+)
+def test_values_are_json(value: Any, expected: Any) -> None:
+    found = as_json(value)
+    assert json.loads(json.dumps(found)) == expected
+
+
+def test_values_of_messages() -> None:
+    fields = {
+        'bool_value': True,
+        'byte_array_value': [b'\x01', b'\x02'],
+        'string_array_value': ['a'],
+    }
+    value = [
+        message_value(SimpleNamespace(type=kind, **fields))
+        for kind in (0, 1, 5, 9, 10)
+    ]
+    assert value == [None, True, [1, 2], ['a'], None]
+
+
+@pytest.mark.parametrize(
+    ('destinations', 'mode'),
+    [
+        ({'both': {'screen'}}, 'screen'),
+        ({'both': {'screen', 'log'}}, 'both'),
+        ({'both': {'log'}, 'stderr': {'screen'}}, 'log'),
+        ({'stdout': {'screen'}, 'stderr': {'log'}}, 'both'),
+        ({'stdout': {'log'}, 'stderr': {'screen'}}, 'log'),
+        ({'both': {'own_log'}}, 'own_log'),
+        ({'both': {'screen', 'own_log', 'log'}}, 'full'),
+        ({'both': {'log'}}, 'own_log'),
+        ({}, 'own_log'),
+    ],
+)
+def test_the_nearest_mode_of_output(
+    destinations: dict[str, set[str]], mode: str
+) -> None:
+    assert nearest_mode(destinations) == mode
+
+
+def test_files_made_for_a_process_are_arguments_of_its_shell() -> None:
+    file = {'content': 'a', 'parameters': []}
+    assert through_shell(['a', 'b c']) == ['/bin/sh', '-c', 'a b c']
+    assert through_shell(['a', file, '&&', 'b', dict(file)]) == [
+        '/bin/sh',
+        '-c',
+        'a "${1}" && b "${1}"',
+        'sh',
+        file,
+        file,
+    ]
+
+
+def test_a_shutdown_at_the_end_and_no_more() -> None:
+    shutdown = made('Shutdown', condition=None)
+    emits = made('EmitEvent', condition=None, event=made('Shutdown'))
+    assert is_shutdown(shutdown)
+    assert is_shutdown([shutdown, emits])
+    assert not is_shutdown(None)
+    assert not is_shutdown([])
+    assert not is_shutdown([shutdown, made('LogInfo', condition=None)])
+    assert not is_shutdown(made('Shutdown', condition=made('IfCondition')))
+    assert not is_shutdown(print)
