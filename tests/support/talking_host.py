@@ -35,6 +35,8 @@ class TalkingHost:
             stderr=subprocess.DEVNULL,
             text=True,
         )
+        #: The files to read for those that are not installed yet.
+        self.located: dict[str, str] = {}
         self._requests = 0
         self._names: dict[int, str] = {}
         self.found = self._take()
@@ -42,6 +44,7 @@ class TalkingHost:
     def begin(self, packages: Mapping[str, Any] | None = None) -> None:
         """Have it forget all that was before."""
         self._names.clear()
+        self.located.clear()
         self.ask('start', log_folder='/tmp', packages=packages or {})
 
     def visit(self, path: Path, **configurations: str) -> list[Message]:
@@ -79,6 +82,9 @@ class TalkingHost:
             if told[-1]['say'] == 'include':
                 scope = told[-1]['scope']
                 self._send({'answer': told[-1]['ask'], 'scope': scope})
+            elif told[-1]['say'] == 'locate':
+                path = self.located.get(told[-1]['path'])
+                self._send({'answer': told[-1]['ask'], 'path': path})
         return told
 
     def close(self) -> None:

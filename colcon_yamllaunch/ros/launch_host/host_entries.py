@@ -666,6 +666,7 @@ def nearest_mode(destinations: dict[str, set[str]]) -> str:
 
 
 def through_shell(argv: list[Any]) -> list[Any]:
+    """Return the command that has a shell run the words."""
     # `launch` joins the words without quoting them; the paths of files made
     # for the process, which are not known yet, are the shell's own arguments
     files = [word for word in argv if not isinstance(word, str)]

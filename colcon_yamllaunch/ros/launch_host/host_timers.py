@@ -138,7 +138,7 @@ class Timers:
             period=period,
             cancel_on_shutdown=is_dropped,
             # without simulated time, that of ROS is the system's
-            on_ros_time='ROSTimer' in names
+            on_ros_time=bool(names & {'ROSTimer', 'RosTimer'})
             and self._visitor.scopes.uses_sim_time,
         )
         actions = list(timer.actions)
@@ -263,8 +263,11 @@ def install(visitor: Visitor, entries: Entries, events: Events) -> None:
     entries._replace(actions.TimerAction, 'execute', timers.execute)
     when_imported(
         'launch_ros.actions.ros_timer',
+        # Humble has another name for it
         lambda module: entries._replace(
-            module.ROSTimer, 'execute', timers.execute
+            getattr(module, 'ROSTimer', None) or module.RosTimer,
+            'execute',
+            timers.execute,
         ),
     )
     visitor.requests['call'] = timers.call
