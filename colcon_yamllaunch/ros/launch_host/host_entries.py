@@ -168,7 +168,7 @@ class Entries:
         return {
             'program': description.final_name.rpartition('-')[0],
             'argv': through_shell(argv) if action.shell else argv,
-            'cwd': description.final_cwd,
+            'cwd': self._folder(description.final_cwd),
             'environment': visitor.scopes.changes(description.final_env),
             'output': self._output(_private(action, 'ExecuteLocal', 'output')),
             'emulate_tty': emulate_tty,
@@ -180,6 +180,14 @@ class Entries:
             'sigterm_timeout': self._timeout(action, 'sigterm_timeout'),
             'sigkill_timeout': self._timeout(action, 'sigkill_timeout'),
         }
+
+    def _folder(self, folder: str | None) -> str | None:
+        """Return the working directory, None for that of the launch."""
+        here = os.getcwd()
+        if here == self._visitor.folder:
+            return folder
+        # the launch file went elsewhere, as what it starts does in ROS 2
+        return os.path.join(here, folder) if folder else here
 
     def _timeout(self, action: Any, name: str) -> float:
         value = _private(action, 'ExecuteLocal', name)

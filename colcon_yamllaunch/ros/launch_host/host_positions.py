@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterable
 import contextlib
+import importlib
 from itertools import islice
 import linecache
 import os
@@ -68,6 +69,19 @@ class Positions:
         """Take note of the prefixes of the packages of the workspace."""
         self._prefixes = tuple(f'{prefix}{os.sep}' for prefix in prefixes)
         self._users.clear()
+
+    def forget(self) -> None:
+        """Begin anew: modules of the user may have changed, or have state."""
+        folders = {os.path.dirname(file) + os.sep for file in self.files}
+        for name, module in list(sys.modules.items()):
+            path = getattr(module, '__file__', None)
+            if isinstance(path, str) and path.startswith(
+                (*self._prefixes, *folders)
+            ):
+                del sys.modules[name]
+        importlib.invalidate_caches()
+        linecache.clearcache()
+        self._trees.clear()
 
     def add_file(self, path: str) -> None:
         """Take note of a launch file in Python."""

@@ -83,6 +83,8 @@ class Visitor:
         self.forget: list[Callable[[], object]] = []
         #: Processes and components by their `id`.
         self.started: dict[int, Any] = {}
+        #: The working directory of the launch.
+        self.folder = os.getcwd()
         #: The entity that is being visited.
         self.entity: Any = None
         #: What `launch` logged as errors: it raises most of them as well.
@@ -222,7 +224,9 @@ class Visitor:
         self._given = request.get('arguments')
         packages = request.get('packages') or {}
         self.packages.set(packages)
+        os.chdir(self.folder)
         self.positions.set_prefixes(self.packages.prefixes.values())
+        self.positions.forget()
         self.started.clear()
         for call in self.forget:
             call()

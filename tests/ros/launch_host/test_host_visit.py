@@ -445,3 +445,48 @@ def test_what_launch_warns_of_has_a_position(
     (warning,) = named(told, 'warning')
     assert warning['text'] == f'launch file [{path}] is deprecated: old'
     assert warning['position'] == [str(path), 1, 1]
+
+
+def test_a_file_that_goes_elsewhere_takes_its_processes_along(
+    launch: Launch, talking_host: TalkingHost, tmp_path: Path
+) -> None:
+    (tmp_path / 'away').mkdir()
+    text = """\
+        os.chdir(os.path.join(HERE, 'away'))
+
+        def describe():
+            yield ExecuteProcess(cmd=['here'])
+            yield ExecuteProcess(cmd=['below'], cwd='x')
+            yield ExecuteProcess(cmd=['there'], cwd='/tmp')
+        """
+    told = launch(text)
+    away = str(tmp_path / 'away')
+    folders = [process['cwd'] for process in named(told, 'process')]
+    assert folders == [away, f'{away}/x', '/tmp']
+    talking_host.begin()
+    told = launch(text.partition('\n')[2])
+    folders = [process['cwd'] for process in named(told, 'process')]
+    assert folders == [None, 'x', '/tmp']
+
+
+def test_helpers_beside_a_file_begin_anew(
+    launch: Launch, talking_host: TalkingHost, tmp_path: Path
+) -> None:
+    helper = tmp_path / 'a_helper_of_mine.py'
+    text = """\
+        import sys
+        sys.path.insert(0, HERE)
+        from a_helper_of_mine import made
+
+        def describe():
+            return made()
+        """
+    for word in ('one', 'other'):
+        helper.write_text(
+            'from launch.actions import ExecuteProcess\n'
+            f"def made():\n    return [ExecuteProcess(cmd=['{word}'])]\n"
+        )
+        talking_host.begin()
+        (process,) = named(launch(text), 'process')
+        assert process['argv'] == [word]
+        assert process['position'][:2] == [str(helper), 3]
