@@ -86,13 +86,7 @@ def described(
     frames = list(_frames(error, positions))
     if not frames:
         noted = entity or getattr(error, _ENTITY, None)
-        frames = [_frame_of(positions.of(noted), '')]
-    elif positions.otherwise is not None:
-        # what stands there has it done
-        frames.insert(0, _frame_of(positions.otherwise, ''))
-    if isinstance(error, ToldError) and error.position is not None:
-        frames = [_frame_of(error.position, '')]
-        frames[0]['end_column'] = frames[0]['position'][2] + error.length
+        frames = [_frame_of(positions.of(noted), positions.end_column(noted))]
     frames = [frame for frame in frames if frame['position'] is not None]
     argument = _argument(error)
     package = None
@@ -168,7 +162,11 @@ def _frames(error: BaseException, positions: Positions) -> Iterator[Json]:
                     code.co_filename, line, found.column, end, code.co_name
                 )
         current = current.tb_next
-    if isinstance(error, SyntaxError) and error.filename is not None:
+    # not that of an expression, which has no file
+    if isinstance(error, SyntaxError) and positions.is_users(
+        error.filename or ''
+    ):
+        assert error.filename is not None
         yield _frame(
             error.filename, error.lineno or 1, error.offset or 0, None, ''
         )
@@ -189,11 +187,11 @@ def _frame(
     }
 
 
-def _frame_of(position: list[object] | None, function: str) -> Json:
+def _frame_of(position: list[object] | None, end: int | None) -> Json:
     if position is None:
         return {'position': None}
     path, line, column = position
     assert isinstance(path, str)
     assert isinstance(line, int)
     assert isinstance(column, int)
-    return _frame(path, line, column, None, function)
+    return _frame(path, line, column, end, '')

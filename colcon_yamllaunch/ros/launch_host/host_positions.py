@@ -147,6 +147,14 @@ class Positions:
             return [code.co_filename, line, column]
         return [code.co_filename, found.line, found.column]
 
+    def end_column(self, made: object) -> int | None:
+        """Return where the call ends that made an object, on its line."""
+        place = getattr(made, _PLACE, None)
+        found = None if place is None else self.in_code(*place[:2])
+        if found is None or found.line != found.end_line:
+            return None
+        return found.end_column
+
     def of_parameter(self, made: object, name: str) -> list[object] | None:
         """Return the position of a parameter that an object is made with."""
         place = getattr(made, _PLACE, None)

@@ -310,6 +310,12 @@ def test_arguments_are_listed_with_those_of_includes(
             ["        ExecuteProcess(cmd=[PythonExpression('1/0')])])"],
         ),
         (
+            'def describe():\n'
+            "    yield LogInfo(msg=PythonExpression('1 +'))\n",
+            'SyntaxError: invalid syntax',
+            ["    yield LogInfo(msg=PythonExpression('1 +'))"],
+        ),
+        (
             "def describe():\n    yield DeclareLaunchArgument(\n'c', "
             "default_value=['z'], choices=['x'])\n",
             'RuntimeError: Argument "c" provided value "z" is not valid. '
