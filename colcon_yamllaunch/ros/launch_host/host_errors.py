@@ -153,14 +153,13 @@ def _frames(error: BaseException, positions: Positions) -> Iterator[Json]:
         code = current.tb_frame.f_code
         if positions.is_users(code.co_filename):
             found = positions.in_code(code, current.tb_lasti)
+            path = positions.shown(code.co_filename)
             line = current.tb_lineno
             if found is None or found.line != line:
-                yield _frame(code.co_filename, line, 0, None, code.co_name)
+                yield _frame(path, line, 0, None, code.co_name)
             else:
                 end = found.end_column if found.end_line == line else None
-                yield _frame(
-                    code.co_filename, line, found.column, end, code.co_name
-                )
+                yield _frame(path, line, found.column, end, code.co_name)
         current = current.tb_next
     # not that of an expression, which has no file
     if isinstance(error, SyntaxError) and positions.is_users(

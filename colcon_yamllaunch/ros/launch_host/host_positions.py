@@ -119,6 +119,26 @@ class Positions:
             with contextlib.suppress(AttributeError):
                 setattr(made, _PLACE, place)
 
+    def here(self) -> list[object] | None:
+        """Return the position of the user's code that runs, if any does."""
+        frame = self._users_frame()
+        if frame is None:
+            return None
+        return self._position(frame.f_code, frame.f_lasti, frame.f_lineno)
+
+    def _users_frame(self) -> FrameType | None:
+        """Return the innermost frame of a launch file, or of the user's."""
+        users: FrameType | None = None
+        frame: FrameType | None = sys._getframe(2)
+        while frame is not None:
+            path = frame.f_code.co_filename
+            if path in self.files:
+                return frame
+            if users is None and self.is_users(path):
+                users = frame
+            frame = frame.f_back
+        return users
+
     def lend(self, other: object, made: object) -> None:
         """Let an object without a place have that of another one."""
         place = getattr(other, _PLACE, None)
@@ -131,21 +151,20 @@ class Positions:
         with contextlib.suppress(AttributeError):
             setattr(made, _POSITION, position)
 
-    def of(self, made: object) -> list[object] | None:
-        """Return the position of an object, None when it has none."""
-        told: list[object] | None = getattr(made, _POSITION, None)
-        if told is not None:
-            return told
-        place = getattr(made, _PLACE, None)
-        if place is None:
-            return self.otherwise
-        code, lasti, line = place
+    def _position(
+        self, code: CodeType, lasti: int, line: int
+    ) -> list[object] | None:
+        path = code.co_filename
         found = self.in_code(code, lasti)
-        if found is None:
-            source = linecache.getline(code.co_filename, line)
-            column = len(source) - len(source.lstrip()) + 1
-            return [code.co_filename, line, column]
-        return [code.co_filename, found.line, found.column]
+        if found is not None:
+            return [self.shown(path), found.line, found.column]
+        source = linecache.getline(path, line)
+        return [self.shown(path), line, len(source) - len(source.lstrip()) + 1]
+
+    def shown(self, path: str) -> str:
+        """Return the path of a file that the user knows it by."""
+        # `colcon build --symlink-install` links modules from elsewhere
+        return path if path in self.files else os.path.realpath(path)
 
     def end_column(self, made: object) -> int | None:
         """Return where the call ends that made an object, on its line."""
@@ -171,7 +190,11 @@ class Positions:
                     column = _column(
                         code.co_filename, key.lineno, key.col_offset
                     )
-                    return [code.co_filename, key.lineno, column]
+                    return [
+                        self.shown(code.co_filename),
+                        key.lineno,
+                        column,
+                    ]
         return self.of(made)
 
     def in_code(self, code: CodeType, lasti: int) -> Place | None:

@@ -476,7 +476,7 @@ def test_a_file_that_goes_elsewhere_takes_its_processes_along(
 
 
 def test_helpers_beside_a_file_begin_anew(
-    launch: Launch, talking_host: TalkingHost, tmp_path: Path
+    launch: Launch, talking_host: TalkingHost, tmp_path: Path, path: Path
 ) -> None:
     helper = tmp_path / 'a_helper_of_mine.py'
     text = """\
@@ -495,4 +495,6 @@ def test_helpers_beside_a_file_begin_anew(
         talking_host.begin()
         (process,) = named(launch(text), 'process')
         assert process['argv'] == [word]
-        assert process['position'][:2] == [str(helper), 3]
+        # where the file calls, and not where others do it for it
+        line = line_of(path, 'return made()')
+        assert process['position'][:2] == [str(path), line]
