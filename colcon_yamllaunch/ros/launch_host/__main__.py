@@ -33,11 +33,10 @@ SCOPE is what actions leave to those behind them:
 Requests, each answered in order, by any number of messages and then `done`:
 
     {"do": "start", "id": 1, "log_folder": "/…",
-     "packages": {"name": {"prefix": "/ws/install/name", "built": true}},
-     "arguments": ["name:=value"]}
-        the first one; the packages of the workspace. `arguments`, which may
-        be left out, are those of the command line. If it comes again, all
-        that was before is forgotten
+     "packages": {"name": {"prefix": "/ws/install/name", "built": true}}}
+        the first one; the packages of the workspace. It may come again, and
+        begins anew: what was visited before, with its event handlers and
+        calls, is forgotten
     {"do": "visit", "id": 2, "path": "/…/a.launch.py", "scope": SCOPE}
     {"do": "arguments", "id": 3, "path": "/…"}
         answered with {"say": "argument", "name", "default" (text or null),
@@ -64,6 +63,10 @@ Requests, each answered in order, by any number of messages and then `done`:
         {"type": "shutdown", "reason": "…", "by_sigint": true}
     {"do": "call", "id": 7, "number": 3}
         goes on with what was told as `call`
+
+A `start` may have `arguments`, such as ["name:=value"]: those of the command
+line, which some launch files look for in `sys.argv`. Without them, they find
+the launch configurations of the scope there.
 
 What is told, in the order in which a launch is to do it:
 
