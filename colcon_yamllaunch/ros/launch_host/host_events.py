@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 from host_entries import is_shutdown
 from host_errors import Refused
 from host_handlers import Describer
+from host_handlers import entities_of
 from host_handlers import is_a
 from host_handlers import is_about_output
 from host_handlers import OF_HOST
@@ -236,6 +237,10 @@ class Events:
         )
         # the last one registered comes first
         handlers = list(reversed(self._context._event_handlers))
+        if not self._has_begun:
+            # what handlers start is to be there when its time comes
+            for handler in handlers:
+                self.name_packages(describer, entities_of(handler), handler)
         described = [
             one for one in map(describer.handler, handlers) if one is not None
         ]
@@ -252,6 +257,14 @@ class Events:
         if told != (self._told or {'handlers': [], 'output': []}):
             self._visitor.say('handlers', **told)
         self._told = told
+
+    def name_packages(
+        self, describer: Describer, entities: Any, of: Any
+    ) -> None:
+        """Tell which packages entities need that are visited later."""
+        for name, place in describer.packages(entities, of):
+            position = self._visitor.positions.of(place)
+            self._visitor.packages.name(name, position)
 
     # what happened
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
@@ -102,6 +103,35 @@ class Describer:
         condition = getattr(entities, 'condition', None)
         end = f' ({condition_text(condition)})' if condition else ''
         return [f'{line}{end}' for line in self._lines(entities)]
+
+    def packages(self, entities: Any, of: Any) -> Iterator[tuple[str, Any]]:
+        """
+        Iterate over the packages that entities name, and what names them.
+
+        :param of: What has the entities, an action or event handler
+        """
+        pending = deque([(entities, of)])
+        seen = set()
+        while pending:
+            thing, place = pending.popleft()
+            if id(thing) in seen:
+                continue
+            seen.add(id(thing))
+            if isinstance(thing, dict):
+                pending += [(one, place) for one in thing.values()]
+            elif isinstance(thing, (list, tuple, set)):
+                pending += [(one, place) for one in thing]
+            elif f'{type(thing).__module__}.'.startswith(_LAUNCH):
+                if hasattr(thing, 'execute') or is_a(thing, 'ComposableNode'):
+                    place = thing
+                elif hasattr(thing, 'handle'):
+                    pending.append((entities_of(thing), place))
+                for name in ('node_package', 'package'):
+                    text = self._text(getattr(thing, name, None))
+                    if text and '$' not in text:
+                        yield text, place
+                parts = getattr(thing, '__dict__', {}).values()
+                pending += [(one, place) for one in parts]
 
     def name(self, action: Any) -> str:
         """Return what to call an action that may never be visited."""
@@ -262,6 +292,11 @@ class _Private:
 def is_a(thing: Any, kind: str) -> bool:
     """Say whether something is of a class of ROS 2, by the name of that."""
     return any(cls.__name__ == kind for cls in type(thing).__mro__)
+
+
+def entities_of(handler: Any) -> Any:
+    """Return what a handler does, as far as that is no function."""
+    return _done_by(handler)[1]
 
 
 def is_about_output(

@@ -216,6 +216,7 @@ class Timers:
             self._visitor.context.launch_configurations,
             {},
         )
+        self._events.name_packages(describer, actions, action)
         lines = describer.actions(actions) or ['see to the timer']
         self._visitor.say(
             'call',

@@ -118,6 +118,38 @@ def test_handlers_are_told_before_anything_happens(launch: Launch) -> None:
     ]
 
 
+def test_packages_that_handlers_need_are_told(launch: Launch) -> None:
+    told = launch(
+        """\
+        from launch.launch_description_sources import *
+        from launch_ros.actions import *
+        from launch_ros.descriptions import *
+        from launch_ros.substitutions import *
+
+        def generate_launch_description():
+            b = Node(package='later_b', executable='b', parameters=[
+                [FindPackageShare('later_d'), '/b.yaml']])
+            return LaunchDescription([
+                SetLaunchConfiguration('which', 'later_a'),
+                when(OnProcessExit(on_exit=[
+                    Node(package=LaunchConfiguration('which'), executable='a'),
+                    when(OnProcessExit(on_exit=[GroupAction([b])])),
+                    TimerAction(period=1.0, actions=[LoadComposableNodes(
+                        target_container='box', composable_node_descriptions=[
+                            ComposableNode(package='later_c', plugin='C')])]),
+                    IncludeLaunchDescription(PythonLaunchDescriptionSource([
+                        FindPackageShare('later_e'), '/e.launch.py'])),
+                ])),
+            ])
+        """
+    )
+    named = {m['name']: m['position'] for m in told if m['say'] == 'package'}
+    assert sorted(named) == [f'later_{letter}' for letter in 'abcde']
+    first = HEAD.count('\n') + 1
+    assert named['later_b'][1] == first + 6
+    assert named['later_c'][1] == first + 15
+
+
 def test_the_last_handler_comes_first(
     launch: Launch, talking_host: TalkingHost
 ) -> None:
