@@ -9,6 +9,7 @@ import textwrap
 from typing import Any
 
 import pytest
+from support.ros_setup import RosSetup
 from support.talking_host import in_short
 from support.talking_host import Message
 from support.talking_host import TalkingHost
@@ -437,8 +438,10 @@ def test_an_exception_ends_the_launch(
 
 
 def test_lifecycle_nodes_change_their_states(
-    launch: Launch, talking_host: TalkingHost
+    launch: Launch, talking_host: TalkingHost, ros_setup: RosSetup
 ) -> None:
+    if ros_setup.environment.get('ROS_DISTRO') == 'humble':
+        pytest.skip('Humble has no LifecycleTransition')
     told = launch(
         """\
         from launch_ros.actions import LifecycleNode, LifecycleTransition
