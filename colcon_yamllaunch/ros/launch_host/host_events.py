@@ -48,6 +48,8 @@ STATES = {
     'deactivating': 14,
     'errorprocessing': 15,
 }
+#: The reason that `launch` has for Ctrl-C.
+_SIGINT = 'ctrl-c (SIGINT)'
 #: How `launch` keeps what is to be done when an action is done.
 _COMPLETED = '_ExecuteLocal__completed_future'
 
@@ -351,9 +353,10 @@ class Events:
         if event.get('by_sigint') or not asked:
             # as LaunchService does when it is not a launch file that ends it
             self._context._set_is_shutdown(True)
+            by_sigint = bool(event.get('by_sigint'))
             shutdown = self._kinds.Shutdown(
-                reason=event['reason'],
-                due_to_sigint=bool(event.get('by_sigint')),
+                reason=_SIGINT if by_sigint else event['reason'],
+                due_to_sigint=by_sigint,
             )
             asked.insert(0, shutdown)
         for one in asked:
