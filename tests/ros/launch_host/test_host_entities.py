@@ -1,0 +1,124 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What packages get of actions in YAML and XML files, without `launch`."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import host_extensions
+import pytest
+
+ITEMS = 'list of entities'
+
+
+@pytest.fixture(autouse=True)
+def _types(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Play the modules that know types."""
+
+    def typed(value: str, data_type: Any, *, can_be_str: bool) -> object:
+        assert can_be_str
+        return data_type(value)
+
+    played = {
+        'launch.frontend.type_utils': SimpleNamespace(
+            check_is_list_entity=lambda t: t == ITEMS
+        ),
+        'launch.utilities.type_utils': SimpleNamespace(
+            is_instance_of=lambda v, t, can_be_str: (
+                isinstance(v, t) or (can_be_str and isinstance(v, str))
+            ),
+            get_typed_value=typed,
+        ),
+    }
+    monkeypatch.setattr(
+        host_extensions.importlib, 'import_module', played.__getitem__
+    )
+
+
+def written(
+    children: list[Any] | None = None, kind: str = 'own', **attributes: Any
+) -> dict[str, Any]:
+    return {
+        'type': kind,
+        'attributes': attributes,
+        'texts': {},
+        'children': children,
+        'position': ['/x', 2, 3],
+    }
+
+
+def yaml(**fields: Any) -> Any:
+    return host_extensions._YamlEntity(written(**fields))
+
+
+def xml(**fields: Any) -> Any:
+    return host_extensions._XmlEntity(written(**fields))
+
+
+def test_values_of_yaml_have_their_types() -> None:
+    made = yaml(a='x', b=1, c=[written(kind='c', d='e')])
+    assert made.type_name == 'own'
+    assert made.parent is None
+    assert made.get_attr('a') == 'x'
+    assert made.get_attr('b', data_type=int) == 1
+    (item,) = made.get_attr('c', data_type=ITEMS)
+    assert (item.type_name, item.get_attr('d')) == ('c', 'e')
+    assert made.get_attr('f', optional=True) is None
+    made.assert_entity_completely_parsed()
+
+
+def test_values_of_yaml_are_texts_as_they_are_written() -> None:
+    fields = written(a=True) | {'texts': {'a': 'True'}}
+    made = host_extensions._YamlEntity(fields)
+    assert made.get_attr('a') == 'True'
+    assert made.get_attr('a', data_type=bool) is True
+
+
+def test_values_of_xml_become_what_is_wanted() -> None:
+    child = written([], kind='c', d='e')
+    made = xml(children=[child], a='1', b='1;2', **{'b-sep': ';'})
+    assert made.get_attr('a', data_type=int) == 1
+    assert made.get_attr('b', data_type=list) == ['1', '2']
+    (item,) = made.get_attr('c', data_type=ITEMS)
+    assert item.get_attr('d') == 'e'
+    made.assert_entity_completely_parsed()
+    assert [c.type_name for c in made.children] == ['c']
+
+
+@pytest.mark.parametrize('make', [yaml, xml])
+def test_what_is_not_there_is_an_attribute_error(make: Any) -> None:
+    made = make(nam='x')
+    with pytest.raises(AttributeError, match="'name'; is 'nam' meant") as e:
+        made.get_attr('name')
+    assert e.value.position == ['/x', 2, 3]
+    assert e.value.length == len('own')
+    with pytest.raises(AttributeError):
+        made.get_attr('item', data_type=ITEMS)
+    assert made.get_attr('item', data_type=ITEMS, optional=True) is None
+
+
+@pytest.mark.parametrize('make', [yaml, xml])
+def test_what_is_not_asked_for_is_a_value_error(make: Any) -> None:
+    made = make(wrld='x')
+    made.get_attr('world', optional=True)
+    with pytest.raises(ValueError, match="'wrld'; did you mean 'world'"):
+        made.assert_entity_completely_parsed()
+
+
+@pytest.mark.parametrize('make', [yaml, xml])
+def test_children_that_are_not_asked_for_are_a_value_error(make: Any) -> None:
+    made = make(children=[written()])
+    with pytest.raises(ValueError, match='own'):
+        made.assert_entity_completely_parsed()
+    assert len(made.children) == 1
+    made.assert_entity_completely_parsed()
+
+
+def test_value_of_another_type_is_a_type_error() -> None:
+    with pytest.raises(TypeError, match='a whole number, not a list'):
+        yaml(a=[1]).get_attr('a', data_type=int)
+    with pytest.raises(TypeError, match="a whole number, and 'x' is none"):
+        xml(a='x').get_attr('a', data_type=int)
+    with pytest.raises(TypeError, match='a list of mappings'):
+        yaml(a=['x']).get_attr('a', data_type=ITEMS)
