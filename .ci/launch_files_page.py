@@ -25,6 +25,7 @@ from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from launch_examples import EXAMPLES
 from launch_files_text import COMPONENTS as COMPONENTS_TEXT
 from launch_files_text import DIFFERENCES
+from launch_files_text import EXPOSED
 from launch_files_text import INTRODUCTION
 from launch_files_text import PARAMETERS
 
@@ -36,7 +37,16 @@ _MARK = (
 
 def reference_page() -> str:
     """Return the page in Markdown, one sentence a line."""
-    parts = (_MARK, INTRODUCTION, DIFFERENCES, *_actions(), *_substitutions())
+    parts = (
+        _MARK,
+        INTRODUCTION,
+        DIFFERENCES,
+        *_actions(),
+        *_substitutions(),
+        '## Actions and substitutions of other packages\n',
+        EXPOSED.rstrip('\n'),
+        '',
+    )
     return '\n'.join(parts)
 
 

@@ -167,3 +167,43 @@ A component is a node that is loaded into a running container; see \
 [components.md](components.md).
 An item also takes `if` and `unless`.
 """
+EXPOSED = """\
+Packages bring actions and substitutions of their own, such as `gz_server` of \
+`ros_gz_sim`, by the entry point group `launch.frontend.launch_extension` \
+and `@expose_action('name')` or `@expose_substitution('name')` of \
+`launch.frontend`.
+They stand in YAML and XML files like those above, with `if` and `unless`, \
+and what they start is a part of the launch like all else:
+
+```xml
+<launch>
+  <group>
+    <push_ros_namespace namespace="robot"/>
+    <gz_server world_sdf_file="$(find-pkg-share my_pkg)/worlds/yard.sdf"/>
+  </group>
+</launch>
+```
+
+Only Python can run them: `launch` and `launch_ros` of the sourced environment \
+do, as they do for launch files in Python, in the scope where the action or \
+substitution stands.
+So they are the real ones, with the attributes, defaults and errors that they \
+have there; of what stands inside of such an action, actions of this page are \
+ROS 2's, too, and take values of the types that ROS 2 wants.
+
+- The names are read from the packages without importing them: from those \
+that are installed in the environment (`PYTHONPATH`, `AMENT_PREFIX_PATH`, the \
+Python on the `PATH`), and from the sources of the workspace \
+(`setup.py`, `setup.cfg`, `pyproject.toml`).
+- A name that nobody has is an error, with the nearest one of all.
+- A package of the workspace that brings one that is used is built first.
+- `--plan` and `--check` run them, too, with the arguments given and the \
+defaults of the others.
+- A check passes over an action that reads an argument without a default.
+- `$(dirname)`, `$(filename)` and the variables of loops are made where they \
+are written.
+- `--schema` has the actions of the environment and the workspace, without \
+their attributes.
+- Where `launch` is not in the environment, an error names the package that \
+has the action.
+"""
