@@ -184,9 +184,9 @@ and what they start is a part of the launch like all else:
 </launch>
 ```
 
-Only Python can run them: `launch` and `launch_ros` of the sourced environment \
-do, as they do for launch files in Python, in the scope where the action or \
-substitution stands.
+Only Python can run them: `launch` and `launch_ros` of the sourced \
+environment do, as they do for launch files in Python, in the scope where the \
+action or substitution stands.
 So they are the real ones, with the attributes, defaults and errors that they \
 have there; of what stands inside of such an action, actions of this page are \
 ROS 2's, too, and take values of the types that ROS 2 wants.

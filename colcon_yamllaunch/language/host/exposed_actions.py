@@ -29,8 +29,14 @@ from colcon_yamllaunch.language.syntax.template import TemplateSyntaxError
 from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 from colcon_yamllaunch.language.tree.text import Text
 
-# the substitutions that name a package, and which argument does
-_NAMING = {'find-pkg-prefix': 0, 'find-pkg-share': 0, 'exec-in-pkg': 1}
+# the substitutions that name a package or a launch configuration, and which
+# argument does
+_NAMING = {
+    'find-pkg-prefix': 0,
+    'find-pkg-share': 0,
+    'exec-in-pkg': 1,
+    'var': 0,
+}
 # those that depend on where they are written, which the host does not know
 # once an action has included another launch file
 _LOCAL = ('dirname', 'filename', 'for-var', 'index')
@@ -61,7 +67,7 @@ def _do(walk: Walk, attributes: Attributes) -> None:
     assert raw is not None
     what = f"the action '{raw.type}'"
     _need(walk, raw.package, what, attributes)
-    _name_packages(walk, raw.texts)
+    _note_uses(walk, raw.texts)
     request = {
         'do': 'action',
         'entity': raw.message(lambda text: _prepared(walk, text, at)),
@@ -128,15 +134,17 @@ def _need(walk: Walk, package: str, what: str, at: Span) -> None:
         raise NotAskedError(*problem.diagnostics)
 
 
-def _name_packages(walk: Walk, texts: Iterable[Text]) -> None:
-    """Note the packages that texts name, so that they are built before."""
+def _note_uses(walk: Walk, texts: Iterable[Text]) -> None:
+    """Note what texts read, and their packages, which are built before."""
     for text in texts:
         for substitution in text.template.substitutions():
             index = _NAMING.get(substitution.name)
             if index is None or index >= len(substitution.arguments):
                 continue
             name = substitution.arguments[index].literal
-            if name is not None and walk.packages.prefix(name) is not None:
+            if substitution.name == 'var':
+                walk.read.add(name or '')
+            elif name is not None and walk.packages.prefix(name) is not None:
                 at = text.position_at(substitution.start)
                 walk.use_package(name, at)
 

@@ -30,6 +30,8 @@ GROUP = 'launch.frontend.launch_extension'
 _METADATA = ('.dist-info', '.egg-info')
 _INSTALLED = ('lib/python3*/', 'local/lib/python3*/')
 _PACKAGES = ('site-packages', 'dist-packages')
+# where a source usually has its modules
+_IN_SOURCE = ('', 'src', 'python', 'lib')
 # `name = module:attribute [extra]`
 _ENTRY = re.compile(r'^\s*[^#;=\s][^=]*=\s*["\']?([\w.]+)', re.M)
 # up to the next section, or in setup.cfg to the next option
@@ -88,7 +90,7 @@ def extensions_in_source(package: str, source: Path) -> Iterator[Extension]:
 
     :param source: The folder with its source
     """
-    folders = (str(source), str(source / 'src'))
+    folders = tuple(str(source / folder) for folder in _IN_SOURCE)
     for file in ('setup.py', 'setup.cfg', 'pyproject.toml'):
         text = text_of(source / file)
         if GROUP not in text:

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from itertools import chain
 from pathlib import Path
 
-from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.workspace.extensions.entry_points import Extension
 from colcon_yamllaunch.workspace.extensions.entry_points import (
     extensions_in_source,
@@ -29,6 +29,8 @@ from colcon_yamllaunch.workspace.packages.package import Package
 
 #: How many modules of an extension are looked at.
 MAXIMUM_MODULES = 1000
+#: The largest module that is (bytes).
+MAXIMUM_SIZE = 1024 * 1024
 #: The packages of ROS 2 itself: of what they have, most is known.
 OF_ROS = ('launch', 'launch_ros')
 
@@ -88,7 +90,6 @@ class ExposedNames:
                 if extension.package not in OF_ROS
                 and extension.module not in OF_ROS
             ]
-            there = {extension.package for extension in installed}
             in_source = [
                 extension
                 for package in self._packages
@@ -96,11 +97,18 @@ class ExposedNames:
                     package.name, package.path
                 )
                 if extension.module not in OF_ROS
+                and _file_of(extension.module, extension.folders) is not None
             ]
-            own = {extension.package for extension in in_source}
-            self._not_installed = own - there
+            # a distribution may have another name than its package
+            there = {extension.module for extension in installed}
+            own = {extension.module for extension in in_source}
+            self._not_installed = {
+                extension.package
+                for extension in in_source
+                if extension.module not in there
+            }
             # what a package of the workspace has is what its source has
-            others = (e for e in installed if e.package not in own)
+            others = (e for e in installed if e.module not in own)
             self._found = _names(chain(in_source, others))
         return self._found
 
@@ -134,14 +142,16 @@ def exposed_by(extension: Extension) -> Iterator[tuple[str, str]]:
         if module in seen or path is None:
             continue
         seen.add(module)
-        text = text_of(path)
+        text = _text_of(path)
         tree = _parsed(text)
         yield from _exposed_in(tree)
         is_package = path.name == '__init__.py'
         if is_package and 'import_module' in text:
             # which modules it is, only running it would tell
-            found = path.parent.glob('*.py')
-            pending += [f'{module}.{other.stem}' for other in found]
+            folder = path.parent
+            pending += [f'{module}.{f.stem}' for f in folder.glob('*.py')]
+            inner = folder.glob('*/__init__.py')
+            pending += [f'{module}.{f.parent.name}' for f in inner]
         top = module.partition('.')[0]
         for name in _imported(tree, module, is_package):
             if name.partition('.')[0] == top:
@@ -162,6 +172,13 @@ def _file_of(module: str, folders: Iterable[str]) -> Path | None:
             if path.is_file():
                 return path
     return None
+
+
+def _text_of(path: Path) -> str:
+    try:
+        return content_of(path, MAXIMUM_SIZE).decode(errors='replace')
+    except OSError:
+        return ''
 
 
 def _parsed(text: str) -> ast.AST:

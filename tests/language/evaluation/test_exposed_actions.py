@@ -345,6 +345,15 @@ def test_what_an_action_that_fails_sets_is_not_missed(
     assert error.may_pass_after_build
 
 
+def test_argument_that_only_such_an_action_reads_is_known(
+    launcher: Launcher, host: Host
+) -> None:
+    text = 'launch: [{gz_server: {world: $(var world)}}]'
+    assert done(launcher, text, world='a').diagnostics == ()
+    (warning,) = done(launcher, text, wrld='a').diagnostics
+    assert "'wrld'" in warning.message
+
+
 def test_packages_are_not_looked_at_without_need(launcher: Launcher) -> None:
     brought = Brought()
     made = request(

@@ -96,9 +96,10 @@ def test_modules_that_only_running_tells_are_all_taken(tmp_path: Path) -> None:
     files = {
         '__init__.py': 'for n in NAMES:\n    importlib.import_module(n)\n',
         'one.py': ACTION.format(name='one'),
+        'more/__init__.py': ACTION.format(name='two'),
     }
     install(tmp_path, 'own', files)
-    assert exposed(tmp_path).action('one') == 'own'
+    assert set(exposed(tmp_path).actions()) == {'one', 'two'}
 
 
 def test_damaged_packages_expose_nothing(tmp_path: Path) -> None:
@@ -176,6 +177,23 @@ def test_source_counts_more_than_what_was_built(tmp_path: Path) -> None:
     found = exposed(tmp_path / 'install', packages=packages)
     assert found.actions() == {'new': 'own'}
     assert found.is_installed('own')
+
+
+def test_source_that_is_elsewhere_hides_nothing(tmp_path: Path) -> None:
+    files = {'setup.cfg': f'[options.entry_points]\n{GROUP} =\n  own = own\n'}
+    built = {'__init__.py': ACTION.format(name='one')}
+    install(tmp_path / 'install', 'own', built)
+    packages = (package(tmp_path / 'src', 'ros_name', files),)
+    found = exposed(tmp_path / 'install', packages=packages)
+    assert found.actions() == {'one': 'own'}
+
+
+def test_large_modules_are_passed_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(exposed_names, 'MAXIMUM_SIZE', 10)
+    install(tmp_path, 'own', {'__init__.py': ACTION.format(name='one')})
+    assert not exposed(tmp_path).actions()
 
 
 def test_number_of_modules_is_bounded(
