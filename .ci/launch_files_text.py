@@ -187,9 +187,10 @@ and what they start is a part of the launch like all else:
 Only Python can run them: `launch` and `launch_ros` of the sourced \
 environment do, as they do for launch files in Python, in the scope where the \
 action or substitution stands.
-So they are the real ones, with the attributes, defaults and errors that they \
-have there; of what stands inside of such an action, actions of this page are \
-ROS 2's, too, and take values of the types that ROS 2 wants.
+So they are the real ones, with the attributes and defaults that they have \
+there, but for `output`, which is `both` here, too.
+Of what stands inside of such an action, actions of this page are ROS 2's, \
+too, and take values of the types that ROS 2 wants.
 
 - The names are read from the packages without importing them: from those \
 that are installed in the environment (`PYTHONPATH`, `AMENT_PREFIX_PATH`, the \

@@ -168,6 +168,8 @@ def test_action_starts_what_it_says_in_its_scope(host: TalkingHost) -> None:
         ['echo', 'b', '/folder'],
         ['echo', 'b', '/folder'],
     ]
+    # what stands in YAML shows its output
+    assert [m['output'] for m in started] == ['log', 'both', 'both']
     # the module of the package is installed, and none of the user's files
     assert [m['position'][1] for m in started[1:]] == [5, 5]
     assert told[-1]['scope']['configurations'] == {'who': 'me', 'a': 'b'}

@@ -14,6 +14,7 @@ from __future__ import annotations
 from difflib import get_close_matches
 import importlib
 import importlib.metadata
+import sys
 from typing import Any
 from typing import TYPE_CHECKING
 
@@ -135,7 +136,7 @@ class _YamlEntity(_Entity):
         self._asked.add(name)
         if name not in self._attributes:
             if optional:
-                return None
+                return _left_out(name)
             raise self._missing(name)
         value = self._attributes[name]
         if _is_of_entities(data_type):
@@ -201,7 +202,7 @@ class _XmlEntity(_Entity):
         value = self._attributes.get(name)
         if value is None:
             if optional:
-                return None
+                return _left_out(name)
             raise self._missing(name)
         if separator in self._attributes:
             self._asked.add(separator)
@@ -360,6 +361,14 @@ class Extensions:
 def _not_imported(name: str, failure: Exception) -> str:
     reason = f'{type(failure).__name__}: {failure}'.partition('\n')[0]
     return f"the launch extension '{name}' cannot be imported: {reason}"
+
+
+def _left_out(name: str) -> str | None:
+    """Return what an attribute is that is left out, None for nothing."""
+    asking = sys._getframe(2).f_globals.get('__name__', '')
+    # as with the other processes of YAML and XML files, output is shown
+    is_of_process = name == 'output' and asking.startswith('launch.actions.')
+    return 'both' if is_of_process else None
 
 
 def _is_entity(value: object) -> bool:
