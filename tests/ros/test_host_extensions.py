@@ -13,6 +13,9 @@ from support.talking_host import in_short
 from support.talking_host import Message
 from support.talking_host import TalkingHost
 
+# one host is enough
+pytestmark = pytest.mark.xdist_group('host_extensions')
+
 MODULE = """\
 import pathlib
 import tempfile
