@@ -231,3 +231,19 @@ def test_lifecycle_nodes_are_activated_or_that_is_a_failure(start, sh, ros):
     running.shows("lc-1: the transition 'configure' of /lc failed: it is bad")
     running.sends(signal.SIGINT)
     assert running.ends() == 1
+
+
+def test_the_client_starts_when_the_plan_first_needs_it(start, ros, box, sh):
+    """A plan that grows may need nothing of ROS at its start."""
+    entries = [box(), component('a'), component('b', container='/far')]
+    started = start(
+        sh('first', ':'),
+        source=[
+            {'when': 'exited first', 'entries': entries},
+            {'when': 'loaded a', 'entries': [component('c')]},
+        ],
+    )
+    started.shows('c: loaded into /box')
+    assert started.sends(signal.SIGINT).ends() == 0
+    assert [e['label'] for e in started.events('loaded')] == ['a', 'c']
+    assert started.processes() == []

@@ -272,7 +272,7 @@ class HostCall:
     When its turn comes, the host is asked, and answers with more plan.
 
     :param number: What the host knows it by
-    :param title: What it is, such as `OpaqueFunction spawn_more`
+    :param title: What it does, such as `call spawn_more (a.launch.py:7)`
     :param position: Where the launch file says so
     """
 

@@ -147,7 +147,7 @@ def _entries(
             yield f'{indent}{_signal(entry)}  ({place})'
         elif isinstance(entry, HostCall):
             place = shown_position(entry.position, cwd)
-            yield f'{indent}call {entry.title}  ({place})'
+            yield f'{indent}at its time: {entry.title}  ({place})'
         else:
             clock = ' on /clock' if entry.on_ros_time else ''
             yield f'{indent}after {entry.period:g} s{clock}:'

@@ -464,7 +464,6 @@ class Engine:
             source,
             self.watches,
             self.extend,
-            self.supervisor.stop,
             self.tell,
             self._settings.clock,
         )

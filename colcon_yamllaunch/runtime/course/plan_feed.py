@@ -10,6 +10,7 @@ import os
 
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Growth
+from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
@@ -18,6 +19,7 @@ from colcon_yamllaunch.runtime.streams.watches import Watches
 
 #: Why a launch ends in which nothing is left to do, as ROS 2 calls it.
 IDLE = 'idle'
+_FAILED = 'a launch file in Python failed'
 
 
 class PlanFeed:
@@ -25,7 +27,6 @@ class PlanFeed:
     Has a plan grow as a source says.
 
     :param extend: Takes more into the plan
-    :param stop: Stops the launch, for a reason
     :param tell: Is told what happens
     :param clock: Returns seconds that never go back
     """
@@ -35,14 +36,12 @@ class PlanFeed:
         source: PlanSource,
         watches: Watches,
         extend: Callable[[Iterable[Entry]], None],
-        stop: Callable[[str], None],
         tell: events.Listener,
         clock: Callable[[], float],
     ) -> None:
         self._source = source
         self._watches = watches
         self._extend = extend
-        self._stop = stop
         self._tell = tell
         self._clock = clock
         # one of our own: the source closes its when it likes
@@ -150,10 +149,9 @@ class PlanFeed:
             problems = [p.split('\n') for p in growth.problems]
             if problems:
                 self._tell(events.PlanFailed(tuple(chain(*problems))))
-            self._extend(growth.entries)
-            if problems:
-                # unless what came with it gives a better reason
-                self._stop('a launch file in Python failed')
+            # unless what came with it gives a better reason
+            end = (Shutdown(_FAILED),) if problems else ()
+            self._extend((*growth.entries, *end))
 
     def _unwatch(self) -> None:
         if self._watched != -1:

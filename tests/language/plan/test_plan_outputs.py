@@ -323,7 +323,7 @@ ENTRIES = (
     SignalProcess('usb_driver-1', 2, PYTHON),
     SignalProcess('usb_driver-1', 0, PYTHON),
     SignalProcess('usb_driver-1', 99, PYTHON),
-    Timer(2.0, (HostCall(3, 'OpaqueFunction spawn', PYTHON),)),
+    Timer(2.0, (HostCall(3, 'call spawn (a.launch.py:3)', PYTHON),)),
 )
 
 
@@ -336,7 +336,7 @@ def test_text_of_what_happens_when() -> None:
         f'stop usb_driver-1{place}',
         f'signal 99 to usb_driver-1{place}',
         'after 2 s:',
-        f'    call OpaqueFunction spawn{place}',
+        f'    at its time: call spawn (a.launch.py:3){place}',
         f'when usb_driver-1 ends: start rviz2{place}',
         f'when a-2 or b-3 starts (once):{place}',
         '    call f',

@@ -7,6 +7,7 @@ import os
 
 from colcon_yamllaunch.language.plan.plan import Growth
 from colcon_yamllaunch.language.plan.plan import Message
+from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import HostLost
 from colcon_yamllaunch.runtime.core.events import Output
@@ -67,7 +68,6 @@ class Launch:
             self.watches,
             lambda entries: self.done.append(list(entries)),
             self.done.append,
-            self.done.append,
             lambda: self.now,
         )
         self.feed.begin()
@@ -118,11 +118,12 @@ def test_what_it_answers_comes_to_the_plan_in_order(launch):
 
 
 def test_a_problem_ends_the_launch(launch):
-    launch.answers(Growth((), problems=('error: oh', '  no')))
-    failed, entries, reason = launch.done
-    assert failed == PlanFailed(('error: oh', '  no'))
-    assert entries == []
-    assert reason == 'a launch file in Python failed'
+    said = Message('INFO', 'before')
+    launch.answers(Growth((said,), problems=('error: oh\n  no', 'and')))
+    failed, entries = launch.done
+    assert failed == PlanFailed(('error: oh', '  no', 'and'))
+    # after what went well
+    assert entries == [said, Shutdown('a launch file in Python failed')]
 
 
 def test_the_launch_goes_on_while_an_answer_is_to_come(launch):
