@@ -28,7 +28,8 @@ def needed_packages(plan: Plan) -> list[str]:
         'composition_interfaces': has_components,
         'rcl_interfaces': has_components,
         'lifecycle_msgs': any(p.is_lifecycle for p in plan.processes())
-        or any(c.is_lifecycle for c in plan.components()),
+        or any(c.is_lifecycle for c in plan.components())
+        or any(True for _ in plan.changes_of_state()),
         'rosgraph_msgs': _has_ros_timer(plan),
     }
     return [name for name, is_needed in needs.items() if is_needed]

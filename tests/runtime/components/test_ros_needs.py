@@ -3,6 +3,7 @@
 
 """What launches need of the ROS environment."""
 
+from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Timer
@@ -18,9 +19,11 @@ def test_only_what_is_used_is_needed(process):
     plain = process('plain')
     assert not Plan((plain, Timer(1.0, (plain,)))).needs_ros
     node = process('lc', is_lifecycle=True)
+    change = ChangeState('/lc', 'cleanup', node.position)
     for entry, name in (
         (COMPONENT, 'composition_interfaces'),
         (node, 'lifecycle_msgs'),
+        (change, 'lifecycle_msgs'),
         (Timer(1.0, (), on_ros_time=True), 'rosgraph_msgs'),
     ):
         for entries in ((entry,), (plain, Timer(1.0, (entry,)))):

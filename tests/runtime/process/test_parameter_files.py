@@ -58,3 +58,16 @@ def test_no_file_is_written_to_the_current_folder(
     with pytest.raises(OSError, match='not/there'):
         files.command_line(1, process('a', ParameterFile('{}')))
     assert made == list(tmp_path.iterdir()) == []
+
+
+def test_a_process_that_is_another_one_has_another_file(process, tmp_path):
+    files = ParameterFiles(lambda _: None)
+    before = process('a', ParameterFile('one'))
+    (path,) = files.command_line(3, before)
+    Path(path).write_text('kept')
+    assert files.command_line(3, before) == [path]
+    assert Path(path).read_text() == 'kept'
+    assert files.command_line(3, process('a', ParameterFile('two'))) == [path]
+    assert Path(path).read_text() == 'two'
+    files.remove()
+    assert not Path(path).exists()

@@ -6,11 +6,14 @@ import signal
 
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.core.events import Dropped
 from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import HostLost
 from colcon_yamllaunch.runtime.core.events import LeftBehind
 from colcon_yamllaunch.runtime.core.events import Loaded
 from colcon_yamllaunch.runtime.core.events import LoadFailed
 from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.core.events import PlanFailed
 from colcon_yamllaunch.runtime.core.events import RosLost
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import StartFailed
@@ -200,3 +203,24 @@ def test_that_nobody_speaks_with_ros_is_a_failure_of_the_launch():
     assert failures.exit_code == 1
     assert failures.summary() == ('failed: it died',)
     assert [r.process for r in failures.reports()] == [None]
+
+
+def test_what_is_no_part_of_the_launch_any_more_did_not_fail(process):
+    a = process('a')
+    failures = heard(exited(a, code=3), Dropped(a))
+    assert failures.exit_code == 0
+    assert failures.summary() == ()
+
+
+def test_launch_files_in_python_fail(process):
+    failures = heard(
+        exited(process('a'), code=3),
+        PlanFailed(('a.launch.py:7: error: no', '  return no')),
+        HostLost('died by SIGKILL (killed)'),
+    )
+    assert failures.exit_code == 1
+    assert failures.summary()[1:] == (
+        'failed: a.launch.py:7: error: no',
+        'failed: the host of launch files in Python died by SIGKILL (killed)',
+    )
+    assert [r.process for r in failures.reports()[1:]] == [None, None]

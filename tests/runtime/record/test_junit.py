@@ -9,10 +9,12 @@ from xml.etree import ElementTree
 
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.core.events import Dropped
 from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.events import FailureReport
 from colcon_yamllaunch.runtime.core.events import Loaded
+from colcon_yamllaunch.runtime.core.events import Planned
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import Verdict
 from colcon_yamllaunch.runtime.core.outcome import Outcome
@@ -183,3 +185,19 @@ def test_one_case_a_component(report):
     assert '/ws/a.yaml:1:1' in cases['bad'][0].text
     assert cases['late'][0].get('message') == 'it was never loaded'
     assert cases['launch'][0].get('message') == 'ROS is lost'
+
+
+def test_what_came_while_the_launch_ran(report, process):
+    a, b, c = process('a'), process('b'), process('c')
+    suite = report(
+        Started(a, 9),
+        Planned((b, c)),
+        Planned((b,)),
+        Started(c, 9),
+        Dropped(c),
+        Ended(0),
+        processes=[a],
+    )
+    cases = {c.get('name'): c for c in suite.iter('testcase')}
+    assert list(cases) == ['a', 'b']
+    assert cases['b'].find('skipped').get('message') == 'it was never started'

@@ -9,6 +9,7 @@ import shutil
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.events import Output
+from colcon_yamllaunch.runtime.core.events import Planned
 from colcon_yamllaunch.runtime.core.events import Said
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.outcome import Outcome
@@ -241,3 +242,19 @@ def test_the_folder_of_a_node_is_none_of_a_package(process):
         'left/camera': 'left.camera-2',
         'driver.py-3': 'driver.py-3',
     }
+
+
+def test_what_comes_later_has_files_of_its_own(logged, process):
+    later = process('talker', name='talker-2')
+    other = process('talker.2', name='talker.2')
+    unlogged = process('counter', output='screen')
+    folder = logged(
+        Planned((later, other)),
+        *output_of(later),
+        Planned((unlogged,)),
+        *output_of(unlogged),
+    )
+    assert (folder / 'talker-2/stderr.log').read_bytes() == b'two\n'
+    assert sorted(p.name for p in folder.iterdir() if p.is_dir()) == [
+        'talker-2'
+    ]

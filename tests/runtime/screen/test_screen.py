@@ -140,3 +140,16 @@ def test_a_long_list_of_running_processes_is_cut(shown):
 def test_the_end_shows_the_summary(shown):
     assert shown(Ended(1, ('failed: a',))) == '[launch]  failed: a\n'
     assert shown(Ended(0)) == ''
+
+
+def test_what_comes_later_has_its_label_and_colour(shown, process):
+    one, two = b'one\n', b'two\n'
+    events = [
+        Output(process('a'), 'stdout', one),
+        Output(process('a longer one'), 'stdout', two),
+        Output(process('a'), 'stdout', two),
+    ]
+    text = shown(*events, labels=('a',))
+    assert text == ('[a]      one\n[a longer one] two\n[a]            two\n')
+    colours = [line[:5] for line in shown(*events, color=True).splitlines()]
+    assert colours[0] == colours[2] != colours[1]
