@@ -27,6 +27,8 @@ HERE = Path(__file__).parent
 FILES = HERE / 'files'
 #: Seconds that a launch may take; most take two.
 TIMEOUT = 120
+#: Where this launcher writes what launch files print.
+PRINTS = 'launch_files.log'
 #: What differs on purpose, or is different each time.
 DROPPED = re.compile(
     r'COLCON_LAUNCH_.*|PYTHONUNBUFFERED|RCUTILS_LOGGING_BUFFERED_STREAM|'
@@ -46,6 +48,7 @@ class Launched:
     :param notes: What the launch file said, in order
     :param said: What the screen showed of the output of processes, sorted
     :param output: All that the launcher showed
+    :param printed: What the launch file printed itself, sorted
     :param code: Its exit code
     """
 
@@ -53,6 +56,7 @@ class Launched:
     notes: list[str]
     said: list[str]
     output: str
+    printed: list[str]
     code: int
 
     @property
@@ -149,10 +153,17 @@ class Launches:
             re.findall('note: (.*)', text),
             sorted(re.findall('said: (.*)', text)),
             text,
+            sorted(re.findall('printed: .*', text + self._prints())),
             popen.returncode,
         )
         shutil.rmtree(self._folder)
         return launched
+
+    def _prints(self) -> str:
+        """Return what is in the file for what launch files print."""
+        files = (self._folder / 'home').rglob(PRINTS)
+        texts = (path.read_text(encoding='utf-8') for path in files)
+        return ''.join(texts)
 
     def _path(self, word: str) -> Path | str:
         path = self.files / word

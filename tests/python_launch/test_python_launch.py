@@ -65,4 +65,5 @@ def test_same_processes(name: str, words: str, launches: Launches) -> None:
     assert theirs.processes, theirs.output
     ours = launches.colcon(name, *words.split())
     assert not differences(ours, theirs), ours.output + theirs.output
+    assert ours.printed == theirs.printed
     assert 'Traceback' not in ours.output

@@ -1,153 +1,179 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Launching files in Python, with a host that is played by a script."""
+"""Launch files in Python, with the `launch` of a ROS 2."""
 
-import json
+from collections.abc import Iterator
 import os
 from pathlib import Path
-import re
 import signal
-import sys
 import time
 
-from colcon_yamllaunch.common.process_scan import read_process
 import pytest
-from support.user import built
-from support.user import DEADLINE
+from support.user import Launch
 from support.user import User
 
-#: Stands for each Python of the environment. As the host, it says what stands
-#: in a launch file, line by line.
-PLAYED = f"""\
-#!{sys.executable}
-import json, os, subprocess, sys, time
+#: Seconds; a loaded machine needs some.
+DEADLINE = 60
+#: By it, all that a launch started is found.
+MARK = 'T_MARK'
 
-if not sys.argv[-1].endswith('launch_host'):
-    os.execv({sys.executable!r}, ['python3', *sys.argv[1:]])
+ROBOT = """\
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.actions import IncludeLaunchDescription
+from launch.actions import RegisterEventHandler
+from launch.event_handlers import OnProcessExit
+from launch.substitutions import PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.substitutions import FindPackageShare
 
-def say(message):
-    print(json.dumps(message), flush=True)
 
-def take():
-    return json.loads(sys.stdin.readline() or sys.exit())
+def stay(name):
+    return Node(
+        package='robot', executable='stay.sh', name=name, output='screen'
+    )
 
-def answer(request):
-    for line in open(request['path']).read().splitlines()[1:]:
-        said = json.loads(line)
-        if said == 'wait':
-            child = subprocess.Popen(['sleep', '1000'], start_new_session=True)
-            print('waiting', child.pid, os.getpid(), file=sys.stderr)
-            sys.stderr.flush()
-            time.sleep(1000)
-        elif 'needs' in said and not packages[said['needs']]['built']:
-            return {{'error': {{'text': 'no', 'package': said['needs']}}}}
-        elif said.get('do', request['do']) == request['do']:
-            say(said)
-    return {{'scope': request['scope']}}
 
-say({{'say': 'found', 'missing': []}})
-while True:
-    request = take()
-    done = {{'scope': request.get('scope')}}
-    if request['do'] == 'start':
-        packages = request['packages']
-    elif 'path' in request:
-        done = answer(request)
-    say({{'say': 'done', 'id': request['id'], **done}})
+def generate_launch_description():
+    base = stay('base')
+    hello = PathJoinSubstitution(
+        [FindPackageShare('other'), 'launch', 'other.yaml']
+    )
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument('prefix', default_value='default'),
+            base,
+            IncludeLaunchDescription(hello),
+            RegisterEventHandler(
+                OnProcessExit(target_action=base, on_exit=[stay('second')])
+            ),
+        ]
+    )
+"""
+ABOVE = """\
+launch:
+  - push_ros_namespace: {namespace: farm}
+  - include:
+      file: $(find-pkg-share robot)/launch/robot.launch.py
+      arg: [{name: prefix, value: ''}]
+"""
+HELLO = """\
+launch:
+  - executable:
+      cmd: $(find-pkg-prefix {name})/lib/{name}/hello.sh [$(var prefix)]
+      output: screen
+"""
+STAY = """\
+#!/bin/sh
+echo "there: $*"
+exec sleep 1000
+"""
+COMPONENTS = """\
+from launch import LaunchDescription
+from launch_ros.actions import ComposableNodeContainer
+from launch_ros.descriptions import ComposableNode
+
+
+def generate_launch_description():
+    return LaunchDescription(
+        [
+            ComposableNodeContainer(
+                package='rclcpp_components',
+                executable='component_container',
+                name='box',
+                namespace='',
+                output='screen',
+                composable_node_descriptions=[
+                    ComposableNode(
+                        package='composition',
+                        plugin=f'composition::{name}',
+                        name=name.lower(),
+                    )
+                    for name in ('Talker', 'Listener')
+                ],
+            ),
+        ]
+    )
 """
 
 
 @pytest.fixture
-def player(user: User) -> User:
-    """Give a user whose Pythons play the host."""
-    program = user.write('../bin/python3', PLAYED, 0o755)
-    path = user.environment['PATH']
-    user.environment['PATH'] = f'{program.parent.resolve()}:{path}'
-    return user
+def robot(ros_user: User) -> Iterator[User]:
+    """Return a user with a package whose launch file is in Python."""
+    ros_user.environment[MARK] = str(ros_user.root)
+    folder = ros_user.package('robot', ABOVE)
+    ros_user.package('other', HELLO)
+    ros_user.write('src/robot/launch/robot.launch.py', ROBOT)
+    ros_user.write('src/robot/scripts/stay.sh', STAY, 0o755)
+    cmake = folder / 'CMakeLists.txt'
+    text = cmake.read_text(encoding='utf-8')
+    more = 'scripts/hello.sh scripts/stay.sh'
+    cmake.write_text(text.replace('scripts/hello.sh', more), encoding='utf-8')
+    yield ros_user
+    ros_user.leave()
+    assert not processes(ros_user)
 
 
-def launch_file(user: User, *said: object) -> Path:
-    """Write a launch file that makes the host say something."""
-    lines = ['# in Python', *map(json.dumps, said)]
-    return user.write('src/one/launch/robot.launch.py', '\n'.join(lines))
-
-
-def process(text: str) -> dict[str, object]:
-    return {
-        'say': 'process',
-        'do': 'visit',
-        'id': 1,
-        'program': 'echo',
-        'argv': ['echo', text],
-        'output': 'screen',
-    }
-
-
-def test_a_file_in_python_is_built_for_launched_and_looked_at(
-    player: User,
-) -> None:
-    player.package('one')
-    player.package('two')
-    launch_file(
-        player,
-        {'needs': 'two'},
-        process('hello from Python'),
-        {'say': 'argument', 'name': 'rate', 'default': '5'},
-    )
-    output = player.launch('one', 'robot')
-    assert built(output) == ['one', 'two']
-    assert '[echo-1] hello from Python' in output
-    plan = player.launch('one', 'robot', '--plan', 'rat:=1')
-    assert "echo 'hello from Python'" in plan
-    assert "did you mean 'rate'?" in plan
-    assert "'rate':" in player.launch('one', 'robot', '--show-args')
-    assert 'in 1 launch file' in player.launch('one', 'robot', '--check')
-    assert 'in 3 launch files' in player.launch('--check')
-
-
-@pytest.mark.parametrize(
-    ('number', 'look'),
-    [
-        (signal.SIGINT, ()),
-        (signal.SIGKILL, ()),
-        (signal.SIGKILL, ('--plan',)),
-    ],
-)
-def test_what_ends_the_launcher_ends_the_host(
-    player: User, number: int, look: tuple[str, ...]
-) -> None:
-    player.package('one')
-    path = str(launch_file(player, 'wait'))
-    launch = player.start('colcon', 'launch', path, *look)
-    waiting = r'waiting (\d+) (\d+)'
-    found = launch.wait_for(waiting) if look else in_log(player, waiting)
-    launch.process.send_signal(number)
-    assert launch.end() == (130 if number == signal.SIGINT else -number)
+def processes(user: User) -> list[str]:
+    """Wait until nothing of a launch runs, and return what goes on."""
+    wanted = f'{MARK}={user.root}\0'.encode()
     deadline = time.monotonic() + DEADLINE
-    while any(read_process(int(pid)) for pid in found.groups()):
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    while True:
+        found = []
+        for path in Path('/proc').glob('[0-9]*'):
+            try:
+                if wanted in (path / 'environ').read_bytes():
+                    found.append((path / 'comm').read_text())
+            except OSError:
+                continue
+        if not found or time.monotonic() > deadline:
+            return found
+        time.sleep(0.05)
 
 
-def in_log(user: User, pattern: str) -> re.Match[str]:
-    """Wait until the log for launch files has something."""
-    deadline = time.monotonic() + DEADLINE
-    while time.monotonic() < deadline:
-        for path in user.root.glob('log/launch_*/launch_files.log'):
-            found = re.search(pattern + '\n', path.read_text())
-            if found:
-                return found
-        time.sleep(0.02)
-    raise AssertionError(f'no {pattern!r} in {os.listdir(user.root)}')
+def start(robot: User) -> Launch:
+    """Start a launch, and wait until its processes are there."""
+    launch = robot.start('colcon', 'launch', 'robot', 'robot.yaml')
+    launch.wait_for(r'base\W+there: --ros-args .*__ns:=/farm')
+    return launch
 
 
-def test_a_file_that_takes_too_long(player: User) -> None:
-    player.package('one')
-    path = str(launch_file(player, 'wait'))
-    player.environment['COLCON_LAUNCH_PYTHON_TIMEOUT'] = '0.1'
-    output = player.launch(path, '--plan', code=1)
-    assert "'robot.launch.py' takes more than 0.1 s to be read" in output
-    player.environment['COLCON_LAUNCH_PYTHON_TIMEOUT'] = 'long'
-    output = player.launch(path, '--plan', code=1)
-    assert "is a number of seconds, not 'long'" in output
+def test_what_it_needs_is_built_and_one_node_is_stopped(robot: User) -> None:
+    launch = start(robot)
+    # the package of the YAML file that the one in Python includes, too
+    launch.wait_for(r'2 packages built')
+    launch.wait_for(r'hello from other \[\]')
+    robot.launch('--stop', 'base')
+    launch.wait_for(r'second\W+there: --ros-args .*__ns:=/farm')
+    status = robot.launch('--status')
+    assert 'second' in status
+    assert launch.interrupt() == 0, launch.output
+    assert 'Traceback' not in launch.output
+    assert not processes(robot)
+
+
+def test_a_killed_launch_leaves_nothing(robot: User) -> None:
+    launch = start(robot)
+    os.kill(launch.process.pid, signal.SIGKILL)
+    assert not processes(robot)
+
+
+def test_looking_shows_what_happens_when(robot: User) -> None:
+    robot.launch('robot', 'robot.yaml', '--check')
+    assert robot.launch('robot', 'robot.yaml', '--show-args')
+    plan = robot.launch('robot', 'robot.yaml', '--plan')
+    assert 'base, process stay.sh-1, node /farm/base' in plan
+    assert 'when stay.sh-1 ends: start second' in plan
+    assert not (robot.root / 'install').exists()
+
+
+def test_components_of_ros(ros_user: User) -> None:
+    index = 'share/ament_index/resource_index/packages/composition'
+    prefixes = ros_user.environment['AMENT_PREFIX_PATH'].split(os.pathsep)
+    if not any(Path(prefix, index).exists() for prefix in prefixes):
+        pytest.skip('needs the package `composition` of ROS 2')
+    ros_user.write('talk.launch.py', COMPONENTS)
+    launch = ros_user.start('colcon', 'launch', 'talk.launch.py')
+    launch.wait_for(r'I heard: \[Hello World')
+    assert launch.interrupt() == 0, launch.output
