@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     # as code, this needs 3.9
     Json = dict[str, Any]
 
+#: How many frames are shown of a recursion without end, the innermost ones.
+MAXIMUM_FRAMES = 20
 #: Keeps the entity that was visited, or the position of what went wrong.
 _ENTITY = '_launch_host_entity'
 #: How `launch` says that an included file is not given an argument.
@@ -83,7 +85,7 @@ def described(
     """
     entity = getattr(error, _ENTITY, None)
     error = _inner(error)
-    frames = list(_frames(error, positions))
+    frames = list(_frames(error, positions))[-MAXIMUM_FRAMES:]
     if not frames:
         noted = entity or getattr(error, _ENTITY, None)
         frames = [_frame_of(positions.of(noted), positions.end_column(noted))]

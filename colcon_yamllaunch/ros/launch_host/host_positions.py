@@ -63,7 +63,7 @@ class Positions:
             sysconfig.get_path('stdlib') + os.sep,
             os.path.dirname(os.__file__) + os.sep,
         )
-        self._trees: dict[str, ast.AST | None] = {}
+        self._mapping_keys: dict[str, list[ast.Constant]] = {}
 
     def set_prefixes(self, prefixes: Iterable[str]) -> None:
         """Take note of the prefixes of the packages of the workspace."""
@@ -81,7 +81,7 @@ class Positions:
                 del sys.modules[name]
         importlib.invalidate_caches()
         linecache.clearcache()
-        self._trees.clear()
+        self._mapping_keys.clear()
 
     def add_file(self, path: str) -> None:
         """Take note of a launch file in Python."""
@@ -217,22 +217,19 @@ class Positions:
 
     def _keys(self, path: str) -> list[ast.Constant]:
         """Return the texts that are keys of mappings in a file."""
-        if path not in self._trees:
+        if path not in self._mapping_keys:
             try:
-                source = ''.join(linecache.getlines(path))
-                self._trees[path] = ast.parse(source)
+                tree = ast.parse(''.join(linecache.getlines(path)))
             except (SyntaxError, ValueError):
-                self._trees[path] = None
-        tree = self._trees[path]
-        if tree is None:
-            return []
-        return [
-            key
-            for node in ast.walk(tree)
-            if isinstance(node, ast.Dict)
-            for key in node.keys
-            if isinstance(key, ast.Constant) and isinstance(key.value, str)
-        ]
+                tree = ast.Module([], [])
+            self._mapping_keys[path] = [
+                key
+                for node in ast.walk(tree)
+                if isinstance(node, ast.Dict)
+                for key in node.keys
+                if isinstance(key, ast.Constant) and isinstance(key.value, str)
+            ]
+        return self._mapping_keys[path]
 
 
 def _column(path: str, line: int, offset: int) -> int:
