@@ -8,6 +8,7 @@ import os
 from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.host.host_dialogue import position_of
+from colcon_yamllaunch.language.host.host_dialogue import written_at
 from colcon_yamllaunch.language.host.python_source import named_packages
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
@@ -40,15 +41,18 @@ def python_error(
     text, hint = str(said['text']), said.get('hint')
     may_pass = not text.startswith(_CERTAIN) and may_be_built(walk)
     package, argument = said.get('package'), said.get('argument')
+    word = argument
     if argument is not None:
         text = f"launch argument '{argument}' is required, and was not given"
         hint = f'give it: {argument}:=…'
         may_pass = False
     elif package is not None and walk.packages.prefix(package) is None:
         text, hint = walk.no_package(package)
-        may_pass = False
+        may_pass, word = False, package
     frames = said.get('frames') or ()
-    problem = at_frames(walk, frames, text, hint, start, may_pass=may_pass)
+    problem = at_frames(
+        walk, frames, text, hint, start, may_pass=may_pass, word=word
+    )
     if may_pass:
         _use_named_packages(walk)
     if package is not None and may_pass:
@@ -67,16 +71,20 @@ def at_frames(
     start: Position,
     *,
     may_pass: bool = False,
+    word: str | None = None,
 ) -> LaunchError:
     """
     Return an error at the innermost of some calls in Python.
 
     :param start: Where it is when there are none
+    :param word: What is wrong in that call, if it is known
     """
     positions = [position_of(frame, start, walk) for frame in frames]
     *calls, position = positions or [start]
     length = 1
-    if frames and frames[-1].get('end_column'):
+    if word is not None and written_at(word, position) != position:
+        position, length = written_at(word, position), len(word)
+    elif frames and frames[-1].get('end_column'):
         length = max(1, int(frames[-1]['end_column']) - position.column)
     return LaunchError(
         Diagnostic(
