@@ -94,6 +94,11 @@ class PlanDraft:
         finally:
             self.entries = before
 
+    @property
+    def process_count(self) -> int:
+        """How many processes have got their names."""
+        return self._count
+
     def process_name(self, program: str) -> str:
         """
         Return what ROS 2 calls the next process.

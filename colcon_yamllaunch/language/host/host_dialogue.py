@@ -80,6 +80,10 @@ class HostDialogue:
             {
                 'do': 'start',
                 'log_folder': walk.log_folder or '',
+                'arguments': [
+                    f'{name}:={value.text}'
+                    for name, value in walk.given.items()
+                ],
                 'packages': {
                     name: {
                         'prefix': prefix,

@@ -44,6 +44,7 @@ def scope_as_json(walk: Walk) -> dict[str, Any]:
         ],
         'remaps': [list(pair) for pair in scope.remaps],
         'uses_sim_time': scope.uses_sim_time,
+        'processes': walk.draft.process_count,
     }
 
 

@@ -88,12 +88,12 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
         plan, growing = growing_launch.growing_launch(walk, plan)
     return Evaluation(
         tuple(walk.diagnostics),
-        tuple(f.source for f in walk.files.values() if f is not None),
+        tuple(walk.sources),
         walk.packages_used,
         tuple(walk.executables),
         tuple(walk.plugins),
         plan,
-        growing,
+        growing=growing,
     )
 
 
@@ -101,7 +101,9 @@ class _Launch(Walk):
     """Goes through what a launch does."""
 
     is_launch = True
-    #: Whether there are launch files of which nothing is known.
+    #: Whether there are launch files in Python.
+    has_python = False
+    #: Whether there are some of which nothing is known.
     has_opaque = False
 
     def __init__(self, request: Request) -> None:
@@ -161,6 +163,7 @@ class _Launch(Walk):
     def launch_python(self, name: str, path: str, origin: Span) -> None:
         # before the package is built, only the file in its source is there
         file = name if os.path.isfile(name) else path
+        self.has_python = True
         # most launch files are not in Python
         from colcon_yamllaunch.language.actions import python_launch
 
@@ -272,7 +275,10 @@ class _Launch(Walk):
         if self.dialogue is not None:
             declared |= self.dialogue.declared.keys()
             declared |= launch_arguments.written_in_python(self.python_files)
-            known |= launch_arguments.in_python(self.python_files, given)
+            in_python = launch_arguments.in_python(self.python_files, given)
+            known |= in_python
+            # they may have been read before they were set
+            self.given_read |= in_python
         for name in given:
             if name not in declared | known:
                 hint = launch_arguments.undeclared_hint(name, declared)

@@ -34,9 +34,7 @@ Requests, each answered in order, by any number of messages and then `done`:
 
     {"do": "start", "id": 1, "log_folder": "/…",
      "packages": {"name": {"prefix": "/ws/install/name", "built": true}}}
-        the first one; the packages of the workspace. It may come again, and
-        begins anew: what was visited before, with its event handlers and
-        calls, is forgotten
+        the first one; the packages of the workspace
     {"do": "visit", "id": 2, "path": "/…/a.launch.py", "scope": SCOPE}
     {"do": "arguments", "id": 3, "path": "/…"}
         answered with {"say": "argument", "name", "default" (text or null),

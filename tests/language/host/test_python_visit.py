@@ -182,6 +182,7 @@ def test_the_scope_goes_in_and_comes_back(played: Played) -> None:
             'parameters': [{'name': 'p', 'value': 1.0}, {'file': file}],
             'remaps': [['x', 'y']],
             'uses_sim_time': False,
+            'processes': 0,
         }
         yield from ()
         return {
