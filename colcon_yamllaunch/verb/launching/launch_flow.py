@@ -25,7 +25,8 @@ from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.language.syntax.diagnostics import shown_position
+from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
+from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.socket_folder import has_sockets
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
@@ -93,6 +94,11 @@ class LaunchFlow:
         self._log_folder = log_folder
         # the launches that were told to run the same nodes
         self._told: set[int] = set()
+        # for which packages it was, and what gives what they bring
+        self._exposed: tuple[PackageLocator | None, FindExposed] = (
+            None,
+            NothingExposed,
+        )
         self._log_dir = str(log_folder or ros_log_folder(environment))
         self._workspace = WorkspaceSession(
             workspace_root(options.workspace, options.positionals),
@@ -302,38 +308,17 @@ class LaunchFlow:
             arguments=self._options.arguments,
             cwd=str(self.cwd),
             log_folder=self._log_dir,
-            exposed=exposed_by_packages(
-                self.locator, self._workspace.environment
-            ),
+            exposed=self._find_exposed(),
         )
 
-    def _open_host(self, environment: Mapping[str, str]) -> 'HostLink':
-        """
-        Return the process that reads launch files in Python.
-
-        It is the one that there is, unless it is in another environment.
-
-        :raises UserError: when the user's time limit is no number
-        """
-        # most launch files are not in Python
-        from colcon_yamllaunch.ros import host_link
-        from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
-
-        if self._host is not None and self._host_environment != environment:
-            self.close()
-        if self._host is None:
-            log = None
-            if self._log_folder is not None and not self._options.inspects:
-                log = self._log_folder / host_link.LOG_NAME
-            self._host = host_link.HostLink(
-                environment,
-                str(self.cwd),
-                log,
-                new_identity(),
-                host_link.timeout_of(self._environment),
-            )
-            self._host_environment = environment
-        return self._host
+    def _find_exposed(self) -> FindExposed:
+        """Return what gives what packages bring, as long as they are so."""
+        known, find = self._exposed
+        if known is not self.locator:
+            environment = self._workspace.environment
+            find = exposed_by_packages(self.locator, environment)
+            self._exposed = self.locator, find
+        return find
 
     def _stop_at_errors(self, target: Target, evaluation: Evaluation) -> None:
         errors = evaluation.errors
