@@ -112,9 +112,15 @@ class HostLink:
         self._first: list[bytes] | None = []
         # what the first Python lacks
         self._missing: list[str] | None = None
-        self._begun = self._is_over = self._is_entrusted = False
+        self._begun = self._is_entrusted = False
+        self._is_over = False
         # why, if there never was one
         self._reason: HostError | None = None
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether it ended, and another one could do what it did."""
+        return self._is_over and self._reason is None
 
     def send(self, message: HostMessage) -> None:
         """

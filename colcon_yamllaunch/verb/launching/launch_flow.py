@@ -311,14 +311,35 @@ class LaunchFlow:
             exposed=self._find_exposed(),
         )
 
-    def _find_exposed(self) -> FindExposed:
-        """Return what gives what packages bring, as long as they are so."""
-        known, find = self._exposed
-        if known is not self.locator:
-            environment = self._workspace.environment
-            find = exposed_by_packages(self.locator, environment)
-            self._exposed = self.locator, find
-        return find
+    def _open_host(self, environment: Mapping[str, str]) -> 'HostLink':
+        """
+        Return the process that reads launch files in Python.
+
+        It is the one that there is, unless it is in another environment.
+
+        :raises UserError: when the user's time limit is no number
+        """
+        # most launch files are not in Python
+        from colcon_yamllaunch.ros import host_link
+        from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
+
+        if self._host is not None and (
+            self._host.is_spent or self._host_environment != environment
+        ):
+            self.close()
+        if self._host is None:
+            log = None
+            if self._log_folder is not None and not self._options.inspects:
+                log = self._log_folder / host_link.LOG_NAME
+            self._host = host_link.HostLink(
+                environment,
+                str(self.cwd),
+                log,
+                new_identity(),
+                host_link.timeout_of(self._environment),
+            )
+            self._host_environment = environment
+        return self._host
 
     def _stop_at_errors(self, target: Target, evaluation: Evaluation) -> None:
         errors = evaluation.errors
@@ -358,6 +379,9 @@ class LaunchFlow:
             if found:
                 self._fail(found)
 
+        if self._host is not None and evaluation.growing is None:
+            # what builds leave running is told apart by what was there before
+            self._host.release()
         output = io.StringIO()
         with redirect_stdout(output) if self._options.quiet else nullcontext():
             update = self._builds.update(
