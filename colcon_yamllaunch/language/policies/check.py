@@ -258,7 +258,7 @@ class _Check(Walk):
         try:
             exposed_actions.do(self, attributes)
         except exposed_actions.NotAskedError as e:
-            self.report(e.as_warning().of('this cannot be checked: '))
+            self._pass_over(e)
         except LaunchError as e:
             self.fail(e, is_certain=is_certain)
         except AlreadyReportedError:
@@ -278,12 +278,15 @@ class _Check(Walk):
         try:
             return exposed_actions.make(self, name, texts, at)
         except exposed_actions.NotAskedError as e:
-            self.report(e.as_warning().of('this cannot be checked: '))
+            self._pass_over(e)
         except LaunchError as e:
             self.fail(e, is_certain=self.is_on_by_default)
         except AlreadyReportedError:
             pass
         return None
+
+    def _pass_over(self, problem: LaunchError) -> None:
+        self.report(problem.as_warning().of('this cannot be checked: '))
 
     def follow(
         self, attributes: Attributes, located: tuple[str, str] | None

@@ -113,9 +113,9 @@ class RawReader:
             children = value
         elif not isinstance(value, Scalar) or value.kind != 'null':
             raise error(
-                f"'{name}' wants its attributes",
+                f"'{name}' has attributes or a list of actions, and no text",
                 value.position,
-                hint='indent them deeper than the action',
+                hint='write its attributes below it, indented deeper',
             )
         inside = None
         if children is not None:

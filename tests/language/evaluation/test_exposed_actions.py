@@ -237,7 +237,10 @@ def test_condition_decides_before_the_host_is_asked(
 @pytest.mark.parametrize(
     ('marked', 'message'),
     [
-        ('- gz_server: «x»', "'gz_server' wants its attributes"),
+        (
+            '- gz_server: «x»',
+            "'gz_server' has attributes or a list of actions, and no text",
+        ),
         ('- gz_server: {a: «{b: c}»}', "'a' cannot be a mapping"),
         (
             '- gz_server: {children: [«node»]}',
