@@ -28,7 +28,10 @@ SCOPE is what actions leave to those behind them:
      "parameters": [{"name": "x.y", "value": 1.5}, {"file": "/p.yaml"}],
         values as `Parameter.as_json` has them (text, .inf and .nan as there)
      "remaps": [["from", "to"]],
-     "uses_sim_time": false}
+     "uses_sim_time": false,
+     "processes": 3}
+        how many processes there are so far, which ROS 2 counts in their
+        names; only the launcher says so
 
 Requests, each answered in order, by any number of messages and then `done`:
 

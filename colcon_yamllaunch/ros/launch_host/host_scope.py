@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 from typing import Any
 from typing import TYPE_CHECKING
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 NAMESPACE = 'ros_namespace'
 PARAMETERS = 'global_params'
 REMAPS = 'ros_remaps'
+#: The variable with which `launch` counts processes.
+_COUNTER = '_executable_process_counter'
 
 
 class Scopes:
@@ -56,6 +59,9 @@ class Scopes:
         if scope.get('remaps'):
             configurations[REMAPS] = [(a, b) for a, b in scope['remaps']]
         self.uses_sim_time = bool(scope.get('uses_sim_time'))
+        if 'processes' in scope:
+            # ROS 2 counts all processes of a launch
+            _counter().__dict__[_COUNTER] = scope['processes']
         wanted = dict(self._environment)
         for name, value in (scope.get('environment') or {}).items():
             if value is None:
@@ -105,6 +111,10 @@ class Scopes:
             if name not in variables:
                 changed[name] = None
         return changed
+
+
+def _counter() -> Any:
+    return importlib.import_module('launch.descriptions.executable')
 
 
 def set_environment(wanted: dict[str, str]) -> None:

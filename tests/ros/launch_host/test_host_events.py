@@ -545,6 +545,26 @@ def test_handlers_run_in_the_scope_at_the_end(
     assert in_short(talking_host.event('exit', **ended)) == ['x is later']
 
 
+def test_processes_are_counted_with_those_of_others(
+    talking_host: TalkingHost, tmp_path: Path
+) -> None:
+    path = tmp_path / 'demo.launch.py'
+    path.write_text(
+        HEAD
+        + textwrap.dedent(
+            """\
+            def generate_launch_description():
+                return LaunchDescription([
+                    run('a'), when(OnProcessExit(
+                        on_exit=lambda e, c: say(e.process_name)))])
+            """
+        )
+    )
+    scope = {'configurations': {}, 'processes': 4}
+    talking_host.ask('visit', path=str(path), scope=scope)
+    assert talking_host.ended('a') == ['a-5']
+
+
 def test_a_file_that_fails_leaves_no_handlers(
     launch: Launch, talking_host: TalkingHost
 ) -> None:
