@@ -54,14 +54,18 @@ Requests, each answered in order, by any number of messages and then `done`:
     {"do": "substitute", "id": 5, "name": "subs-file", "arguments": ["text"],
      "position": […], "file": "/…", "scope": SCOPE}
         answered with {"say": "value", "text": "…"}
+    {"do": "finish", "id": 5, "scope": SCOPE}
+        once, when all launch files are read; what was emitted meanwhile is
+        handled, and SCOPE is the one that event handlers run in
     {"do": "event", "id": 6, "event": EVENT}
         only where there are event handlers; EVENT is one of
         {"type": "start", "process": ID, "pid": 12}
-        {"type": "exit", "process": ID, "returncode": -2}
+        {"type": "exit", "process": ID, "returncode": -2, "respawns": false}
         {"type": "output", "process": ID, "stream": "stdout", "text": "…"}
         {"type": "state", "process": ID or null, "node": "/n",
-         "from": "configuring", "to": "inactive", "transition": "configure"}
+         "from": "configuring" or null, "to": "inactive"}
         {"type": "shutdown", "reason": "…", "by_sigint": true}
+            once, also when nothing runs any more (the reason "idle")
     {"do": "call", "id": 7, "number": 3}
         goes on with what was told as `call`
 
@@ -121,7 +125,9 @@ What is told, in the order in which a launch is to do it:
      "condition": "", "actions": ["start rviz2"], "position": […]}],
      "output": [ID]}
         before `done`, when they are others than before: all event handlers
-        that there are, and whose output is to be told
+        that there are, and whose output is to be told. `processes` is null for
+        all of them and for what is not about processes; a text stands for one
+        that has not been started
     {"say": "done", "id": 2, "scope": SCOPE}
         or with, instead of the scope,
         "error": {"text": "ValueError: …", "hint": … or null, "frames":
@@ -133,6 +139,8 @@ What is told, in the order in which a launch is to do it:
           only `ros2 launch` itself can run it, and why
         "failed": true
           the launcher told the user of errors itself, in an `include`
+        What was told before an error at an `event` or `call` holds, and a
+        `shutdown` is among it, as ROS 2 ends the launch then.
 """
 
 from __future__ import annotations
