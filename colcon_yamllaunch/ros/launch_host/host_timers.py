@@ -175,7 +175,7 @@ class Timers:
         """
         if not self._is_ahead or not self._needs_its_time(siblings[0]):
             return False
-        later, now = _split(siblings)
+        later, now = split(siblings)
         self._leave(siblings[0], lambda: self._visit(later), later)
         for one in now:
             self._visitor.visit(one)
@@ -288,8 +288,12 @@ def _is_cancelled(timer: Any) -> bool:
     return bool(getattr(timer, '_TimerAction__canceled', False))
 
 
-def _split(siblings: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-    """Return which siblings are left to their time, and which end a scope."""
+def split(siblings: Sequence[Any]) -> tuple[list[Any], list[Any]]:
+    """
+    Return which actions of a list wait for their time, and which do not.
+
+    The latter end what was begun before: the scope of a group, its block.
+    """
     later: list[Any] = []
     now: list[Any] = []
     depths = [0, 0]

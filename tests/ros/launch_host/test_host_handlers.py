@@ -1,0 +1,201 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What is told of event handlers, and of what they do, before it happens."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from host_events import Future
+from host_events import Queue
+from host_handlers import Describer
+from host_handlers import OF_HOST
+from host_timers import split
+from host_visit import Marker
+import pytest
+
+
+def made(kind: str, **fields: Any) -> Any:
+    """Return an object of a class of that name, in a module of `launch`."""
+    one = type(kind, (), {'__module__': 'launch.actions'})()
+    for name, value in fields.items():
+        private = name.startswith('_')
+        setattr(one, f'_{kind}{name}' if private else name, value)
+    return one
+
+
+def process(name: str) -> Any:
+    description = made('Executable', name=None, cmd=[f'/bin/{name} -v'])
+    return made('ExecuteLocal', process_description=description)
+
+
+def described(entity: Any, processes: Any = None) -> list[str]:
+    known = {'rate': '5'}
+    return Describer(lambda _: None, known, processes or {}).actions(entity)
+
+
+def spawn_more(context: Any) -> None:
+    raise NotImplementedError
+
+
+RATE = made('LaunchConfiguration', variable_name='rate')
+UNKNOWN = made('LaunchConfiguration', variable_name='speed')
+SHUTDOWN = made('Shutdown', reason='reason not given')
+TALKER = process('talker')
+LINE = spawn_more.__code__.co_firstlineno
+CALL = f'call spawn_more (test_host_handlers.py:{LINE})'
+
+
+def emitted(event: Any) -> Any:
+    return made('EmitEvent', event=event)
+
+
+def only(action: Any) -> Callable[[Any], bool]:
+    return lambda one: one is action
+
+
+@pytest.mark.parametrize(
+    ('entity', 'lines'),
+    [
+        (None, []),
+        ([TALKER, process('b')], ['start talker', 'start b']),
+        (
+            made('LogInfo', msg=['at ', RATE, ' and ', UNKNOWN]),
+            ['say "at 5 and $(var speed)"'],
+        ),
+        (
+            made('TimerAction', period=RATE, actions=[TALKER, TALKER]),
+            ['after 5 s: start talker, start talker'],
+        ),
+        (made('GroupAction', __actions=[TALKER]), ['start talker']),
+        (made('LaunchDescription', entities=[TALKER]), ['start talker']),
+        (
+            made(
+                'LoadComposableNodes',
+                __composable_node_descriptions=[1, 2],
+                __target_container='/box',
+            ),
+            ['load 2 components into /box'],
+        ),
+        (
+            made(
+                'IncludeLaunchDescription',
+                launch_description_source=made(
+                    'LaunchDescriptionSource', __location='/a/b.launch.py'
+                ),
+            ),
+            ['include b.launch.py'],
+        ),
+        (made('OpaqueFunction', __function=spawn_more), [CALL]),
+        (made('OpaqueFunction', __function=partial(spawn_more, 1)), [CALL]),
+        (
+            made(
+                'LifecycleTransition',
+                __transition_ids=['1', '3'],
+                __lifecycle_node_names=['/a', '/b'],
+            ),
+            ['configure, activate /a, /b'],
+        ),
+        (
+            made('SetLaunchConfiguration', name='a', value=RATE),
+            ["set 'a' to '5'"],
+        ),
+        (made('SomethingElse'), ['SomethingElse']),
+        (emitted(SHUTDOWN), ['shut down']),
+        (emitted(made('Shutdown', reason='done')), ['shut down: done']),
+        (
+            emitted(made('ShutdownProcess', process_matcher=only(TALKER))),
+            ['stop talker'],
+        ),
+        (
+            emitted(
+                made(
+                    'SignalProcess',
+                    process_matcher=lambda one: one is not None,
+                    signal_name='SIGUSR1',
+                )
+            ),
+            ['send SIGUSR1 to talker'],
+        ),
+        (
+            emitted(
+                made(
+                    'ChangeState',
+                    lifecycle_node_matcher=only(TALKER),
+                    transition_id=3,
+                )
+            ),
+            ['activate talker'],
+        ),
+        (emitted(made('Ping')), ['emit Ping']),
+    ],
+)
+def test_actions_are_described(entity: Any, lines: list[str]) -> None:
+    assert described(entity, {1: TALKER}) == lines
+
+
+def test_a_condition_is_told() -> None:
+    log = made('LogInfo', msg='x', condition=made('IfCondition'))
+    assert described(log) == ['say "x" (if: IfCondition)']
+
+
+def test_functions_of_launch_are_not_told() -> None:
+    own = made('OpaqueFunction', __function=Marker.visit)
+    assert described(own) == [
+        'call visit (host_visit.py:LINE)'.replace(
+            'LINE', str(Marker.visit.__code__.co_firstlineno)
+        )
+    ]
+    inner = type('f', (), {'__module__': 'launch_ros.actions'})()
+    assert described(made('OpaqueFunction', __function=inner)) == []
+
+
+def test_handlers_of_the_host_are_not_told() -> None:
+    handler = made('EventHandler', entities=[TALKER])
+    describer = Describer(lambda _: None, {}, {})
+    told = describer.handler(handler)
+    assert told is not None
+    assert told['actions'] == ['start talker']
+    assert told['event'] == 'other'
+    setattr(handler, OF_HOST, True)
+    assert describer.handler(handler) is None
+
+
+def test_a_future_calls_back_once() -> None:
+    future, calls = Future(), []
+    future.add_done_callback(calls.append)
+    assert not future.done()
+    future.set_result()
+    future.set_result()
+    assert future.done()
+    future.add_done_callback(calls.append)
+    assert calls == [future, future]
+
+
+def test_a_queue_knows_where_events_were_emitted() -> None:
+    places = iter('abc')
+    queue = Queue(lambda: next(places))
+    queue.take_at_once = lambda event: bool(event == 2)
+    for event in (1, 2, 3):
+        queue.put_nowait(event)
+    kept = queue.copy()
+    assert [queue.take(), queue.take()] == [(1, 'a'), (3, 'b')]
+    assert queue.empty()
+    queue.restore(kept)
+    assert queue.take() == (1, 'a')
+
+
+def test_what_ends_a_scope_is_done_at_once() -> None:
+    push, pop = (
+        made(f'{word}LaunchConfigurations') for word in ('Push', 'Pop')
+    )
+    outer_pop, environment = (
+        made('PopLaunchConfigurations'),
+        made('PopEnvironment'),
+    )
+    end = Marker(list)
+    siblings = [TALKER, push, TALKER, pop, end, outer_pop, environment, TALKER]
+    later, now = split(siblings)
+    assert later == [TALKER, push, TALKER, pop, TALKER]
+    assert now == [end, outer_pop, environment]
