@@ -60,7 +60,9 @@ Requests, each answered in order, by any number of messages and then `done`:
     {"do": "event", "id": 6, "event": EVENT}
         only where there are event handlers; EVENT is one of
         {"type": "start", "process": ID, "pid": 12}
-        {"type": "exit", "process": ID, "returncode": -2, "respawns": false}
+        {"type": "exit", "process": ID, "returncode": -2, "respawns": false,
+         "asked": false}
+            `asked`: whether it was stopped, as by `--stop` or `--restart`
         {"type": "output", "process": ID, "stream": "stdout", "text": "…"}
         {"type": "state", "process": ID or null, "node": "/n",
          "from": "configuring" or null, "to": "inactive"}

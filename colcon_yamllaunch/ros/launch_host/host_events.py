@@ -149,6 +149,8 @@ class Events:
         self._context._event_queue = self.queue
         #: The processes that have ended for good.
         self._over: set[int] = set()
+        #: The processes that a launch file has had stopped.
+        self._stopped: set[int] = set()
         #: The ends of the launch that the launcher was told to begin.
         self._shutdowns: list[Any] = []
         #: Whether the launcher has told that the launch ends.
@@ -157,6 +159,8 @@ class Events:
         #: Where the event that is handled was emitted.
         self._origin: Any = None
         self._told: Json | None = None
+        #: The handlers and processes when they were told.
+        self._seen: Any = None
         self._kinds = importlib.import_module('launch.events')
         self._processes = importlib.import_module('launch.events.process')
         self._handlers = importlib.import_module('launch.event_handlers')
@@ -168,9 +172,10 @@ class Events:
         self._context._event_handlers.clear()
         self.queue.restore(())
         self._over.clear()
+        self._stopped.clear()
         self._shutdowns.clear()
         self._follows_lifecycles = False
-        self._told = None
+        self._told = self._seen = None
         register = self._context.register_event_handler
         # as LaunchService does, so these two come last
         included = self._handlers.OnIncludeLaunchDescription()
@@ -232,13 +237,18 @@ class Events:
 
     def tell_handlers(self) -> None:
         """Tell which event handlers there are, if they are others."""
-        position_of = self._visitor.positions.of
         started = self._started_processes()
-        describer = Describer(
-            position_of, self._context.launch_configurations, started
-        )
         # the last one registered comes first
         handlers = list(reversed(self._context._event_handlers))
+        seen = (handlers, list(started), set(self._over))
+        if seen == self._seen:
+            return
+        self._seen = seen
+        describer = Describer(
+            self._visitor.positions.of,
+            self._context.launch_configurations,
+            started,
+        )
         if not self._has_begun:
             # what handlers start is to be there when its time comes
             for handler in handlers:
@@ -274,6 +284,7 @@ class Events:
         action = self._visitor.started.get(event['process'])
         if action is None:
             return
+        self._over.discard(event['process'])
         details = action.process_details
         details['pid'] = event['pid']
         action._subprocess_transport = _Transport(event['pid'])
@@ -292,6 +303,12 @@ class Events:
         transport = getattr(action, '_subprocess_transport', None)
         if transport is not None:
             transport.returncode = returncode
+        if event.get('asked') and not self._is_ending:
+            # what a launch file says of an end does not hold for one that
+            # somebody has asked for, who may start the process again
+            if number not in self._stopped:
+                return
+            self._stopped.discard(number)
         exited = self._processes.ProcessExited(
             returncode=returncode, **action.process_details
         )
@@ -476,6 +493,8 @@ class Events:
     def _tell_signal(self, event: Any, number: int) -> None:
         for process, action in self._running().items():
             if event.process_matcher(action):
+                if number == 0:
+                    self._stopped.add(process)
                 self._visitor.say(
                     'signal',
                     process=process,

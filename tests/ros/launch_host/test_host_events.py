@@ -347,6 +347,42 @@ def test_processes_are_signalled(
     ]
 
 
+def test_an_end_that_was_asked_for_is_none(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    launch(
+        """\
+        def generate_launch_description():
+            a, b = run('a'), run('b')
+            return LaunchDescription([
+                a, b,
+                when(OnProcessStart(on_start=[say('started')])),
+                when(OnProcessExit(on_exit=[say('ended')])),
+                when(OnProcessExit(target_action=b, on_exit=[
+                    emit(ShutdownProcess(process_matcher=matches_action(a)))
+                ])),
+            ])
+        """
+    )
+
+    def ended(process: str, *, asked: bool) -> list[str]:
+        told = talking_host.event(
+            'exit', process=process, returncode=0, asked=asked
+        )
+        return in_short(told)
+
+    assert ended('a', asked=True) == []
+    # by --restart
+    told = talking_host.event('start', process='a', pid=5)
+    assert in_short(told) == ['started']
+    assert ended('b', asked=False) == ['ended', 'signal 0 to a']
+    # but a launch file may ask for it
+    assert ended('a', asked=True) == ['ended']
+    told = talking_host.event('start', process='a', pid=6)
+    talking_host.event('shutdown', reason='x', by_sigint=False)
+    assert ended('a', asked=True) == ['ended']
+
+
 def test_events_of_ones_own(launch: Launch, talking_host: TalkingHost) -> None:
     told = launch(
         """\
