@@ -23,8 +23,10 @@ from host_entries import is_shutdown
 from host_errors import Refused
 from host_handlers import Describer
 from host_handlers import entities_of
+from host_handlers import hears
 from host_handlers import is_a
-from host_handlers import is_about_output
+from host_handlers import is_settled
+from host_handlers import may_hear
 from host_handlers import OF_HOST
 from host_handlers import TRANSITIONS
 
@@ -48,6 +50,8 @@ STATES = {
     'deactivating': 14,
     'errorprocessing': 15,
 }
+#: The attribute that keeps what the protocol says of a handler.
+_DESCRIBED = '_launch_host_described'
 #: The reason that `launch` has for Ctrl-C.
 _SIGINT = 'ctrl-c (SIGINT)'
 #: How `launch` keeps what is to be done when an action is done.
@@ -159,8 +163,10 @@ class Events:
         #: Where the event that is handled was emitted.
         self._origin: Any = None
         self._told: Json | None = None
-        #: The handlers and processes when they were told.
+        #: The handlers and processes that were told, and what was said of
+        #: the handlers.
         self._seen: Any = None
+        self._described: list[Json] = []
         self._kinds = importlib.import_module('launch.events')
         self._processes = importlib.import_module('launch.events.process')
         self._handlers = importlib.import_module('launch.event_handlers')
@@ -240,35 +246,56 @@ class Events:
         started = self._started_processes()
         # the last one registered comes first
         handlers = list(reversed(self._context._event_handlers))
-        seen = (handlers, list(started), set(self._over))
-        if seen == self._seen:
+        known, self._seen = (
+            self._seen,
+            (handlers, list(started), len(self._over)),
+        )
+        if known == self._seen:
             return
-        self._seen = seen
+        if known is None or known[:2] != self._seen[:2]:
+            self._described = self._describe(handlers, started)
+        output: list[int] = []
+        if self._described:
+            listeners = [one for one in handlers if may_hear(one)]
+            output = [
+                number
+                for number, action in started.items()
+                if number not in self._over
+                and self._is_heard(action, listeners)
+            ]
+        told = {'handlers': self._described, 'output': output}
+        if told != (self._told or {'handlers': [], 'output': []}):
+            self._visitor.say('handlers', **told)
+        self._told = told
+
+    def _describe(
+        self, handlers: list[Any], started: dict[int, Any]
+    ) -> list[Json]:
         describer = Describer(
             self._visitor.positions.of,
             self._context.launch_configurations,
             started,
         )
-        if not self._has_begun:
-            # what handlers start is to be there when its time comes
-            for handler in handlers:
+        found = []
+        for handler in handlers:
+            if not self._has_begun:
+                # what it starts is to be there when its time comes
                 self.name_packages(describer, entities_of(handler), handler)
-        described = [
-            one for one in map(describer.handler, handlers) if one is not None
-        ]
-        output = [
-            number
-            for number, action in started.items()
-            if number not in self._over
-            and any(
-                is_about_output(handler, self._output, action)
-                for handler in handlers
-            )
-        ]
-        told = {'handlers': described, 'output': output if described else []}
-        if told != (self._told or {'handlers': [], 'output': []}):
-            self._visitor.say('handlers', **told)
-        self._told = told
+            described = getattr(handler, _DESCRIBED, None)
+            if described is None:
+                described = describer.handler(handler)
+                if is_settled(handler, described):
+                    setattr(handler, _DESCRIBED, described)
+            if described is not None:
+                found.append(described)
+        return found
+
+    def _is_heard(self, action: Any, listeners: list[Any]) -> bool:
+        """Say whether a handler is to be told what a process writes."""
+        events = [self._output(action, 1), self._output(action, 2)]
+        return any(
+            hears(handler, event) for handler in listeners for event in events
+        )
 
     def name_packages(
         self, describer: Describer, entities: Any, of: Any

@@ -299,24 +299,25 @@ def entities_of(handler: Any) -> Any:
     return _done_by(handler)[1]
 
 
-def is_about_output(
-    handler: Any, make_event: Callable[[Any, int], Any], action: Any
-) -> bool:
-    """
-    Say whether a handler is to be told what a process writes.
-
-    :param make_event: Makes an event of output of an action to stdout (1) or
-      stderr (2)
-    """
-    if _kind(handler) not in ('output', 'other'):
+def is_settled(handler: Any, described: Json | None) -> bool:
+    """Say whether the same will be told of a handler later."""
+    if described is None or callable(_Private(handler).action_matcher):
         return False
-    for stream in (1, 2):
-        try:
-            if handler.matches(make_event(action, stream)):
-                return True
-        except Exception:  # noqa: BLE001 - it may be anyone's
-            pass
-    return False
+    processes = described['processes'] or ()
+    return all(isinstance(one, int) for one in processes)
+
+
+def may_hear(handler: Any) -> bool:
+    """Say whether a handler may be about the output of processes."""
+    return _kind(handler) in ('output', 'other')
+
+
+def hears(handler: Any, event: Any) -> bool:
+    """Say whether a handler takes an event."""
+    try:
+        return bool(handler.matches(event))
+    except Exception:  # noqa: BLE001 - it may be anyone's
+        return False
 
 
 def _kind(handler: Any) -> str:
