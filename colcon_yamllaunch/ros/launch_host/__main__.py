@@ -75,6 +75,9 @@ A `start` may have `arguments`, such as ["name:=value"]: those of the command
 line, which some launch files look for in `sys.argv`. Without them, they find
 the launch configurations of the scope there.
 
+{"do": "where"} is answered at once, whatever is being done, with {"say":
+"where", "frames": [as in an error]}: the user's own lines that are run.
+
 What is told, in the order in which a launch is to do it:
 
     {"say": "found", "missing": ["launch_ros"]}

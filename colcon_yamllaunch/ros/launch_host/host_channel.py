@@ -35,6 +35,8 @@ class Channel:
     def __init__(self) -> None:
         #: Does a request that comes while an answer is waited for.
         self.serve: Callable[[Json], object] = bool
+        #: Returns what the main thread is doing, as frames.
+        self.where: Callable[[], object] = list
         #: Is called before this program ends.
         self.at_end: Callable[[], object] = bool
         self._input = os.dup(0)
@@ -44,6 +46,7 @@ class Channel:
         os.close(nothing)
         os.dup2(2, 1)
         self._asks = count(1)
+        self._writing = threading.Lock()
         self._lines: queue.SimpleQueue[Json] = queue.SimpleQueue()
         threading.Thread(target=self._read, daemon=True).start()
 
@@ -51,8 +54,9 @@ class Channel:
         """Write a line; end where nobody reads."""
         data = (json.dumps({'say': what, **fields}) + '\n').encode()
         try:
-            while data:
-                data = data[os.write(self._output, data) :]
+            with self._writing:
+                while data:
+                    data = data[os.write(self._output, data) :]
         except OSError:
             self._end()
 
@@ -81,7 +85,12 @@ class Channel:
                 self._end()
             *lines, rest = (rest + data).split(b'\n')
             for line in lines:
-                self._lines.put(json.loads(line))
+                request = json.loads(line)
+                if request.get('do') == 'where':
+                    # now, whatever else is being done
+                    self.say('where', frames=self.where())
+                else:
+                    self._lines.put(request)
 
     def _end(self) -> None:
         try:

@@ -9,11 +9,13 @@ from collections.abc import Iterator
 import contextlib
 import linecache
 import re
+import sys
 import traceback
 from typing import Any
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from types import CodeType
     from types import TracebackType
 
     from host_positions import Positions
@@ -88,7 +90,7 @@ def described(
     frames = list(_frames(error, positions))[-MAXIMUM_FRAMES:]
     if not frames:
         noted = entity or getattr(error, _ENTITY, None)
-        frames = [_frame_of(positions.of(noted), positions.end_column(noted))]
+        frames = [frame_of(noted, positions)]
     frames = [frame for frame in frames if frame['position'] is not None]
     argument = _argument(error)
     package = None
@@ -149,19 +151,24 @@ def _argument(error: BaseException) -> str | None:
     return match[1] or match[2]
 
 
+def frames_of_thread(thread: int, positions: Positions) -> list[Json]:
+    """Return the user's frames of what a thread is doing, innermost last."""
+    found: list[Json] = []
+    frame = sys._current_frames().get(thread)
+    while frame is not None and len(found) < MAXIMUM_FRAMES:
+        code, line = frame.f_code, frame.f_lineno
+        if positions.is_users(code.co_filename):
+            found.append(_frame_at(code, frame.f_lasti, line, positions))
+        frame = frame.f_back
+    return found[::-1]
+
+
 def _frames(error: BaseException, positions: Positions) -> Iterator[Json]:
     current: TracebackType | None = error.__traceback__
     while current is not None:
-        code = current.tb_frame.f_code
+        code, line = current.tb_frame.f_code, current.tb_lineno
         if positions.is_users(code.co_filename):
-            found = positions.in_code(code, current.tb_lasti)
-            path = positions.shown(code.co_filename)
-            line = current.tb_lineno
-            if found is None or found.line != line:
-                yield _frame(path, line, 0, None, code.co_name)
-            else:
-                end = found.end_column if found.end_line == line else None
-                yield _frame(path, line, found.column, end, code.co_name)
+            yield _frame_at(code, current.tb_lasti, line, positions)
         current = current.tb_next
     # not that of an expression, which has no file
     if isinstance(error, SyntaxError) and positions.is_users(
@@ -171,6 +178,17 @@ def _frames(error: BaseException, positions: Positions) -> Iterator[Json]:
         yield _frame(
             error.filename, error.lineno or 1, error.offset or 0, None, ''
         )
+
+
+def _frame_at(
+    code: CodeType, lasti: int, line: int, positions: Positions
+) -> Json:
+    path = positions.shown(code.co_filename)
+    found = positions.in_code(code, lasti)
+    if found is None or found.line != line:
+        return _frame(path, line, 0, None, code.co_name)
+    end = found.end_column if found.end_line == line else None
+    return _frame(path, line, found.column, end, code.co_name)
 
 
 def _frame(
@@ -186,6 +204,12 @@ def _frame(
         'function': '' if function == '<module>' else function,
         'line': source,
     }
+
+
+def frame_of(made: object, positions: Positions) -> Json:
+    """Return a frame for where an object was made; `position` may be None."""
+    position = positions.of(made)
+    return _frame_of(position, positions.end_column(made))
 
 
 def _frame_of(position: list[object] | None, end: int | None) -> Json:

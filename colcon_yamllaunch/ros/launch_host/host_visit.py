@@ -11,12 +11,15 @@ import contextlib
 import importlib
 import os
 import sys
+import threading
 from typing import Any
 from typing import TYPE_CHECKING
 
 from host_errors import ArgumentError
 from host_errors import described
 from host_errors import Failed
+from host_errors import frame_of
+from host_errors import frames_of_thread
 from host_errors import note_entity
 from host_errors import Refused
 from host_packages import Packages
@@ -97,6 +100,7 @@ class Visitor:
         #: Whether YAML and XML files are read here, to list their arguments.
         self.reads_frontends = False
         channel.serve = self.serve
+        channel.where = self._where
 
     def run(self) -> None:
         """Do requests, as long as this program lives."""
@@ -139,6 +143,15 @@ class Visitor:
         finally:
             self._depth -= 1
             self.entity, self.positions.otherwise = entity, otherwise
+
+    def _where(self) -> list[Json]:
+        """Return what is being done, from another thread."""
+        main = threading.main_thread().ident
+        assert main is not None
+        frames = frames_of_thread(main, self.positions)
+        if frames:
+            return frames
+        return [frame_of(self.entity, self.positions)] if self.entity else []
 
     def say(self, what: str, **fields: Any) -> None:
         """Tell something, after what was logged before it."""

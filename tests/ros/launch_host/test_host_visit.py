@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 import sys
 import textwrap
+import time
 from typing import Any
 
 import pytest
@@ -34,6 +35,8 @@ UNBUILT = {
     name: {'prefix': f'/nowhere/{name}', 'built': False}
     for name in ('demo', 'rclcpp_components')
 }
+#: Seconds; a loaded machine needs some.
+DEADLINE = 60.0
 HAS_COLUMNS = sys.version_info >= (3, 11)
 
 Launch = Callable[..., list[Message]]
@@ -498,3 +501,34 @@ def test_helpers_beside_a_file_begin_anew(
         # where the file calls, and not where others do it for it
         line = line_of(path, 'return made()')
         assert process['position'][:2] == [str(path), line]
+
+
+def test_it_tells_where_it_is_at_any_time(
+    talking_host: TalkingHost, path: Path, tmp_path: Path
+) -> None:
+    path.write_text(
+        'import os\nimport time\n\n'
+        f'folder = {str(tmp_path)!r}\n\n'
+        'def wait():\n'
+        "    open(folder + '/waits', 'w').close()\n"
+        "    while not os.path.exists(folder + '/done'):\n"
+        '        time.sleep(0.01)\n\n'
+        'def generate_launch_description():\n'
+        '    wait()\n'
+        "    raise ValueError('enough')\n"
+    )
+    talking_host._send(
+        {'do': 'visit', 'id': 0, 'path': str(path), 'scope': {}}
+    )
+    assert talking_host._take()['say'] == 'file'
+    deadline = time.monotonic() + DEADLINE
+    while not (tmp_path / 'waits').exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    talking_host._send({'do': 'where'})
+    told = talking_host._take()
+    (tmp_path / 'done').touch()
+    assert talking_host._take()['error']['text'] == 'ValueError: enough'
+    assert told['say'] == 'where'
+    functions = [frame['function'] for frame in told['frames']]
+    assert functions == ['generate_launch_description', 'wait']
