@@ -20,7 +20,6 @@ from typing import Any
 from typing import TYPE_CHECKING
 
 from host_entries import is_shutdown
-from host_errors import Refused
 from host_handlers import Describer
 from host_handlers import entities_of
 from host_handlers import hears
@@ -159,7 +158,6 @@ class Events:
         self._shutdowns: list[Any] = []
         #: Whether the launcher has told that the launch ends.
         self._is_ending = False
-        self._has_begun = False
         #: Where the event that is handled was emitted.
         self._origin: Any = None
         self._told: Json | None = None
@@ -177,6 +175,7 @@ class Events:
         """Begin anew."""
         self._context._event_handlers.clear()
         self.queue.restore(())
+        self._is_ending = self._visitor.is_running = False
         self._over.clear()
         self._stopped.clear()
         self._shutdowns.clear()
@@ -225,7 +224,7 @@ class Events:
 
     def handle(self, request: Json) -> None:
         """Handle what happened."""
-        self._has_begun = True
+        self._visitor.is_running = True
         event = request['event']
         do = {
             'start': self._started,
@@ -234,12 +233,8 @@ class Events:
             'state': self._changed,
             'shutdown': self._ended,
         }[event['type']]
-        try:
-            self.handle_all()
-            do(event)
-        except BaseException:
-            self.tell_handlers()
-            raise
+        self.handle_all()
+        do(event)
 
     def tell_handlers(self) -> None:
         """Tell which event handlers there are, if they are others."""
@@ -278,7 +273,7 @@ class Events:
         )
         found = []
         for handler in handlers:
-            if not self._has_begun:
+            if not self._visitor.is_running:
                 # what it starts is to be there when its time comes
                 self.name_packages(describer, entities_of(handler), handler)
             described = getattr(handler, _DESCRIBED, None)
@@ -419,20 +414,20 @@ class Events:
         :raises Exception: the first that a handler raises; the others are
           handled all the same, and the launch ends, as in ROS 2
         """
-        error: BaseException | None = None
+        error: Exception | None = None
         while not self.queue.empty():
             event, self._origin = self.queue.take()
             try:
                 self._handle(event)
-            except (Exception, Refused) as e:  # noqa: BLE001 - anyone's
+            except Exception as e:  # noqa: BLE001 - anything of the user's
                 error = error or e
             if after_first is not None:
                 after_first()
                 after_first = None
         self._origin = None
         if error is not None:
-            if self._has_begun and not self._is_ending:
-                self._end_for(error)
+            if self._visitor.is_running:
+                self.end_for(error)
             raise error
 
     def _handle(self, event: Any) -> None:
@@ -464,8 +459,11 @@ class Events:
             finally:
                 context._pop_locals()
 
-    def _end_for(self, error: BaseException) -> None:
-        # as LaunchService does
+    def end_for(self, error: Exception) -> None:
+        """End the launch for an exception, as LaunchService does."""
+        self.tell_handlers()
+        if self._is_ending:
+            return
         self._context._set_is_shutdown(True)
         shutdown = self._kinds.Shutdown(
             reason=f'Caught exception in launch (see debug for traceback): '

@@ -153,10 +153,15 @@ class Timers:
 
     def call(self, request: Json) -> None:
         """Go on with what was left to its time."""
+        self._visitor.is_running = True
         self._events.handle_all()
         scope, do = self._calls.pop(request['number'])
-        with scope.entered():
-            do()
+        try:
+            with scope.entered():
+                do()
+        except Exception as e:
+            self._events.end_for(e)
+            raise
         self._events.handle_all()
 
     def forget(self) -> None:

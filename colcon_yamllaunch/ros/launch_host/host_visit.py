@@ -88,6 +88,8 @@ class Visitor:
         self.started: dict[int, Any] = {}
         #: The working directory of the launch.
         self.folder = os.getcwd()
+        #: Whether the launch runs, and all files have been read.
+        self.is_running = False
         #: The entity that is being visited.
         self.entity: Any = None
         #: What `launch` logged as errors: it raises most of them as well.
@@ -219,9 +221,15 @@ class Visitor:
         Let the file be run by `ros2 launch`.
 
         :param why: What the entity that is visited does
-        :raises Refused: always
+        :raises Refused: always, before the launch runs
+        :raises RuntimeError: when it runs, so that it is too late
         """
         name = type(self.entity).__name__
+        if self.is_running:
+            raise RuntimeError(
+                f"{name} {why} of 'ros2 launch', which cannot take over a "
+                "launch that runs: run the launch file with 'ros2 launch'"
+            )
         place = ''
         position = self.position()
         if position is not None:

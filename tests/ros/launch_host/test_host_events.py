@@ -473,6 +473,31 @@ def test_an_exception_ends_the_launch(
     ]
 
 
+def test_what_needs_the_event_loop_comes_too_late(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    launch(
+        """\
+        async def wait(context):
+            pass
+
+        def generate_launch_description():
+            return LaunchDescription([run('a'), when(OnProcessExit(on_exit=[
+                say('told'), OpaqueCoroutine(coroutine=wait)]))])
+        """
+    )
+    told = talking_host.event_to_end('exit', process='a', returncode=0)
+    assert in_short(told) == [
+        'told',
+        'shutdown: a launch file raised RuntimeError',
+    ]
+    error = told[-1]['error']
+    assert error['text'].startswith(
+        "RuntimeError: OpaqueCoroutine needs the event loop of 'ros2 launch'"
+    )
+    assert error['frames'][-1]['position'][1] == HEAD.count('\n') + 6
+
+
 def test_lifecycle_nodes_change_their_states(
     launch: Launch, talking_host: TalkingHost, ros_setup: RosSetup
 ) -> None:

@@ -188,6 +188,23 @@ def test_timers_are_done(launch: Launch, talking_host: TalkingHost) -> None:
     assert in_short(talking_host.ask('call', number=2)) == ['b', 'log']
 
 
+def test_what_fails_at_its_time_ends_the_launch(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    launch(
+        """\
+        def generate_launch_description():
+            return LaunchDescription([after(
+                1.0, OpaqueFunction(function=lambda context: 1 / 0))])
+        """
+    )
+    told = talking_host.ask_to_end('call', number=1)
+    assert in_short(told) == [
+        'shutdown: a launch file raised ZeroDivisionError'
+    ]
+    assert told[-1]['error']['text'] == 'ZeroDivisionError: division by zero'
+
+
 def test_a_timer_on_ros_time(launch: Launch) -> None:
     told = launch(
         """\
