@@ -63,6 +63,7 @@ class Positions:
             sysconfig.get_path('stdlib') + os.sep,
             os.path.dirname(os.__file__) + os.sep,
         )
+        self._places: dict[tuple[int, int], tuple[CodeType, Place | None]] = {}
         self._mapping_keys: dict[str, list[ast.Constant]] = {}
 
     def set_prefixes(self, prefixes: Iterable[str]) -> None:
@@ -82,6 +83,7 @@ class Positions:
         importlib.invalidate_caches()
         linecache.clearcache()
         self._mapping_keys.clear()
+        self._places.clear()
 
     def add_file(self, path: str) -> None:
         """Take note of a launch file in Python."""
@@ -199,6 +201,13 @@ class Positions:
 
     def in_code(self, code: CodeType, lasti: int) -> Place | None:
         """Return the place of an instruction, where Python knows it."""
+        # code is compared by what it says, which takes long
+        key = (id(code), lasti)
+        if key not in self._places:
+            self._places[key] = (code, self._in_code(code, lasti))
+        return self._places[key][1]
+
+    def _in_code(self, code: CodeType, lasti: int) -> Place | None:
         all_positions: Any = getattr(code, 'co_positions', None)
         if all_positions is None:
             return None
