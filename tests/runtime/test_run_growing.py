@@ -195,3 +195,19 @@ def test_the_record_of_a_launch_has_what_came_later(launch, sh, sleep):
     assert [p.get('label') for p in record['processes']] == ['a', None, 'b']
     assert record['timeouts'][2] == [7.0, 5.0]
     assert started.sends(signal.SIGINT).ends() == 0
+
+
+def test_what_no_process_of_the_plan_started_ends_with_the_launch(
+    launch, sh, sleep
+):
+    """As what launch files start themselves while they are read."""
+    mark = 'COLCON_LAUNCH_ID=${COLCON_LAUNCH_ID%.*}.1000000000'
+    started = launch(
+        sleep('a'),
+        sh('b', f'{mark} setsid -f sleep 98 > /dev/null 2>&1'),
+        environment={'COLCON_LAUNCH_CGROUP': '0'},
+    )
+    started.shows('b: finished')
+    assert len(started.processes()) == 2
+    assert started.sends(signal.SIGINT).ends() == 0
+    assert started.processes() == []

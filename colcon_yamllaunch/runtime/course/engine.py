@@ -8,6 +8,7 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 import errno
 import os
 from pathlib import Path
@@ -21,6 +22,7 @@ from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import send
 from colcon_yamllaunch.common.escalation import Target
 from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.escalation import WHOLE
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import is_alive
 from colcon_yamllaunch.common.process_scan import read_process
@@ -346,7 +348,7 @@ class Engine:
         self, groups: Mapping[int, int], with_leader: Collection[int]
     ) -> list[Orphan]:
         """Find processes of the launch."""
-        return find_orphans(
+        found = find_orphans(
             self._settings.identity,
             self._session,
             groups,
@@ -354,6 +356,15 @@ class Engine:
             known=self._known,
             adopter=self._adopter(),
         )
+        numbers = {task.number for task in self.supervisor.tasks}
+        helpers = self._helpers()
+        # what a helper that has ended left behind, or who was dropped
+        return [
+            orphan
+            if orphan.number in numbers or orphan.group in helpers
+            else replace(orphan, number=WHOLE)
+            for orphan in found
+        ]
 
     def is_alive(self, orphan: Orphan) -> bool:
         """Tell whether a process still runs."""
