@@ -32,6 +32,9 @@ class Link(Protocol):
         :raises HostError: when nothing will come any more
         """
 
+    def flush(self) -> bool:
+        """Write what is to be sent, and return whether all is written."""
+
     def reaped(self) -> None:
         """Take note that somebody waited for the host."""
 
@@ -121,6 +124,10 @@ class HostPlanSource:
         if number is not None:
             text = data.decode(errors='replace')
             self._tell('output', process=number, stream=stream, text=text)
+
+    def flush(self) -> bool:
+        """See `PlanSource`."""
+        return self._link.flush()
 
     def call(self, number: int) -> None:
         """See `PlanSource`."""

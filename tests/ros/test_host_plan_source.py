@@ -30,13 +30,16 @@ class PlayedLink:
         self.says = deque()
         self.descriptor = 7
         self.pid = 4711
-        self.is_closed = False
+        self.is_closed = self.is_full = False
 
     def poll(self):
         message = self.says.popleft() if self.says else None
         if isinstance(message, Exception):
             raise message
         return message
+
+    def flush(self):
+        return not self.is_full
 
     def reaped(self):
         self.pid = 0
@@ -157,6 +160,12 @@ def test_calls(played):
     played.source.call(3)
     assert played.growing.asked == [{'do': 'call', 'number': 3}]
     assert played.source.is_busy
+
+
+def test_what_the_host_has_not_taken_is_sent_later(played):
+    assert played.source.flush()
+    played.link.is_full = True
+    assert not played.source.flush()
 
 
 def test_answers_come_in_order(played):

@@ -97,6 +97,8 @@ ADOPTION_PAUSE = 10.0
 #: Seconds that the host of launch files in Python gets, once all has ended, to
 #: answer what happened last.
 SOURCE_PATIENCE = 5.0
+#: Seconds after which it is sent more of what it has not taken.
+SOURCE_PAUSE = 0.005
 #: How often a guard that died is replaced in one launch.
 GUARD_RESTARTS = 3
 #: Seconds that are waited for at once; epoll counts milliseconds in an int,

@@ -43,6 +43,9 @@ class PlanSource(Protocol):
     def output(self, process: str, stream: events.Stream, data: bytes) -> None:
         """Take note of what a process wrote."""
 
+    def flush(self) -> bool:
+        """Send what is not sent yet; return whether all of it is."""
+
     def call(self, number: int) -> None:
         """Ask for what a `HostCall` stands for."""
 

@@ -150,7 +150,8 @@ class Engine:
         self._publish = publish
         #: All that the loop waits for.
         self.watches = Watches()
-        self._relay = Relay(self.watches, writer.accepts, record, self.tell)
+        accepts = writer.accepts if source is None else self._accepts
+        self._relay = Relay(self.watches, accepts, record, self.tell)
         #: The keyboards of processes.
         self.terminals = Terminals(self.watches, self._relay)
         is_cpp = settings.buffering.is_cpp
@@ -262,6 +263,8 @@ class Engine:
                     # it takes as long as a process to come to its end
                     self._ros.hang_up()
             self.supervisor.advance()
+            if self._feed is not None:
+                self._feed.advance()
             if self.supervisor.done:
                 break
             more = self._end_turn()
@@ -465,6 +468,12 @@ class Engine:
             self.tell,
             self._settings.clock,
             self._settings.client_log,
+        )
+
+    def _accepts(self, key: tuple[str, events.Stream]) -> bool:
+        """Tell whether a process may write more to a stream."""
+        return self._writer.accepts(key) and (
+            self._feed is None or self._feed.accepts(key[0])
         )
 
     def _plan_feed(self, source: PlanSource) -> 'PlanFeed':

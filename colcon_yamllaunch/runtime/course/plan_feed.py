@@ -49,6 +49,11 @@ class PlanFeed:
         # whether the source knows that the launch ends
         self._knows_end = False
         self._patient_until: float | None = None
+        # whether it has been sent all
+        self._is_sent = True
+        # bytes of output since it last had nothing to do, and whose
+        self._output = 0
+        self._labels: set[str] = set()
         # whether nothing is asked of the source any more
         self._is_over = False
 
@@ -75,11 +80,33 @@ class PlanFeed:
         if isinstance(event, events.Output):
             name = event.process.ros_name
             if name in self._source.wants_output:
+                self._output += len(event.data)
+                self._labels.add(event.process.label)
                 self._source.output(name, event.stream, event.data)
             return
         if isinstance(event, events.ShuttingDown):
             self._knows_end = True
         self._source.handle(event)
+
+    def accepts(self, label: str) -> bool:
+        """
+        Tell whether a process may write more.
+
+        Who writes faster than a handler of its output works is held up by
+        its own pipe, as by a slow screen.
+        """
+        if not self._source.is_busy:
+            self._output = 0
+        return (
+            self._is_over
+            or self._output < limits.STREAM_BACKLOG
+            or label not in self._labels
+        )
+
+    def advance(self) -> None:
+        """Send what is not sent yet."""
+        if not self._is_over:
+            self._is_sent = self._source.flush()
 
     def call(self, number: int) -> None:
         """Ask for what a `HostCall` stands for."""
@@ -111,7 +138,9 @@ class PlanFeed:
         self._patient_until = self._clock()
 
     def seconds_to_wait(self) -> float | None:
-        """Return when to ask again whether something is waited for."""
+        """Return when to come round again, whatever happens."""
+        if not (self._is_sent or self._is_over):
+            return limits.SOURCE_PAUSE
         if self._patient_until is None:
             return None
         return max(0.0, self._patient_until - self._clock())

@@ -32,12 +32,16 @@ class Source:
         self.calls = []
         self.coming = []
         self.is_busy = False
+        self.takes_all = True
 
     def handle(self, event):
         self.told.append(event)
 
     def output(self, process, stream, data):
         self.told.append((process, stream, data))
+
+    def flush(self):
+        return self.takes_all
 
     def call(self, number):
         self.calls.append(number)
@@ -109,6 +113,29 @@ def test_it_is_told_all_but_output_that_nobody_wants(launch, process):
         happened[3],
     ]
     assert launch.source.calls == [3]
+
+
+def test_what_it_has_not_taken_is_sent_soon(launch):
+    launch.feed.advance()
+    assert launch.feed.seconds_to_wait() is None
+    launch.source.takes_all = False
+    launch.feed.advance()
+    assert launch.feed.seconds_to_wait() == limits.SOURCE_PAUSE
+
+
+def test_who_writes_too_much_is_held_up_while_it_works(launch, process):
+    a, b = process('a', name='a-1'), process('b', name='b-2')
+    launch.source.wants_output = frozenset(['a-1'])
+    launch.source.is_busy = True
+    half = b'x' * (limits.STREAM_BACKLOG // 2)
+    for one in (a, b, b):
+        launch.feed.handle(Output(one, 'stdout', half))
+    assert launch.feed.accepts('a')
+    launch.feed.handle(Output(a, 'stdout', half))
+    assert not launch.feed.accepts('a')
+    assert launch.feed.accepts('b')
+    launch.source.is_busy = False
+    assert launch.feed.accepts('a')
 
 
 def test_what_it_answers_comes_to_the_plan_in_order(launch):
