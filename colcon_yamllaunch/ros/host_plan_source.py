@@ -98,6 +98,7 @@ class HostPlanSource:
                     'exit',
                     returncode=code,
                     respawns=event.respawn_delay is not None,
+                    asked=event.asked,
                 )
             case events.StateChanged() if self._growing.handlers:
                 self._tell(

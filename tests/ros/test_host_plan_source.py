@@ -115,6 +115,7 @@ def test_what_happens_to_its_processes(played):
                 'process': 17,
                 'returncode': returncode,
                 'respawns': respawns,
+                'asked': False,
             }
         ]
     assert played.told(events.Started(OTHER, 13)) == []
