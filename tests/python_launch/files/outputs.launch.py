@@ -37,7 +37,9 @@ def generate_launch_description():
                 'substituted',
                 output=LaunchConfiguration('output', default='screen'),
             ),
-            speak('dictionary', output={'stdout': 'screen', 'stderr': 'log'}),
+            speak(
+                'dictionary', output={'stdout': 'screen', 'stderr': 'screen'}
+            ),
             speak('terminal', output='screen', emulate_tty=True),
             speak('cached', output='screen', cached_output=True),
             LogInfo(msg='note: last'),
