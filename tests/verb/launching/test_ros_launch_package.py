@@ -6,6 +6,7 @@
 from collections.abc import Iterator
 import os
 from pathlib import Path
+import re
 import signal
 import time
 
@@ -29,14 +30,14 @@ from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
 
-def stay(name):
+def node(name, program='stay.sh'):
     return Node(
-        package='robot', executable='stay.sh', name=name, output='screen'
+        package='robot', executable=program, name=name, output='screen'
     )
 
 
 def generate_launch_description():
-    base = stay('base')
+    base = node('base', 'hello.sh')
     hello = PathJoinSubstitution(
         [FindPackageShare('other'), 'launch', 'other.yaml']
     )
@@ -44,9 +45,10 @@ def generate_launch_description():
         [
             DeclareLaunchArgument('prefix', default_value='default'),
             base,
+            node('eye'),
             IncludeLaunchDescription(hello),
             RegisterEventHandler(
-                OnProcessExit(target_action=base, on_exit=[stay('second')])
+                OnProcessExit(target_action=base, on_exit=[node('second')])
             ),
         ]
     )
@@ -135,7 +137,8 @@ def processes(user: User) -> list[str]:
 def start(robot: User) -> Launch:
     """Start a launch, and wait until its processes are there."""
     launch = robot.start('colcon', 'launch', 'robot', 'robot.yaml')
-    launch.wait_for(r'base\W+there: --ros-args .*__ns:=/farm')
+    launch.wait_for(r'eye\W+there: --ros-args .*__ns:=/farm')
+    launch.wait_for(r'second\W+there: --ros-args .*__ns:=/farm')
     return launch
 
 
@@ -144,10 +147,10 @@ def test_what_it_needs_is_built_and_one_node_is_stopped(robot: User) -> None:
     # the package of the YAML file that the one in Python includes, too
     launch.wait_for(r'2 packages built')
     launch.wait_for(r'hello from other \[\]')
-    robot.launch('--stop', 'base')
-    launch.wait_for(r'second\W+there: --ros-args .*__ns:=/farm')
+    robot.launch('--stop', 'second')
     status = robot.launch('--status')
-    assert 'second' in status
+    assert re.search(r'second +stopped', status)
+    assert re.search(r'eye +running', status)
     assert launch.interrupt() == 0, launch.output
     assert 'Traceback' not in launch.output
     assert not processes(robot)
@@ -163,8 +166,8 @@ def test_looking_shows_what_happens_when(robot: User) -> None:
     robot.launch('robot', 'robot.yaml', '--check')
     assert robot.launch('robot', 'robot.yaml', '--show-args')
     plan = robot.launch('robot', 'robot.yaml', '--plan')
-    assert 'base, process stay.sh-1, node /farm/base' in plan
-    assert 'when stay.sh-1 ends: start second' in plan
+    assert 'eye, process stay.sh-2, node /farm/eye' in plan
+    assert 'when hello.sh-1 ends: start second' in plan
     assert not (robot.root / 'install').exists()
 
 
