@@ -74,6 +74,7 @@ def run_plan(
     attach: str | None = None,
     owner_of: OwnerOf = lambda _module, _package: None,
     parameters_of: ParametersOf = lambda process: process.parameters,
+    identity: str = '',
     source: PlanSource | None = None,
 ) -> int:
     """
@@ -109,6 +110,8 @@ def run_plan(
       input, is connected to; it must have a terminal
     :param owner_of: Tells which package has a Python module that is missing
     :param parameters_of: Tells which parameters a process is given, and where
+    :param identity: The identity of the launch, see `launch_scan`; by default
+      a new one
     :param source: Where more plan comes from while it runs, if anywhere
     :raises UserError: before anything is started, when the environment lacks
       what the plan needs

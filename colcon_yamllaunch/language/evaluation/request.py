@@ -29,6 +29,8 @@ class Request:
     :param cwd: The folder that relative paths start from, absolute
     :param log_folder: The folder that `$(log_dir)` names
     :param exposed: Gives the actions and substitutions that packages bring
+    :param host: Returns what reads launch files in Python; without it,
+      `ros2 launch` runs them
     """
 
     name: str
@@ -39,3 +41,4 @@ class Request:
     cwd: str
     log_folder: str = ''
     exposed: FindExposed = NothingExposed
+    host: 'Callable[[], LaunchHost] | None' = None

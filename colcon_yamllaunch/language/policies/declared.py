@@ -11,6 +11,8 @@ and not by what a condition comes to, since another argument may change that.
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
+from dataclasses import replace
+import os
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.actions.handlers import HANDLERS
@@ -198,6 +200,37 @@ class _Listing(Walk):
                 hint=f"'ros2 launch -s {path}' shows them",
             )
 
+    def _note_python(self, name: str, path: str, origin: Span) -> bool:
+        """
+        Note what a launch file in Python declares, and return whether it is.
+
+        :raises LaunchError: when the file has mistakes
+        """
+        # most launch files are not in Python
+        from colcon_yamllaunch.language.host import python_declarations
+
+        # before the package is built, only the file in its source is there
+        file = name if os.path.isfile(name) else path
+        said = python_declarations.declared_arguments(self, file, origin)
+        for argument in said or ():
+            self.arguments.setdefault(
+                argument.name,
+                replace(
+                    argument,
+                    is_conditional=self._is_conditional
+                    or argument.is_conditional,
+                    set_at=self._set_at(argument.name),
+                ),
+            )
+        return said is not None
+
+    def _set_at(self, name: str) -> Position | None:
+        """Return where the launch files set an argument themselves."""
+        value = self.scope.configurations.get(name)
+        if value is None or value.text is None:
+            return None
+        return next(iter(value.origins), None)
+
     def do_exposed(self, attributes: Attributes) -> None:
         # it is not run only to see what it may declare
         self.scope.configurations.is_open = True
@@ -207,7 +240,7 @@ class _Listing(Walk):
     ) -> str | None:
         return None
 
-    def read_in_part(self, problem: LaunchError, origin: Text | None) -> None:
+    def read_in_part(self, problem: LaunchError, origin: Span | None) -> None:
         if origin is not None and self._is_conditional:
             self.read_failed(problem, origin)
             return

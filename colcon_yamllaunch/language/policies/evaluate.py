@@ -184,7 +184,18 @@ class _Launch(Walk):
 
         return exposed_actions.make(self, name, texts, at)
 
-    def read_failed(self, problem: LaunchError, origin: Text | None) -> None:
+    def finish_host(self, request: Request) -> None:
+        """Let the host do what is to be done when all is read."""
+        from colcon_yamllaunch.language.host import python_visit
+
+        try:
+            python_visit.finish(self, request.path)
+        except LaunchError as e:
+            self.report(e)
+        except (AlreadyReportedError, EndlessError):
+            pass
+
+    def read_failed(self, problem: LaunchError, origin: Span | None) -> None:
         raise problem
 
     def missing_argument(self, attributes: Attributes, name: str) -> None:

@@ -187,6 +187,7 @@ def main() -> None:
     visitor = Visitor(channel)
     visitor.packages.install()
     install_logging(visitor)
+    visitor.renew_context()
     entries = Entries(visitor)
     entries.install()
     host_arguments.install(visitor)

@@ -91,6 +91,12 @@ def described(
     if not frames:
         noted = entity or getattr(error, _ENTITY, None)
         frames = [frame_of(noted, positions)]
+    elif positions.otherwise and positions.otherwise[0] not in positions.files:
+        # what stands in YAML or XML has it done
+        frames.insert(0, _frame_of(positions.otherwise, None))
+    if isinstance(error, ToldError) and error.position is not None:
+        column: Any = error.position[2]
+        frames = [_frame_of(error.position, column + error.length)]
     frames = [frame for frame in frames if frame['position'] is not None]
     argument = _argument(error)
     package = None
@@ -136,6 +142,9 @@ def _text(error: BaseException) -> str:
         return f'{type(error).__name__}: {error.msg}'
     if isinstance(error, ToldError):
         return str(error)
+    if isinstance(error, KeyError) and type(error) is not KeyError:
+        # those with a text show it as if it were a key
+        return f'{type(error).__name__}: {error.args[0]}'
     lines = traceback.format_exception_only(type(error), error)
     text = ''.join(lines).strip()
     name, colon, rest = text.partition(':')

@@ -147,9 +147,7 @@ class Events:
 
     def __init__(self, visitor: Visitor) -> None:
         self._visitor = visitor
-        self._context = visitor.context
         self.queue = Queue(visitor.position)
-        self._context._event_queue = self.queue
         #: The processes that have ended for good.
         self._over: set[int] = set()
         #: The processes that a launch file has had stopped.
@@ -172,7 +170,8 @@ class Events:
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Begin anew, with the context that there is now."""
+        self._context._event_queue = self.queue
         self._context._event_handlers.clear()
         self.queue.restore(())
         self._is_ending = self._visitor.is_running = False
@@ -189,6 +188,10 @@ class Events:
         self._on(self._kinds.Shutdown, self._set_shutdown)
         self._on(self._processes.ShutdownProcess, self._shut_down_process)
         self._on(self._processes.SignalProcess, self._signal_process)
+
+    @property
+    def _context(self) -> Any:
+        return self._visitor.context
 
     # what launch files start
 

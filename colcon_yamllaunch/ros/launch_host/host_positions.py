@@ -121,6 +121,11 @@ class Positions:
             with contextlib.suppress(AttributeError):
                 setattr(made, _PLACE, place)
 
+    def put(self, made: object, position: list[object]) -> None:
+        """Say where an object is said to be, wherever it was made."""
+        with contextlib.suppress(AttributeError):
+            setattr(made, _POSITION, position)
+
     def here(self) -> list[object] | None:
         """Return the position of the user's code that runs, if any does."""
         frame = self._users_frame()
@@ -148,10 +153,16 @@ class Positions:
             with contextlib.suppress(AttributeError):
                 setattr(made, _PLACE, place)
 
-    def put(self, made: object, position: list[object]) -> None:
-        """Say where an object is said to be, wherever it was made."""
-        with contextlib.suppress(AttributeError):
-            setattr(made, _POSITION, position)
+    def of(self, *made: object) -> list[object] | None:
+        """Return the position of the first object that has one, or None."""
+        for one in made:
+            told: list[object] | None = getattr(one, _POSITION, None)
+            if told is not None:
+                return told
+            place = getattr(one, _PLACE, None)
+            if place is not None:
+                return self._position(*place)
+        return self.otherwise
 
     def _position(
         self, code: CodeType, lasti: int, line: int
@@ -171,6 +182,8 @@ class Positions:
     def end_column(self, made: object) -> int | None:
         """Return where the call ends that made an object, on its line."""
         place = getattr(made, _PLACE, None)
+        if hasattr(made, _POSITION):
+            return None
         found = None if place is None else self.in_code(*place[:2])
         if found is None or found.line != found.end_line:
             return None

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from collections.abc import Iterator
+from collections.abc import Sequence
 import contextlib
 import importlib
 import os
@@ -249,9 +250,9 @@ class Visitor:
         self.positions.set_prefixes(self.packages.prefixes.values())
         self.positions.forget()
         self.started.clear()
+        self.renew_context()
         for call in self.forget:
             call()
-        self._renew_context()
 
     def _visit_file(self, request: Json) -> None:
         path = request['path']
@@ -319,13 +320,7 @@ class Visitor:
         """Be in a launch file for the time of the context."""
         self.context._push_locals()
         try:
-            path = os.path.abspath(path)
-            self.context.extend_locals(
-                {
-                    'current_launch_file_path': path,
-                    'current_launch_file_directory': os.path.dirname(path),
-                }
-            )
+            self.enter_file(path)
             yield
         finally:
             self.context._pop_locals()
@@ -340,7 +335,8 @@ class Visitor:
             }
         )
 
-    def _renew_context(self) -> None:
+    def renew_context(self) -> None:
+        """Make a launch context, in the environment of this program."""
         if self.scopes is not None:
             # it is what the context resets to
             self.scopes.restore()

@@ -25,6 +25,7 @@ from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
+from colcon_yamllaunch.language.syntax.diagnostics import shown_position
 from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
 from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
 from colcon_yamllaunch.runtime.control.launch_states import About
@@ -56,6 +57,7 @@ from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.evaluation.launch_host import Growing
     from colcon_yamllaunch.ros.host_link import HostLink
+    from colcon_yamllaunch.runtime.core.plan_source import PlanSource
 
 #: How often what a build brought may make more packages necessary.
 MAXIMUM_ROUNDS = 5
@@ -176,13 +178,10 @@ class LaunchFlow:
         # who types Ctrl-C once more just when the launch has ended gets its
         # exit code all the same: from here on only the launch takes SIGINT
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        identity = ''
+        identity, source = '', None
         if self._host is not None:
             identity = self._host.identity
-            if self._growing is None:
-                self._host.release()
-            else:
-                self._host.entrust()
+            source = self._source(self._host)
         store = None
         if self._log_folder is not None:
             store = log_store_of(self._log_folder, self._environment, say)
@@ -196,7 +195,19 @@ class LaunchFlow:
             lambda module, user: self.locator.undeclared_owner(module, user),
             self._workspace.lock.release,
             identity,
+            source,
         )
+
+    def _source(self, host: 'HostLink') -> 'PlanSource | None':
+        """Return what makes more of the plan while it runs, if anything."""
+        if self._growing is None:
+            host.release()
+            return None
+        from colcon_yamllaunch.ros.host_link import NUMBER
+        from colcon_yamllaunch.ros.host_plan_source import HostPlanSource
+
+        host.entrust()
+        return HostPlanSource(host, self._growing, NUMBER)
 
     def _tell_of_doubled_nodes(
         self, plan: Plan, environment: Mapping[str, str]
@@ -309,6 +320,7 @@ class LaunchFlow:
             cwd=str(self.cwd),
             log_folder=self._log_dir,
             exposed=self._find_exposed(),
+            host=lambda: self._open_host(environment),
         )
 
     def _open_host(self, environment: Mapping[str, str]) -> 'HostLink':
@@ -340,6 +352,15 @@ class LaunchFlow:
             )
             self._host_environment = environment
         return self._host
+
+    def _find_exposed(self) -> FindExposed:
+        """Return what gives what packages bring, as long as they are so."""
+        known, find = self._exposed
+        if known is not self.locator:
+            environment = self._workspace.environment
+            find = exposed_by_packages(self.locator, environment)
+            self._exposed = self.locator, find
+        return find
 
     def _stop_at_errors(self, target: Target, evaluation: Evaluation) -> None:
         errors = evaluation.errors

@@ -67,7 +67,7 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
                 # a launch that runs does without all that this imports
                 from colcon_yamllaunch.verb.launching import inspect_launch
 
-            return inspect(flow, options)
-        if options.from_plan is not None:
-            return flow.run_saved(options.from_plan, plan_run)
-        return flow.run(plan_run)
+                return inspect_launch.inspect(flow, options)
+            if options.from_plan is not None:
+                return flow.run_saved(options.from_plan, plan_run)
+            return flow.run(plan_run)

@@ -78,6 +78,7 @@ class PlanRun:
         attach: str | None,
         owner_of: OwnerOf,
         when_started: Callable[[], None],
+        identity: str = '',
         source: PlanSource | None = None,
     ) -> int:
         """
@@ -92,6 +93,7 @@ class PlanRun:
         :param owner_of: Tells which package has a missing Python module
         :param when_started: Is called when all processes were started that
           wait for nothing
+        :param identity: The identity that the launch has already, if any
         :param source: Where more plan comes from while it runs, if anywhere
         """
         self._when_started = when_started
@@ -126,6 +128,7 @@ class PlanRun:
             observers=observers,
             owner_of=owner_of,
             parameters_of=_parameters_of,
+            identity=identity,
             source=source,
         )
         if self._ended is not None and self._ended.exit_code:
