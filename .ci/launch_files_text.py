@@ -137,8 +137,8 @@ the nodes as a list.
 - `$(dirname)` and `$(filename)` always name the file that they are written \
 in, also behind an include.
 - A relative path in `include` is looked up beside the including file too.
-- A launch file in Python is run by `ros2 launch`, as one process of the \
-launch, and does not see the parameters and remappings of the scope.
+- For launch files in Python, see \
+[python_launch_files.md](python_launch_files.md#differences-from-ros2-launch).
 - The default for `output` is `both`: all output is shown.
 - An empty or blank text for `args` or `ros_args` has no arguments; ROS 2 \
 makes one empty argument of it (an empty substitution is one in both).

@@ -167,7 +167,7 @@ def read_launch_file(
     raise error(
         'this launch file is written in Python, but its name says otherwise',
         source.position(line, 0),
-        hint="let its name end in '.launch.py'; then 'ros2 launch' runs it",
+        hint="let its name end in '.launch.py'",
     )
 
 
