@@ -103,10 +103,8 @@ class HostPlanSource:
             case events.StateChanged() if self._growing.handlers:
                 self._tell(
                     'state',
-                    process=self._growing.id_of(event.process.ros_name),
                     node=event.node,
                     to=event.state,
-                    transition='',
                     # a word of Python
                     **{'from': event.before},
                 )

@@ -140,11 +140,9 @@ def test_states_while_somebody_waits_for_something(played):
     assert played.told(event) == [
         {
             'type': 'state',
-            'process': None,
             'node': '/lc',
             'from': 'configuring',
             'to': 'inactive',
-            'transition': '',
         }
     ]
     played.growing.handlers = ()

@@ -39,7 +39,7 @@ class TalkingHost:
         self.located: dict[str, str] = {}
         self._requests = 0
         self._names: dict[int, str] = {}
-        self.found = self._take()
+        self.found = self.take()
 
     def begin(self, packages: Mapping[str, Any] | None = None) -> None:
         """Have it forget all that was before."""
@@ -60,7 +60,11 @@ class TalkingHost:
         """Tell it what happened; return what it tells, `done` last."""
         name = fields.get('process')
         numbers = {name: number for number, name in self._names.items()}
-        event = {'type': kind, **fields, 'process': numbers.get(name)}
+        event = {'type': kind, **fields}
+        if kind == 'exit':
+            event = {'respawns': False, 'asked': False, **event}
+        if name is not None:
+            event['process'] = numbers[name]
         return self.ask_to_end('event', event=event)
 
     def ended(self, process: str, returncode: int = 0) -> list[str]:
@@ -75,16 +79,16 @@ class TalkingHost:
     def ask_to_end(self, do: str, **fields: Any) -> list[Message]:
         """Send a request; return all that it tells, `done` last."""
         self._requests += 1
-        self._send({'do': do, 'id': self._requests, **fields})
+        self.send({'do': do, 'id': self._requests, **fields})
         told: list[Message] = []
         while not told or told[-1]['say'] != 'done':
-            told.append(self._take())
+            told.append(self.take())
             if told[-1]['say'] == 'include':
                 scope = told[-1]['scope']
-                self._send({'answer': told[-1]['ask'], 'scope': scope})
+                self.send({'answer': told[-1]['ask'], 'scope': scope})
             elif told[-1]['say'] == 'locate':
                 path = self.located.get(told[-1]['path'])
-                self._send({'answer': told[-1]['ask'], 'path': path})
+                self.send({'answer': told[-1]['ask'], 'path': path})
         return told
 
     def close(self) -> None:
@@ -95,12 +99,14 @@ class TalkingHost:
         self._process.wait(_DEADLINE)
         self._process.stdout.close()
 
-    def _send(self, message: Message) -> None:
+    def send(self, message: Message) -> None:
+        """Send a message."""
         assert self._process.stdin is not None
         self._process.stdin.write(json.dumps(message) + '\n')
         self._process.stdin.flush()
 
-    def _take(self) -> Message:
+    def take(self) -> Message:
+        """Wait for a message."""
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         assert line, 'the host has ended'
@@ -122,6 +128,15 @@ class TalkingHost:
             f'[{self._names[one]}]' if isinstance(one, int) else one
             for one in processes
         ]
+
+
+def lines_of(frames: list[Message]) -> list[str]:
+    """Return the lines of source that frames are about."""
+    places = [frame['position'] for frame in frames]
+    return [
+        Path(path).read_text(encoding='utf-8').splitlines()[line - 1].strip()
+        for path, line, _ in places
+    ]
 
 
 def in_short(messages: list[Message]) -> list[str]:

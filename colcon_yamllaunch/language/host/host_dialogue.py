@@ -418,8 +418,7 @@ class Intake:
         self._walk.note_python(path)
 
     def _warning(self, message: HostMessage) -> None:
-        text, hint = str(message['text']), message.get('hint')
-        self._walk.warn(text, self._position(message), hint)
+        self._walk.warn(str(message['text']), self._position(message))
 
     def _declares(self, message: HostMessage) -> None:
         self._dialogue.declared.setdefault(str(message['name']), message)

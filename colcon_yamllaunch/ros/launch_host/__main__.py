@@ -15,9 +15,8 @@ as JSON, one object a line. What launch files print goes to standard error. It
 ends when its input does, whatever it is doing then, with all that it started.
 SIGINT is ignored: a terminal's Ctrl-C is the launcher's.
 
-Positions are `[path, line, column]`, both from 1. A process, component or
-other action that others may name has an `id`, a number that is never used
-again.
+Positions are `[path, line, column]`, both from 1. A process has an `id`, a
+number that is never used again.
 
 SCOPE is what actions leave to those behind them:
 
@@ -54,21 +53,21 @@ Requests, each answered in order, by any number of messages and then `done`:
     {"do": "substitute", "id": 5, "name": "subs-file", "arguments": ["text"],
      "position": […], "file": "/…", "scope": SCOPE}
         answered with {"say": "value", "text": "…"}
-    {"do": "finish", "id": 5, "scope": SCOPE}
+    {"do": "finish", "id": 6, "scope": SCOPE}
         once, when all launch files are read; what was emitted meanwhile is
         handled, and SCOPE is the one that event handlers run in
-    {"do": "event", "id": 6, "event": EVENT}
+    {"do": "event", "id": 7, "event": EVENT}
         only where there are event handlers; EVENT is one of
         {"type": "start", "process": ID, "pid": 12}
         {"type": "exit", "process": ID, "returncode": -2, "respawns": false,
          "asked": false}
             `asked`: whether it was stopped, as by `--stop` or `--restart`
         {"type": "output", "process": ID, "stream": "stdout", "text": "…"}
-        {"type": "state", "process": ID or null, "node": "/n",
-         "from": "configuring" or null, "to": "inactive"}
+        {"type": "state", "node": "/n", "from": "configuring" or null,
+         "to": "inactive"}
         {"type": "shutdown", "reason": "…", "by_sigint": true}
             once, also when nothing runs any more (the reason "idle")
-    {"do": "call", "id": 7, "number": 3}
+    {"do": "call", "id": 8, "number": 3}
         goes on with what was told as `call`
 
 A `start` may have `arguments`, such as ["name:=value"]: those of the command
@@ -99,8 +98,8 @@ What is told, in the order in which a launch is to do it:
         a text of `argv` that names a file with parameters made for this
         process is {"content": "…", "parameters": […]} instead; `program` is
         what ROS 2 calls it without its number
-    {"say": "component", "id": 18, "container": "/box", "package", "plugin",
-     "name", "namespace", "remaps": ["a:=b"], "parameters": […],
+    {"say": "component", "container": "/box", "package", "plugin", "name",
+     "namespace", "remaps": ["a:=b"], "parameters": […],
      "extra_arguments": […], "is_lifecycle", "autostart", "position"}
     {"say": "message", "level": "INFO", "text": "…"}
     {"say": "shutdown", "reason": "…"}
@@ -116,7 +115,7 @@ What is told, in the order in which a launch is to do it:
      "position": […]}
     {"say": "file", "path": "/…/b.launch.py"}
         another launch file in Python that was read
-    {"say": "warning", "text": "…", "hint": "…" or null, "position": […]}
+    {"say": "warning", "text": "…", "position": […]}
     {"say": "include", "ask": 1, "path": "/…/b.launch.yaml", "scope": SCOPE,
      "position": […]}
         a YAML or XML file that is included, which the launcher reads itself:
@@ -135,9 +134,9 @@ What is told, in the order in which a launch is to do it:
         that has not been started
     {"say": "done", "id": 2, "scope": SCOPE}
         or with, instead of the scope,
-        "error": {"text": "ValueError: …", "hint": … or null, "frames":
-          [{"position": […], "end_column": 9 or null, "function": "…",
-          "line": "source"}], "package": "p" or null, "argument": name or null}
+        "error": {"text": "ValueError: …", "hint": "…" or null, "frames":
+          [{"position": […], "end_column": 9 or null}],
+          "package": "p" or null, "argument": name or null}
           the user's own frames, innermost last; `package`: one that is not
           there, or not built; `argument`: a required one that is not given
         "refused": "…"

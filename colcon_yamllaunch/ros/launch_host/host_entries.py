@@ -368,7 +368,6 @@ class Entries:
             visitor.packages.name(request.package_name, position)
             visitor.say(
                 'component',
-                id=visitor.new_id(description),
                 container=container,
                 package=request.package_name,
                 plugin=request.plugin_name,
@@ -604,9 +603,7 @@ class MessageHandler(logging.Handler):
         elif record.levelno >= logging.ERROR:
             visitor.logged.append((record.levelname, text))
         elif record.levelno >= logging.WARNING:
-            visitor.say(
-                'warning', text=text, hint=None, position=visitor.position()
-            )
+            visitor.say('warning', text=text, position=visitor.position())
         else:
             visitor.say('message', level=record.levelname, text=text)
 

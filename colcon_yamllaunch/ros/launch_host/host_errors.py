@@ -185,7 +185,7 @@ def _frames(error: BaseException, positions: Positions) -> Iterator[Json]:
     ):
         assert error.filename is not None
         yield _frame(
-            error.filename, error.lineno or 1, error.offset or 0, None, ''
+            error.filename, error.lineno or 1, error.offset or 0, None
         )
 
 
@@ -195,24 +195,17 @@ def _frame_at(
     path = positions.shown(code.co_filename)
     found = positions.in_code(code, lasti)
     if found is None or found.line != line:
-        return _frame(path, line, 0, None, code.co_name)
+        return _frame(path, line, 0, None)
     end = found.end_column if found.end_line == line else None
-    return _frame(path, line, found.column, end, code.co_name)
+    return _frame(path, line, found.column, end)
 
 
-def _frame(
-    path: str, line: int, column: int, end: int | None, function: str
-) -> Json:
-    source = linecache.getline(path, line).rstrip()
+def _frame(path: str, line: int, column: int, end: int | None) -> Json:
     if not column:
+        source = linecache.getline(path, line).rstrip()
         column = len(source) - len(source.lstrip()) + 1
         end = len(source) + 1
-    return {
-        'position': [path, line, column],
-        'end_column': end,
-        'function': '' if function == '<module>' else function,
-        'line': source,
-    }
+    return {'position': [path, line, column], 'end_column': end}
 
 
 def frame_of(made: object, positions: Positions) -> Json:
@@ -228,4 +221,4 @@ def _frame_of(position: list[object] | None, end: int | None) -> Json:
     assert isinstance(path, str)
     assert isinstance(line, int)
     assert isinstance(column, int)
-    return _frame(path, line, column, end, '')
+    return _frame(path, line, column, end)

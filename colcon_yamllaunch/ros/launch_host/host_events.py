@@ -241,7 +241,7 @@ class Events:
 
     def tell_handlers(self) -> None:
         """Tell which event handlers there are, if they are others."""
-        started = self._started_processes()
+        started = self._visitor.started
         # the last one registered comes first
         handlers = list(reversed(self._context._event_handlers))
         known, self._seen = (
@@ -321,14 +321,10 @@ class Events:
         action = self._running().get(number)
         if action is None:
             return
-        respawns = event.get('respawns')
-        if respawns is None:
-            is_kept = bool(getattr(action, '_ExecuteLocal__respawn', False))
-            respawns = is_kept and not self._context.is_shutdown
         transport = getattr(action, '_subprocess_transport', None)
         if transport is not None:
             transport.returncode = returncode
-        if event.get('asked') and not self._is_ending:
+        if event['asked'] and not self._is_ending:
             # what a launch file says of an end does not hold for one that
             # somebody has asked for, who may start the process again
             if number not in self._stopped:
@@ -341,7 +337,7 @@ class Events:
         self._note_shutdown(action)
 
         def complete() -> None:
-            if not respawns:
+            if not event['respawns']:
                 self._over.add(number)
                 getattr(action, _COMPLETED).set_result()
 
@@ -553,12 +549,8 @@ class Events:
 
     def _running(self) -> dict[int, Any]:
         """Return the actions of processes that have not ended for good."""
-        started = self._started_processes()
-        return {n: a for n, a in started.items() if n not in self._over}
-
-    def _started_processes(self) -> dict[int, Any]:
         started = self._visitor.started.items()
-        return {n: a for n, a in started if is_a(a, 'ExecuteLocal')}
+        return {n: a for n, a in started if n not in self._over}
 
     def _lifecycles(self) -> list[Any]:
         """Return the actions of lifecycle nodes, the last one first."""

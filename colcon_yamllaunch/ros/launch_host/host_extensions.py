@@ -353,7 +353,6 @@ class Extensions:
             visitor.say(
                 'warning',
                 text=_not_imported(name, failure),
-                hint=None,
                 position=places[-1] if places else visitor.position(),
             )
 

@@ -85,7 +85,7 @@ class Visitor:
         self.is_put_off: Callable[[Sequence[Any]], bool] = _never
         #: Called when a new round of evaluation begins.
         self.forget: list[Callable[[], object]] = []
-        #: Processes and components by their `id`.
+        #: The actions of processes by their `id`.
         self.started: dict[int, Any] = {}
         #: The working directory of the launch.
         self.folder = os.getcwd()
@@ -202,7 +202,7 @@ class Visitor:
         return self.positions.here() or self.position()
 
     def new_id(self, started: object) -> int:
-        """Return an `id` for a process, a component or something else."""
+        """Return an `id` for the action of a process."""
         self._last_id += 1
         self.started[self._last_id] = started
         return self._last_id

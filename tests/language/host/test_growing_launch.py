@@ -152,7 +152,7 @@ def test_files_that_are_included_while_it_runs(played: Played) -> None:
 
 def test_what_goes_wrong_while_it_runs(played: Played) -> None:
     def event(_request: Message) -> Play:
-        yield {'say': 'warning', 'text': 'odd', 'hint': None}
+        yield {'say': 'warning', 'text': 'odd'}
         yield {'say': 'shutdown', 'reason': ''}
         frames = [{'position': position(played.path, 1, 1)}]
         return {'error': {'text': 'ValueError: no', 'frames': frames}}

@@ -382,7 +382,7 @@ def refused(played: Played) -> None:
 
     def play(request: Message) -> Play:
         yield process(1, node='/n')
-        yield {'say': 'warning', 'text': 'odd', 'hint': None}
+        yield {'say': 'warning', 'text': 'odd'}
         yield {'say': 'begin', 'kind': 'group', 'title': ''}
         return {'refused': 'Odd needs the event loop'}
 

@@ -52,15 +52,7 @@ def test_frames_are_those_of_the_file(tmp_path: Path) -> None:
         'g(f)\n',
     )
     assert error['text'].startswith('JSONDecodeError: ')
-    lines = [
-        (frame['position'][1], frame['function'], frame['line'])
-        for frame in error['frames']
-    ]
-    assert lines == [
-        (6, '', 'g(f)'),
-        (5, 'g', '    return call()'),
-        (3, 'f', "    return json.loads('{')"),
-    ]
+    assert [frame['position'][1] for frame in error['frames']] == [6, 5, 3]
     last = error['frames'][-1]
     assert last['position'][2] in (5, 12)
     assert last['end_column'] == 27
@@ -71,7 +63,6 @@ def test_a_syntax_error_is_where_it_is(tmp_path: Path) -> None:
     error = told(path, 'x = 1\ny = (2]\n')
     (frame,) = error['frames']
     assert frame['position'] == [str(path), 2, 7]
-    assert frame['line'] == 'y = (2]'
     assert error['text'].startswith('SyntaxError: ')
     assert error['package'] is None
 
