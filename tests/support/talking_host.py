@@ -14,6 +14,34 @@ import colcon_yamllaunch
 Message = Mapping[str, Any]
 
 PROGRAM = Path(colcon_yamllaunch.__file__).parent / 'ros' / 'launch_host'
+#: What the launch files of the tests about events begin with.
+HEAD = """\
+import signal
+from launch import *
+from launch.actions import *
+from launch.conditions import *
+from launch.event import Event
+from launch.event_handlers import *
+from launch.events import Shutdown as ShuttingDown, matches_action
+from launch.events.process import *
+from launch.substitutions import *
+
+def run(name, **more):
+    return ExecuteProcess(cmd=['true'], name=name, **more)
+
+def say(*text, **more):
+    return LogInfo(msg=text, **more)
+
+def when(handler):
+    return RegisterEventHandler(handler)
+
+def emit(event):
+    return EmitEvent(event=event)
+
+def after(period, *actions, **more):
+    return TimerAction(period=period, actions=actions, **more)
+
+"""
 #: Seconds; a loaded machine needs some.
 _DEADLINE = 60
 

@@ -10,51 +10,13 @@ from typing import Any
 
 import pytest
 from support.ros_setup import RosSetup
+from support.talking_host import HEAD
 from support.talking_host import in_short
 from support.talking_host import lines_of
 from support.talking_host import Message
 from support.talking_host import TalkingHost
 
-HEAD = """\
-import signal
-from launch import *
-from launch.actions import *
-from launch.conditions import *
-from launch.event import Event
-from launch.event_handlers import *
-from launch.events import Shutdown as ShuttingDown, matches_action
-from launch.events.process import *
-from launch.substitutions import *
-
-def run(name, **more):
-    return ExecuteProcess(cmd=['true'], name=name, **more)
-
-def say(text, **more):
-    return LogInfo(msg=text, **more)
-
-def when(handler):
-    return RegisterEventHandler(handler)
-
-def emit(event):
-    return EmitEvent(event=event)
-
-"""
-
 Launch = Callable[[str], list[Message]]
-
-
-@pytest.fixture
-def launch(talking_host: TalkingHost, tmp_path: Path) -> Launch:
-    """Return what visits a launch file, given what makes its description."""
-    path = tmp_path / 'demo.launch.py'
-
-    def launch(text: str) -> list[Message]:
-        path.write_text(HEAD + textwrap.dedent(text))
-        told = talking_host.visit(path)
-        told += talking_host.ask('finish')
-        return told
-
-    return launch
 
 
 def handlers_of(told: list[Message]) -> list[dict[str, Any]]:
@@ -263,7 +225,7 @@ def test_a_launch_file_ends_the_launch(
                     emit(ShuttingDown(reason='enough')), say('bye')])),
                 when(OnShutdown(on_shutdown=down)),
                 when(OnShutdown(on_shutdown=[
-                    say(['because ', LocalSubstitution('event.reason')])])),
+                    say('because ', LocalSubstitution('event.reason'))])),
             ])
         """
     )
@@ -591,7 +553,7 @@ def test_handlers_run_in_the_scope_at_the_end(
                     SetLaunchConfiguration('x', 'inner'),
                     run('a'),
                     when(OnProcessExit(on_exit=[
-                        say(['x is ', LaunchConfiguration('x')]),
+                        say('x is ', LaunchConfiguration('x')),
                         SetLaunchConfiguration('x', 'later')])),
                 ])])
             """

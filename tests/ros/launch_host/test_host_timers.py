@@ -4,47 +4,13 @@
 """What launch files in Python do later."""
 
 from collections.abc import Callable
-from pathlib import Path
-import textwrap
 
-import pytest
+from support.talking_host import HEAD
 from support.talking_host import in_short
 from support.talking_host import Message
 from support.talking_host import TalkingHost
 
-HEAD = """\
-from launch import *
-from launch.actions import *
-from launch.event_handlers import *
-from launch.events import Shutdown as ShuttingDown
-from launch.substitutions import *
-
-def run(name, **more):
-    return ExecuteProcess(cmd=['true'], name=name, **more)
-
-def say(*text, **more):
-    return LogInfo(msg=text, **more)
-
-def after(period, *actions, **more):
-    return TimerAction(period=period, actions=actions, **more)
-
-"""
-
 Launch = Callable[[str], list[Message]]
-
-
-@pytest.fixture
-def launch(talking_host: TalkingHost, tmp_path: Path) -> Launch:
-    """Return what visits a launch file, given what makes its description."""
-    path = tmp_path / 'demo.launch.py'
-
-    def launch(text: str) -> list[Message]:
-        path.write_text(HEAD + textwrap.dedent(text))
-        told = talking_host.visit(path)
-        told += talking_host.ask('finish')
-        return told
-
-    return launch
 
 
 def test_timers_are_told_ahead(launch: Launch) -> None:
