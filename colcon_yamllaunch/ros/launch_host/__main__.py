@@ -191,7 +191,7 @@ def main() -> None:
     entries.install()
     host_arguments.install(visitor)
     events = host_events.install(visitor, entries)
-    host_timers.install(visitor, entries, events)
+    host_timers.install(visitor, events)
     host_extensions.install(visitor)
     visitor.run()
 

@@ -68,12 +68,12 @@ class Entries:
         actions = importlib.import_module('launch.actions')
         local = importlib.import_module('launch.actions.execute_local')
         self._note_positions(launch.Action)
-        self._replace(local.ExecuteLocal, 'execute', self._execute)
-        self._replace(actions.GroupAction, 'execute', self._group)
-        self._replace(
+        replace_method(local.ExecuteLocal, 'execute', self._execute)
+        replace_method(actions.GroupAction, 'execute', self._group)
+        replace_method(
             actions.IncludeLaunchDescription, 'execute', self._include
         )
-        self._replace(launch.Condition, 'evaluate', self._evaluate)
+        replace_method(launch.Condition, 'evaluate', self._evaluate)
         self._keep_loads()
         for name, do in (
             ('launch_ros.ros_adapters', self._patch_adapters),
@@ -92,19 +92,6 @@ class Entries:
         ):
             when_imported(name, do)
 
-    def _replace(
-        self, cls: Any, name: str, by: Callable[..., Any]
-    ) -> Callable[..., Any]:
-        """Replace a method; `by` gets the old one before all else."""
-        old: Callable[..., Any] = getattr(cls, name)
-
-        @wraps(old)
-        def new(*args: Any, **kwargs: Any) -> Any:
-            return by(old, *args, **kwargs)
-
-        setattr(cls, name, new)
-        return old
-
     def _note_positions(self, cls: Any) -> None:
         positions = self._visitor.positions
 
@@ -114,7 +101,7 @@ class Entries:
             positions.note(made)
             old(made, *args, **kwargs)
 
-        self._replace(cls, '__init__', init)
+        replace_method(cls, '__init__', init)
 
     # processes
 
@@ -272,10 +259,10 @@ class Entries:
         return node
 
     def _patch_node(self, module: Any) -> None:
-        self._replace(
+        replace_method(
             module.Node, '_create_params_file_from_dict', self._make_file
         )
-        self._replace(module.Node, '_get_parameter_rule', self._make_rule)
+        replace_method(module.Node, '_get_parameter_rule', self._make_rule)
 
     def _make_file(
         self, old: Callable[..., Any], action: Any, params: Any
@@ -325,7 +312,7 @@ class Entries:
                     setattr(file, name, Path(found))
             return old(file, context)
 
-        self._replace(module.ParameterFile, 'evaluate', evaluate)
+        replace_method(module.ParameterFile, 'evaluate', evaluate)
 
     # containers and components
 
@@ -334,7 +321,7 @@ class Entries:
 
     def _patch_loading(self, module: Any) -> None:
         request = module.get_composable_node_load_request
-        self._replace(
+        replace_method(
             module.LoadComposableNodes,
             'execute',
             lambda _, action, context: self._load(action, context, request),
@@ -413,7 +400,7 @@ class Entries:
                 )
             return node.Node.execute(action, context)
 
-        self._replace(module.LifecycleNode, 'execute', execute)
+        replace_method(module.LifecycleNode, 'execute', execute)
 
     def _patch_sim_time(self, module: Any) -> None:
         def execute(
@@ -426,7 +413,7 @@ class Entries:
                 value = text.strip().lower() in ('true', '1', 'yes', 'on')
             self._visitor.scopes.uses_sim_time = value
 
-        self._replace(module.SetUseSimTime, 'execute', execute)
+        replace_method(module.SetUseSimTime, 'execute', execute)
 
     # what others stand in
 
@@ -561,7 +548,7 @@ class Entries:
             'launch.launch_description_sources'
         )
         for name in ('Any', 'Frontend'):
-            self._replace(
+            replace_method(
                 getattr(sources, f'{name}LaunchDescriptionSource'),
                 '_get_launch_description',
                 self._describe,
@@ -576,6 +563,17 @@ class Entries:
             # the launcher reads it when its turn comes
             return importlib.import_module('launch').LaunchDescription()
         return old(source, location)
+
+
+def replace_method(cls: Any, name: str, by: Callable[..., Any]) -> None:
+    """Replace a method of a class; `by` gets the old one before all else."""
+    old: Callable[..., Any] = getattr(cls, name)
+
+    @wraps(old)
+    def new(*args: Any, **kwargs: Any) -> Any:
+        return by(old, *args, **kwargs)
+
+    setattr(cls, name, new)
 
 
 class _Loader(SourceFileLoader):

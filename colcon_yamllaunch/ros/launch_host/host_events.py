@@ -20,6 +20,7 @@ from typing import Any
 from typing import TYPE_CHECKING
 
 from host_entries import is_shutdown
+from host_entries import replace_method
 from host_handlers import Describer
 from host_handlers import entities_of
 from host_handlers import hears
@@ -575,7 +576,7 @@ def install(visitor: Visitor, entries: Entries) -> Events:
         visitor.positions.lend(visitor.entity, handler)
         old(handler, *args, **kwargs)
 
-    entries._replace(base, '__init__', init)
+    replace_method(base, '__init__', init)
     events = Events(visitor)
     entries.on_process = events.add_process
     entries.on_exit = events.add_on_exit

@@ -22,6 +22,7 @@ import os
 from typing import Any
 from typing import TYPE_CHECKING
 
+from host_entries import replace_method
 from host_events import Future
 from host_handlers import Describer
 from host_packages import when_imported
@@ -29,7 +30,6 @@ from host_scope import set_environment
 from host_visit import Marker
 
 if TYPE_CHECKING:
-    from host_entries import Entries
     from host_events import Events
     from host_visit import Visitor
 
@@ -262,15 +262,15 @@ class Timers:
         return any('.cancel' in line for line in lines)
 
 
-def install(visitor: Visitor, entries: Entries, events: Events) -> None:
+def install(visitor: Visitor, events: Events) -> None:
     """Let timers be told as blocks, and what they do goes on later."""
     actions = importlib.import_module('launch.actions')
     timers = Timers(visitor, events)
-    entries._replace(actions.TimerAction, 'execute', timers.execute)
+    replace_method(actions.TimerAction, 'execute', timers.execute)
     when_imported(
         'launch_ros.actions.ros_timer',
         # Humble has another name for it
-        lambda module: entries._replace(
+        lambda module: replace_method(
             getattr(module, 'ROSTimer', None) or module.RosTimer,
             'execute',
             timers.execute,
