@@ -21,6 +21,7 @@ from host_errors import Failed
 from host_packages import when_imported
 from host_texts import as_json
 from host_texts import condition_text
+from host_texts import is_a
 from host_visit import Marker
 
 if TYPE_CHECKING:
@@ -233,9 +234,8 @@ class Entries:
         if package is not None:
             node['package'] = visitor.text_of(package)
         node['node'] = node_name(action)
-        names = {cls.__name__ for cls in type(action).__mro__}
-        node['is_container'] = 'ComposableNodeContainer' in names
-        node['is_lifecycle'] = 'LifecycleNode' in names
+        node['is_container'] = is_a(action, 'ComposableNodeContainer')
+        node['is_lifecycle'] = is_a(action, 'LifecycleNode')
         node['autostart'] = _autostarts(action, 'LifecycleNode')
         position = visitor.position(action)
         for one in context.launch_configurations.get('global_params') or ():
@@ -350,7 +350,6 @@ class Entries:
             request = request_for(description, context)
             if request is None:
                 continue
-            names = {cls.__name__ for cls in type(description).__mro__}
             position = visitor.position(description)
             visitor.packages.name(request.package_name, position)
             visitor.say(
@@ -365,7 +364,7 @@ class Entries:
                 extra_arguments=self._messages(
                     description, request.extra_arguments
                 ),
-                is_lifecycle='ComposableLifecycleNode' in names,
+                is_lifecycle=is_a(description, 'ComposableLifecycleNode'),
                 autostart=_autostarts(description, 'ComposableLifecycleNode'),
                 position=position,
             )

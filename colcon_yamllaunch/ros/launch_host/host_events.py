@@ -24,11 +24,11 @@ from host_entries import replace_method
 from host_handlers import Describer
 from host_handlers import entities_of
 from host_handlers import hears
-from host_handlers import is_a
 from host_handlers import is_settled
 from host_handlers import may_hear
 from host_handlers import OF_HOST
 from host_handlers import TRANSITIONS
+from host_texts import is_a
 
 if TYPE_CHECKING:
     from host_entries import Entries

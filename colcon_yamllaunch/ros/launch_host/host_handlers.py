@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from host_texts import as_written
 from host_texts import condition_text
+from host_texts import is_a
 
 if TYPE_CHECKING:
     # as code, this needs 3.9
@@ -287,11 +288,6 @@ class _Private:
             except AttributeError:
                 pass
         return None
-
-
-def is_a(thing: Any, kind: str) -> bool:
-    """Say whether something is of a class of ROS 2, by the name of that."""
-    return any(cls.__name__ == kind for cls in type(thing).__mro__)
 
 
 def entities_of(handler: Any) -> Any:

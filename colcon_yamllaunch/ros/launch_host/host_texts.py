@@ -1,13 +1,18 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What objects of `launch` are as text and as JSON."""
+"""What objects of `launch` are: by class, as text and as JSON."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 import math
 from typing import Any
+
+
+def is_a(thing: Any, *kinds: str) -> bool:
+    """Say whether something is of a class of ROS 2, by the names of these."""
+    return any(cls.__name__ in kinds for cls in type(thing).__mro__)
 
 
 def as_written(substitutions: Any) -> str:

@@ -27,6 +27,7 @@ from host_events import Future
 from host_handlers import Describer
 from host_packages import when_imported
 from host_scope import set_environment
+from host_texts import is_a
 from host_visit import Marker
 
 if TYPE_CHECKING:
@@ -37,14 +38,14 @@ if TYPE_CHECKING:
     Json = dict[str, Any]
 
 #: Actions of ROS 2 whose time matters.
-_TIMELY = {
+_TIMELY = (
     'OpaqueFunction',
     'OpaqueCoroutine',
     'EmitEvent',
     'RegisterEventHandler',
     'UnregisterEventHandler',
     'LifecycleTransition',
-}
+)
 #: What ends a scope that a group began.
 _POPS = {'PopLaunchConfigurations': 0, 'PopEnvironment': 1}
 _PUSHES = {'PushLaunchConfigurations': 0, 'PushEnvironment': 1}
@@ -129,7 +130,6 @@ class Timers:
             is_dropped = types.perform_typed_substitution(
                 context, is_dropped, bool
             )
-        names = {cls.__name__ for cls in type(timer).__mro__}
         self._visitor.say(
             'begin',
             kind='timer',
@@ -138,7 +138,7 @@ class Timers:
             period=period,
             cancel_on_shutdown=is_dropped,
             # without simulated time, that of ROS is the system's
-            on_ros_time=bool(names & {'ROSTimer', 'RosTimer'})
+            on_ros_time=is_a(timer, 'ROSTimer', 'RosTimer')
             and self._visitor.scopes.uses_sim_time,
         )
         actions = list(timer.actions)
@@ -237,11 +237,10 @@ class Timers:
             return False
         if _ends_launch(entity):
             return False
-        names = {cls.__name__ for cls in type(entity).__mro__}
         module = f'{type(entity).execute.__module__}.'
-        if names & _TIMELY or not module.startswith(_KNOWN):
+        if is_a(entity, *_TIMELY) or not module.startswith(_KNOWN):
             return True
-        if names & {'ExecuteLocal', 'TimerAction'}:
+        if is_a(entity, 'ExecuteLocal', 'TimerAction'):
             return False
         event = kinds.ExecutionComplete(action=entity)
         return bool(self._visitor.context.would_handle_event(event))
