@@ -93,7 +93,7 @@ class Growing(Protocol):
 
     def id_of(self, name: str) -> int | None:
         """
-        Return what the host knows a process or component by.
+        Return the number by which the host knows a process.
 
         :param name: Its `ros_name`; None is returned for one that the host
           has nothing to do with, as of a YAML file

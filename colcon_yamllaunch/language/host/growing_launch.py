@@ -110,7 +110,7 @@ class GrowingLaunch:
     def _growth(self, problems: list[str]) -> Growth:
         walk = self._walk
         if self._intake is not None:
-            self._intake.__exit__()
+            self._intake.close()
             self._intake = None
         entries, walk.draft.entries = walk.draft.entries, []
         for diagnostic in walk.diagnostics[self._told :]:

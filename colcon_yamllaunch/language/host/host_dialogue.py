@@ -192,6 +192,10 @@ class Intake:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leave the files, groups and timers that were not ended."""
         while self._open:
             self._open.pop()[1].close()
 
