@@ -7,10 +7,12 @@ import json
 import os
 from pathlib import Path
 import signal
+import time
 
 from colcon_yamllaunch.common import temporary_folders
 from colcon_yamllaunch.runtime.control import socket_folder
 from colcon_yamllaunch.runtime.control.client import running_launches
+from colcon_yamllaunch.runtime.core import limits
 import pytest
 
 
@@ -155,9 +157,21 @@ def test_processes_outlive_the_host(launch, sh, sleep, wait_until):
 
 
 def test_who_never_answers_does_not_hold_up_the_end(launch, sleep):
-    started = launch(sleep('a'), source=[{'when': 'started a', 'never': True}])
+    source = [{'when': 'started a', 'never': True}]
+    started = launch(sleep('a'), source=source, patience=0.01)
     started.shows('a: started').sends(signal.SIGINT)
-    started.shows('a: stopped').sends(signal.SIGINT)
+    assert started.ends() == 0
+    assert started.processes() == []
+
+
+def test_ctrl_c_again_does_not_wait_for_an_answer(launch, sleep, wait_until):
+    source = [{'when': 'started a', 'never': True}]
+    started = launch(sleep('a'), source=source, patience=900.0)
+    started.shows('a: started').sends(signal.SIGINT)
+    started.shows('a: stopped')
+    shown = time.monotonic()
+    wait_until(lambda: time.monotonic() - shown > 2 * limits.SIGNAL_ECHO)
+    started.sends(signal.SIGINT)
     assert started.ends() == 0
     assert started.processes() == []
 
