@@ -129,7 +129,7 @@ def _warn_of_lost_changes(walk: Walk, origin: Span) -> None:
         if changes:
             walk.warn(
                 f"what '{action}' has set does not reach the nodes of a "
-                'launch file in Python',
+                f"launch file in Python that '{LAUNCHER} launch' runs",
                 origin,
                 'pass it as a launch argument, or write the launch file '
                 'in YAML or XML',
