@@ -77,7 +77,7 @@ def test_a_launch_grows_as_its_event_handlers_say(ros_user: User) -> None:
     assert launch.interrupt() == 1
     assert launch.output.count('one up') == 3
     assert launch.output.count('late-') >= 2
-    assert '[launch.user]: interrupted' in launch.output
+    assert '[launch.user]: ctrl-c (SIGINT)' in launch.output
 
 
 def test_the_rest_goes_on_without_the_host(ros_user: User) -> None:
@@ -90,4 +90,4 @@ def test_the_rest_goes_on_without_the_host(ros_user: User) -> None:
     assert 'late' in ros_user.launch('--status')
     assert launch.interrupt() == 1
     assert 'failed: the host of launch files' in launch.output
-    assert '[launch.user]: interrupted' not in launch.output
+    assert '[launch.user]: ctrl-c (SIGINT)' not in launch.output
