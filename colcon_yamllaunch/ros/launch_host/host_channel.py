@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import contextlib
+import fcntl
 from itertools import count
-import json
+from json import dumps
+from json import loads
 import os
 import queue
 import signal
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
     Json = dict[str, Any]
 
 READ_SIZE = 1 << 16
+#: The first descriptor for the lines: launch files that make themselves
+#: daemons close or write to low ones.
+DESCRIPTOR = 200
 
 
 class Channel:
@@ -30,6 +35,8 @@ class Channel:
     The descriptors 0 and 1 are nothing and standard error from then on, for
     whatever launch files read, print and start. When there is no more to
     read, this program ends with all that it started, whatever it does then.
+    A copy that a launch file forks off has no part in this: it ends where it
+    would answer.
     """
 
     def __init__(self) -> None:
@@ -39,8 +46,8 @@ class Channel:
         self.where: Callable[[], object] = list
         #: Is called before this program ends.
         self.at_end: Callable[[], object] = bool
-        self._input = os.dup(0)
-        self._output = os.dup(1)
+        self._input = _moved(0)
+        self._output = _moved(1)
         nothing = os.open(os.devnull, os.O_RDONLY)
         os.dup2(nothing, 0)
         os.close(nothing)
@@ -49,10 +56,13 @@ class Channel:
         self._writing = threading.Lock()
         self._lines: queue.SimpleQueue[Json] = queue.SimpleQueue()
         threading.Thread(target=self._read, daemon=True).start()
+        os.register_at_fork(after_in_child=self._leave)
 
     def say(self, what: str, **fields: object) -> None:
         """Write a line; end where nobody reads."""
-        data = (json.dumps({'say': what, **fields}) + '\n').encode()
+        if self._output == -1:
+            os._exit(0)
+        data = (dumps({'say': what, **fields}) + '\n').encode()
         try:
             with self._writing:
                 while data:
@@ -85,12 +95,19 @@ class Channel:
                 self._end()
             *lines, rest = (rest + data).split(b'\n')
             for line in lines:
-                request = json.loads(line)
+                request = loads(line)
                 if request.get('do') == 'where':
                     # now, whatever else is being done
                     self.say('where', frames=self.where())
                 else:
                     self._lines.put(request)
+
+    def _leave(self) -> None:
+        """Have no part in the lines any more, nor keep them open."""
+        for descriptor in (self._input, self._output):
+            with contextlib.suppress(OSError):
+                os.close(descriptor)
+        self._input = self._output = -1
 
     def _end(self) -> None:
         try:
@@ -100,6 +117,14 @@ class Channel:
                 with contextlib.suppress(OSError):
                     os.kill(process, signal.SIGKILL)
             os._exit(0)
+
+
+def _moved(descriptor: int) -> int:
+    try:
+        return fcntl.fcntl(descriptor, fcntl.F_DUPFD_CLOEXEC, DESCRIPTOR)
+    except OSError:
+        # so many are not allowed
+        return os.dup(descriptor)
 
 
 def _started() -> list[int]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import json
 import os
 from pathlib import Path
+import signal
 import subprocess
 import sys
 import time
@@ -150,3 +151,61 @@ def test_it_ends_where_nobody_reads(tmp_path: Path, talks: list[Talk]) -> None:
     talk.send(do='go')
     assert talk.process.wait(DEADLINE) == 0
     assert not Path('went-on').exists()
+
+
+def test_low_descriptors_are_not_of_the_channel(
+    tmp_path: Path, talks: list[Talk]
+) -> None:
+    talk = Talk(
+        tmp_path,
+        'for number in range(3, 100):\n'
+        '    try:\n'
+        "        os.write(number, b'junk')\n"
+        '    except OSError:\n'
+        '        pass\n'
+        'os.closerange(0, 100)\n'
+        'channel.say(channel.take()["do"])\n'
+        'channel.take()\n',
+    )
+    talks.append(talk)
+    talk.send(do='next')
+    assert talk.take() == {'say': 'next'}
+    assert talk.end() == 0
+
+
+def test_a_copy_of_the_host_says_nothing(
+    tmp_path: Path, talks: list[Talk]
+) -> None:
+    talk = Talk(
+        tmp_path,
+        'pid = os.fork()\n'
+        'if pid == 0:\n'
+        '    channel.at_end = lambda: open("ended-copy", "w")\n'
+        "channel.say('told', status=os.waitpid(pid, 0)[1] if pid else -1)\n"
+        'channel.take()\n',
+    )
+    talks.append(talk)
+    assert talk.take() == {'say': 'told', 'status': 0}
+    assert talk.end() == 0
+    assert not Path('ended-copy').exists()
+
+
+def test_a_copy_does_not_hide_the_end_of_the_host(
+    tmp_path: Path, talks: list[Talk]
+) -> None:
+    talk = Talk(
+        tmp_path,
+        'pid = os.fork()\n'
+        'if pid == 0:\n'
+        '    time.sleep(600)\n'
+        "channel.say('forked', pid=pid)\n"
+        'os._exit(3)\n',
+    )
+    talks.append(talk)
+    pid = talk.take()['pid']
+    try:
+        assert talk.process.stdout is not None
+        assert not talk.process.stdout.read()
+        assert talk.process.wait(DEADLINE) == 3
+    finally:
+        os.kill(pid, signal.SIGKILL)
