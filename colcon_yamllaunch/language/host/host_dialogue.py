@@ -12,6 +12,7 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from contextlib import ExitStack
 from functools import lru_cache
+import math
 import os
 from pathlib import Path
 from typing import Any
@@ -223,8 +224,10 @@ class Intake:
         take = _TAKERS.get(str(message.get('say')))
         if take is None:
             return
+        position = self._position(message)
         try:
-            self._walk.count_action(self._position(message))
+            self._walk.count_action(position)
+            _check_seconds(message, position)
             take(self, message)
         except (LaunchError, AlreadyReportedError, EndlessError) as e:
             self._failure = e
@@ -456,6 +459,19 @@ class Intake:
             self._answer(message, {'scope': scope})
 
 
+def _check_seconds(message: HostMessage, position: Position) -> None:
+    """
+    Look at the times in a message.
+
+    :raises LaunchError: when one of them is no number
+    """
+    for name in _TIMES:
+        value = message.get(name)
+        if isinstance(value, float) and math.isnan(value):
+            hint = 'it is a number of seconds'
+            raise error(f"'{name}' is not a number", position, hint=hint)
+
+
 def position_of(
     said: HostMessage, otherwise: Position, walk: Walk | None = None
 ) -> Position:
@@ -490,6 +506,7 @@ def _lines(path: str) -> list[str]:
     return text_of(Path(path)).split('\n')
 
 
+_TIMES = ('period', 'respawn_delay', 'sigterm_timeout', 'sigkill_timeout')
 # what is called the same in a process of the plan
 _PROCESS_FIELDS = (
     'emulate_tty',

@@ -111,6 +111,17 @@ def described(
     }
 
 
+def plainly_described(error: BaseException) -> Json:
+    """Return the same of an error that fails itself when it is asked."""
+    return {
+        'text': type(error).__name__,
+        'hint': None,
+        'frames': [],
+        'package': None,
+        'argument': None,
+    }
+
+
 def chain(error: BaseException) -> Iterator[BaseException]:
     """Iterate over an error and those that led to it."""
     seen = set()

@@ -22,6 +22,7 @@ from host_errors import Failed
 from host_errors import frame_of
 from host_errors import frames_of_thread
 from host_errors import note_entity
+from host_errors import plainly_described
 from host_errors import Refused
 from host_packages import Packages
 from host_positions import Positions
@@ -127,6 +128,7 @@ class Visitor:
                 raise Refused(self._refusal)
             for call in self.before_done:
                 call()
+            scope = self.scopes.current() if self.scopes else {}
         except Refused as e:
             undo()
             self.say('done', id=number, refused=str(e))
@@ -138,10 +140,12 @@ class Visitor:
             if self._refusal is not None:
                 self.say('done', id=number, refused=self._refusal)
             else:
-                error = described(e, self.positions, self.packages)
+                try:
+                    error = described(e, self.positions, self.packages)
+                except Exception:  # noqa: BLE001 - its text may be anyone's
+                    error = plainly_described(e)
                 self.say('done', id=number, error=error)
         else:
-            scope = self.scopes.current() if self.scopes else {}
             self.say('done', id=number, scope=scope)
         finally:
             self._depth -= 1

@@ -19,6 +19,7 @@ from colcon_yamllaunch.language.plan.plan import SignalProcess
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.syntax.position import Position
+import pytest
 from support.played_host import Message
 from support.played_host import Play
 from support.played_host import PlayedHost
@@ -533,3 +534,35 @@ def test_the_host_is_started_anew_for_each_evaluation(
         'prefix': '/install/alpha',
         'built': False,
     }
+
+
+@pytest.mark.parametrize(
+    'name', ['respawn_delay', 'sigterm_timeout', 'sigkill_timeout']
+)
+def test_a_time_of_a_process_is_a_number(played: Played, name: str) -> None:
+    def play(_request: Message) -> Play:
+        at = position(played.path, 3, 5)
+        yield process(1, position=at, **{name: float('nan')})
+
+    played.does(play)
+    (problem,) = played.evaluate().diagnostics
+    assert problem.message == f"'{name}' is not a number"
+    assert problem.position == Position(played.path, 3, 5)
+
+
+def test_the_period_of_a_timer_is_a_number(played: Played) -> None:
+    def play(_request: Message) -> Play:
+        at = position(played.path, 2, 3)
+        period = float('nan')
+        yield {
+            'say': 'begin',
+            'kind': 'timer',
+            'position': at,
+            'period': period,
+        }
+        yield process(1, position=at)
+        yield {'say': 'end'}
+
+    played.does(play)
+    (problem,) = played.evaluate().diagnostics
+    assert problem.message == "'period' is not a number"
