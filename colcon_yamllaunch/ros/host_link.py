@@ -110,8 +110,8 @@ class HostLink:
         self._lines: list[bytes] = []
         # what was sent before it is known to have what is needed
         self._first: list[bytes] | None = []
-        # what the first Python lacks
-        self._missing: list[str] | None = None
+        # what was wrong with the first Python
+        self._first_reason: HostError | None = None
         self._begun = self._is_entrusted = False
         self._is_over = False
         # why, if there never was one
@@ -134,10 +134,11 @@ class HostLink:
             raise self._gone()
         if self._first is not None:
             self._first.append(data)
-        if not self._begun:
+        if self._begun:
+            self._unsent += data
+        else:
             self._begun = True
             self._start()
-        self._unsent += data
         self.flush()
 
     def receive(self) -> HostMessage:
@@ -175,7 +176,7 @@ class HostLink:
         None at the end of what it says, too; that it ended is reported as of
         each child.
 
-        :raises HostError: when none of the Pythons has what is needed
+        :raises HostError: when none of the Pythons does, or has what is needed
         """
         while True:
             self.flush()
@@ -186,8 +187,13 @@ class HostLink:
                 if message.get('say') != 'found':
                     return message
                 self._found([str(n) for n in message.get('missing', ())])
-            if not self._read_more():
+            if self._read_more():
+                continue
+            if self.descriptor != -1 or self._first is None or not self.pid:
                 return None
+            # not even what it lacks: it may be too old, or a broken one
+            self._await_end()
+            self._next(HostError(f'{self._end()}{self._last_words()}'))
 
     def flush(self) -> bool:
         """Write what is to be sent, and return whether all is written."""
@@ -270,7 +276,7 @@ class HostLink:
         """
         Start it, with the next Python that there is.
 
-        :raises HostError: when it cannot be started
+        :raises HostError: when none can be started
         """
         its_input, self._input = os.pipe()
         self.descriptor, its_output = os.pipe()
@@ -288,10 +294,8 @@ class HostLink:
                 (its_input, its_output, error),
             )
         except StartError as e:
-            self._close_pipes()
-            self._is_over = True
-            self._reason = NoHostError(str(e))
-            raise self._reason from e
+            self._next(NoHostError(str(e)))
+            return
         finally:
             os.close(its_input)
             os.close(its_output)
@@ -301,6 +305,7 @@ class HostLink:
         self._guard.flush()
         os.set_blocking(self._input, False)
         os.set_blocking(self.descriptor, False)
+        self._unsent = b''.join(self._first or ())
 
     def _receive(self, timeout: float) -> HostMessage:
         deadline = time.monotonic() + timeout
@@ -343,21 +348,29 @@ class HostLink:
         if not missing:
             self._first = None
             return
-        if self._missing is None:
-            # what the others lack matters less
-            self._missing = missing
-        first = self._first or []
+        self._next(NoHostError(f'there is no {missing[0]}'))
+
+    def _next(self, reason: HostError) -> None:
+        """
+        Go on with the next Python.
+
+        :param reason: What is wrong with this one
+        :raises HostError: when there is none: what was wrong with the first
+          one, as the others matter less
+        """
+        if self._first_reason is None:
+            self._first_reason = reason
         self._close_pipes()
-        self._await_end()
+        if self.pid:
+            self._await_end()
         self._end()
         del self._pythons[:1]
         if not self._pythons:
-            self._reason = NoHostError(f'there is no {self._missing[0]}')
+            self._reason = self._first_reason
             raise self._reason
         self._is_over = False
         self._read.clear()
         self._start()
-        self._unsent = b''.join(first)
 
     def _gone(self) -> HostError:
         """Return the error of a host that ended, once it did."""

@@ -145,6 +145,28 @@ def test_all_of_them_lack_something(link: MakeLink) -> None:
         host.send({'id': 2})
 
 
+@pytest.mark.parametrize('script', ['sys.exit(3)\n', 'os.abort()\n', '(\n'])
+def test_the_next_python_is_taken_where_one_is_broken(
+    link: MakeLink, script: str
+) -> None:
+    host = link(script, ECHO)
+    host.send({'id': 1})
+    host.send({'id': 2})
+    assert host.receive() == {'say': 'done', 'id': 1}
+    assert host.receive() == {'say': 'done', 'id': 2}
+
+
+def test_the_next_python_is_taken_where_one_cannot_be_started(
+    link: MakeLink, tmp_path: Path
+) -> None:
+    host = link(ECHO, ECHO)
+    (tmp_path / 'python0' / 'python3').write_text('#!/no/such/python\n')
+    host.send({'id': 1})
+    assert host.receive() == {'say': 'done', 'id': 1}
+    host.send({'id': 2})
+    assert host.receive() == {'say': 'done', 'id': 2}
+
+
 def test_there_is_no_python(link: MakeLink) -> None:
     host = link()
     with pytest.raises(NoHostError, match='python3'):

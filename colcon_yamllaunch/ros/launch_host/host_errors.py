@@ -111,12 +111,12 @@ def described(
     }
 
 
-def plainly_described(error: BaseException) -> Json:
+def plainly_described(error: BaseException, positions: Positions) -> Json:
     """Return the same of an error that fails itself when it is asked."""
     return {
         'text': type(error).__name__,
         'hint': None,
-        'frames': [],
+        'frames': list(_frames(error, positions))[-MAXIMUM_FRAMES:],
         'package': None,
         'argument': None,
     }

@@ -143,7 +143,7 @@ class Visitor:
                 try:
                     error = described(e, self.positions, self.packages)
                 except Exception:  # noqa: BLE001 - its text may be anyone's
-                    error = plainly_described(e)
+                    error = plainly_described(e, self.positions)
                 self.say('done', id=number, error=error)
         else:
             self.say('done', id=number, scope=scope)
