@@ -156,6 +156,7 @@ import sys
 
 import host_arguments
 from host_channel import Channel
+from host_channel import log_output
 from host_entries import Entries
 from host_entries import install_logging
 import host_events
@@ -176,7 +177,8 @@ def main() -> None:
         os.setpgid(0, 0)
     channel = Channel()
     # prints are for a log, each when it is made
-    sys.stdout = os.fdopen(1, 'w', buffering=1, errors='backslashreplace')
+    sys.stdout = log_output(1)
+    sys.stderr = log_output(2)
     missing = [name for name in NEEDED if not importlib.util.find_spec(name)]
     channel.say('found', missing=missing)
     if missing:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 import contextlib
 import fcntl
+import io
 from itertools import count
 from json import dumps
 from json import loads
@@ -26,6 +27,25 @@ READ_SIZE = 1 << 16
 #: The first descriptor for the lines: launch files that make themselves
 #: daemons close or write to low ones.
 DESCRIPTOR = 200
+
+
+def log_output(descriptor: int) -> io.TextIOWrapper:
+    """Return a text stream to a log; each line is written when it is made."""
+    return io.TextIOWrapper(
+        io.BufferedWriter(_Log(descriptor, 'w', closefd=False)),
+        errors='backslashreplace',
+        line_buffering=True,
+    )
+
+
+class _Log(io.FileIO):
+    """Is not worth a launch when its disk is full, or somebody closed it."""
+
+    def write(self, data: Any, /) -> int:
+        try:
+            return super().write(data)
+        except OSError:
+            return len(data)
 
 
 class Channel:

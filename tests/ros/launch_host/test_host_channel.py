@@ -14,6 +14,7 @@ import time
 from typing import Any
 
 from colcon_yamllaunch import ros
+import host_channel
 import pytest
 
 FOLDER = Path(next(iter(ros.__path__)), 'launch_host')
@@ -209,3 +210,12 @@ def test_a_copy_does_not_hide_the_end_of_the_host(
         assert talk.process.wait(DEADLINE) == 3
     finally:
         os.kill(pid, signal.SIGKILL)
+
+
+def test_a_log_that_cannot_be_written_is_no_error() -> None:
+    descriptor = os.open('/dev/full', os.O_WRONLY)
+    log = host_channel.log_output(descriptor)
+    print('x' * 100_000, 'é\udcff', file=log)
+    os.close(descriptor)
+    print('gone', file=log)
+    log.close()
