@@ -196,8 +196,11 @@ class _Check(Walk):
         # with other arguments it may set anything
         self.scope.configurations.is_open = True
         if reason is not None:
+            hint = None if reason else 'source a ROS 2 that has launch_ros'
             self.warn(
-                f'a launch file in Python cannot be checked{reason}', origin
+                f'a launch file in Python cannot be checked{reason}',
+                origin,
+                hint,
             )
             self.may_have_others = True
 

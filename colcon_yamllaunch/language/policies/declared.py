@@ -197,7 +197,8 @@ class _Listing(Walk):
             raise error(
                 'the launch arguments of a launch file in Python show only '
                 'when it runs',
-                hint=f"'ros2 launch -s {path}' shows them",
+                hint='source a ROS 2 that has launch_ros; where it is, '
+                f"'ros2 launch -s {path}' shows them too",
             )
 
     def _note_python(self, name: str, path: str, origin: Span) -> bool:

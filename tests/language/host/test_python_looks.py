@@ -3,13 +3,18 @@
 
 """Looking at launch files in Python: --check, --show-args, completion."""
 
+from dataclasses import replace
+
 from colcon_yamllaunch.language.evaluation.declared_argument import (
     DeclaredArgument,
 )
+from colcon_yamllaunch.language.evaluation.launch_host import NoHostError
 from colcon_yamllaunch.language.host.python_source import named_packages
 from colcon_yamllaunch.language.host.python_source import written_arguments
 from colcon_yamllaunch.language.policies.declared import find_declarations
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
+import pytest
 from support.played_host import Message
 from support.played_host import Play
 from support.played_host import position
@@ -106,6 +111,23 @@ def test_a_check_of_what_cannot_be_visited(played: Played) -> None:
     assert warning.message == (
         'a launch file in Python cannot be checked: it needs the event loop'
     )
+
+
+def test_looks_without_launch_tell_what_is_needed(played: Played) -> None:
+    def send(_message: Message) -> None:
+        raise NoHostError('there is no launch')
+
+    played.host.send = send  # type: ignore[method-assign, assignment]
+    (warning,) = played.check_itself().diagnostics
+    assert warning.message == 'a launch file in Python cannot be checked'
+    assert warning.hint == 'source a ROS 2 that has launch_ros'
+    request = played.launcher.request('launch: []')
+    request = replace(request, name=played.path, path=played.path)
+    with pytest.raises(LaunchError) as caught:
+        find_declarations(replace(request, host=lambda: played.host))
+    (error,) = caught.value.diagnostics
+    assert error.hint is not None
+    assert error.hint.startswith('source a ROS 2 that has launch_ros; ')
 
 
 def test_arguments_are_listed(played: Played) -> None:
