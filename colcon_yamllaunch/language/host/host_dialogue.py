@@ -17,6 +17,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
 from colcon_yamllaunch.language.evaluation.findings import PluginUse
@@ -447,7 +448,13 @@ class Intake:
         path = str(message['path'])
         located = walk.packages.locate(walk.absolute(path))
         if located is None:
-            raise error(f"the launch file '{path}' does not exist", position)
+            raise error(
+                f"the launch file '{path}' does not exist",
+                position,
+                hint=did_you_mean(
+                    os.path.basename(path), walk.packages.similar(path)
+                ),
+            )
         before = walk.error_count()
         with walk.within_scope(walk.scope.inner()):
             take_scope(walk, message['scope'], position)

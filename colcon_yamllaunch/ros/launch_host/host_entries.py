@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import contextlib
+import difflib
+import errno
 from functools import wraps
 import importlib
 from importlib.machinery import SourceFileLoader
@@ -17,7 +19,9 @@ import tempfile
 from typing import Any
 from typing import TYPE_CHECKING
 
+from host_errors import checked
 from host_errors import Failed
+from host_errors import ToldError
 from host_packages import when_imported
 from host_texts import as_json
 from host_texts import condition_text
@@ -470,8 +474,18 @@ class Entries:
             name = '_LaunchDescriptionSource__expanded_location'
             if hasattr(source, name):
                 setattr(source, name, path)
-        children = old(action, context) or []
         position = visitor.position(action)
+        try:
+            children = old(action, context) or []
+        except Exception:
+            if not path or os.path.exists(path):
+                raise
+            text = f"the launch file '{path}' does not exist"
+            # the error that led to it tells the package
+            cause = FileNotFoundError(errno.ENOENT, text, path)
+            raise ToldError(
+                text, position, hint=_did_you_mean(path)
+            ) from cause
         return [
             Marker(
                 lambda: visitor.say(
@@ -539,6 +553,7 @@ class Entries:
             if not is_python:
                 visitor.positions.add_file(path)
                 visitor.say('file', path=os.path.abspath(path))
+            checked(loaded, path, visitor.positions)
             return loaded
 
         module.load_python_launch_file_as_module = told
@@ -573,6 +588,14 @@ def replace_method(cls: Any, name: str, by: Callable[..., Any]) -> None:
         return by(old, *args, **kwargs)
 
     setattr(cls, name, new)
+
+
+def _did_you_mean(path: str) -> str | None:
+    folder, name = os.path.split(path)
+    with contextlib.suppress(OSError):
+        for near in difflib.get_close_matches(name, os.listdir(folder), 1):
+            return f"did you mean '{near}'?"
+    return None
 
 
 class _Loader(SourceFileLoader):

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 import contextlib
+import difflib
+from functools import wraps
 import linecache
 import re
 import sys
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
 
 #: How many frames are shown of a recursion without end, the innermost ones.
 MAXIMUM_FRAMES = 20
+#: The function that each launch file in Python has.
+_GENERATE = 'generate_launch_description'
 #: Keeps the entity that was visited, or the position of what went wrong.
 _ENTITY = '_launch_host_entity'
 #: How `launch` says that an included file is not given an argument.
@@ -44,11 +48,12 @@ class Failed(BaseException):
 
 class ToldError(Exception):
     """
-    An error in a launch file that is not in Python.
+    An error in words of our own, no exception of `launch` or of the user.
 
     :param message: What is wrong
     :param position: Where, None when that is not known
     :param length: How many characters are meant
+    :param hint: The way out, if it is known
     """
 
     def __init__(
@@ -56,10 +61,12 @@ class ToldError(Exception):
         message: str,
         position: list[object] | None = None,
         length: int = 1,
+        hint: str | None = None,
     ) -> None:
         super().__init__(message)
         self.position = position
         self.length = length
+        self.hint = hint
 
 
 class ArgumentError(Exception):
@@ -104,7 +111,7 @@ def described(
         package = packages.missing(error)
     return {
         'text': _text(error),
-        'hint': None,
+        'hint': error.hint if isinstance(error, ToldError) else None,
         'frames': frames,
         'package': package,
         'argument': argument,
@@ -233,3 +240,88 @@ def _frame_of(position: list[object] | None, end: int | None) -> Json:
     assert isinstance(line, int)
     assert isinstance(column, int)
     return _frame(path, line, column, end)
+
+
+def checked(module: Any, path: str, positions: Positions) -> None:
+    """
+    Let what a launch file generates be checked when it does.
+
+    `launch` itself would miss some attribute of it, at no place.
+
+    :param module: What was loaded from the file
+    :raises ToldError: when the file has no such function
+    """
+    generate = getattr(module, _GENERATE, None)
+    if generate is None:
+        names = [n for n, v in vars(module).items() if callable(v)]
+        near = difflib.get_close_matches(_GENERATE, names, 1, 0.8)
+        text = f"the launch file has no function '{_GENERATE}'"
+        if not near:
+            raise ToldError(text, [path, 1, 1])
+        raise _of_function(
+            text,
+            positions.of_function(path, near[0]),
+            near[0],
+            f"did you mean it by '{near[0]}'?",
+        )
+
+    @wraps(generate)
+    def generate_checked() -> Any:
+        description = generate()
+        made_by = positions.of_function(path, _GENERATE)
+        if not hasattr(description, 'get_launch_arguments'):
+            raise _of_function(
+                f'{_GENERATE}() returned {_kind(description)}, '
+                'no LaunchDescription',
+                made_by,
+                _GENERATE,
+                "end it with 'return LaunchDescription([…])'",
+            )
+        _check(description, made_by, positions)
+        return description
+
+    setattr(module, _GENERATE, generate_checked)
+
+
+def _of_function(
+    text: str, position: list[object], name: str, hint: str | None
+) -> ToldError:
+    is_found = position[1:] != [1, 1]
+    return ToldError(text, position, len(name) if is_found else 1, hint)
+
+
+def _check(entity: Any, made_by: list[object], positions: Positions) -> None:
+    """
+    Look for what is no action in a description, and in its groups.
+
+    :param made_by: The position of what has no position
+    :raises ToldError: for the first of them
+    """
+    for child in entity.describe_sub_entities():
+        position = positions.place(child, entity) or made_by
+        if not hasattr(child, 'visit'):
+            raise no_action(child, position)
+        # the files of those are read in their turn
+        if not hasattr(child, 'launch_description_source'):
+            _check(child, position, positions)
+
+
+def no_action(found: object, position: list[object] | None) -> ToldError:
+    """Return the error about something that stands where actions stand."""
+    hint = None
+    if any(cls.__name__ == 'BaseEventHandler' for cls in type(found).__mro__):
+        hint = f'put it into RegisterEventHandler({type(found).__name__}(…))'
+    elif isinstance(found, (list, tuple)):
+        hint = "put its actions into the list itself, such as by '*'"
+    return ToldError(
+        f'{_kind(found)} stands where an action is expected',
+        position,
+        hint=hint,
+    )
+
+
+def _kind(found: object) -> str:
+    if found is None or isinstance(found, str):
+        return repr(found)
+    name = type(found).__name__
+    return f'{"an" if name[0] in "AEIOUaeiou" else "a"} {name}'

@@ -12,6 +12,7 @@ import importlib
 from itertools import islice
 import linecache
 import os
+import re
 import sys
 import sysconfig
 from types import CodeType
@@ -155,6 +156,10 @@ class Positions:
 
     def of(self, *made: object) -> list[object] | None:
         """Return the position of the first object that has one, or None."""
+        return self.place(*made) or self.otherwise
+
+    def place(self, *made: object) -> list[object] | None:
+        """Return the position of the first object with one of its own."""
         for one in made:
             told: list[object] | None = getattr(one, _POSITION, None)
             if told is not None:
@@ -162,7 +167,16 @@ class Positions:
             place = getattr(one, _PLACE, None)
             if place is not None:
                 return self._position(*place)
-        return self.otherwise
+        return None
+
+    def of_function(self, path: str, name: str) -> list[object]:
+        """Return the position of a function's name, or the file's start."""
+        pattern = re.compile(rf'(?:async +)?def +(?={re.escape(name)}\b)')
+        for number, line in enumerate(linecache.getlines(path), 1):
+            match = pattern.match(line)
+            if match is not None:
+                return [path, number, match.end() + 1]
+        return [path, 1, 1]
 
     def _position(
         self, code: CodeType, lasti: int, line: int

@@ -21,6 +21,7 @@ from host_errors import described
 from host_errors import Failed
 from host_errors import frame_of
 from host_errors import frames_of_thread
+from host_errors import no_action
 from host_errors import note_entity
 from host_errors import plainly_described
 from host_errors import Refused
@@ -176,6 +177,7 @@ class Visitor:
         """
         Visit an entity and what comes of it, as `ros2 launch` does.
 
+        :raises ToldError: when what comes of it is no action
         :raises Refused: when it needs the loop of `ros2 launch`
         """
         outer = self.entity
@@ -192,6 +194,8 @@ class Visitor:
         finally:
             self.entity = outer
         for index, child in enumerate(children):
+            if not hasattr(child, 'visit'):
+                raise no_action(child, self.positions.of(child, entity))
             self.positions.lend(entity, child)
             if self.is_put_off(children[index:]):
                 break
@@ -302,17 +306,11 @@ class Visitor:
         """
         Return the description that a launch file in Python generates.
 
-        :raises TypeError: when it generates another thing
+        :raises ToldError: when there is none
         """
         sources = importlib.import_module('launch.launch_description_sources')
         source = sources.PythonLaunchDescriptionSource(path)
-        description = source.get_launch_description(self.context)
-        if not hasattr(description, 'get_launch_arguments'):
-            raise TypeError(
-                'generate_launch_description() returned '
-                f'{type(description).__name__}, no LaunchDescription'
-            )
-        return description
+        return source.get_launch_description(self.context)
 
     def within_file(self, path: str, description: Any) -> None:
         """Visit the description of a file; afterwards it is another's turn."""

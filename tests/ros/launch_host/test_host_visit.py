@@ -344,6 +344,81 @@ def test_an_error_has_the_users_frames(
     assert named(told, 'message') == []
 
 
+@pytest.mark.parametrize(
+    ('text', 'error', 'line', 'hint'),
+    [
+        (
+            'def describe():\n    return [None]\n',
+            'None stands where an action is expected',
+            'def generate_launch_description():',
+            None,
+        ),
+        (
+            'from launch.event_handlers import *\n'
+            'def describe():\n'
+            '    yield GroupAction([\n'
+            '        OnShutdown(on_shutdown=[])])\n',
+            'an OnShutdown stands where an action is expected',
+            '        OnShutdown(on_shutdown=[])])',
+            'put it into RegisterEventHandler(OnShutdown(…))',
+        ),
+        (
+            'def later(context):\n    return [[]]\n'
+            'def describe():\n    yield OpaqueFunction(function=later)\n',
+            'a list stands where an action is expected',
+            '    yield OpaqueFunction(function=later)',
+            "put its actions into the list itself, such as by '*'",
+        ),
+        (
+            'def generate_launch_description():\n    pass\n',
+            'generate_launch_description() returned None, '
+            'no LaunchDescription',
+            'def generate_launch_description():',
+            "end it with 'return LaunchDescription([…])'",
+        ),
+        (
+            'del generate_launch_description\n'
+            'def generate_launch_descripton():\n    pass\n',
+            "the launch file has no function 'generate_launch_description'",
+            'def generate_launch_descripton():',
+            "did you mean it by 'generate_launch_descripton'?",
+        ),
+        (
+            'def describe():\n'
+            "    yield IncludeLaunchDescription(HERE + '/demi.launch.py')\n",
+            "the launch file '{}/demi.launch.py' does not exist",
+            "    yield IncludeLaunchDescription(HERE + '/demi.launch.py')",
+            "did you mean 'demo.launch.py'?",
+        ),
+    ],
+)
+def test_what_launch_would_stumble_over_is_told(
+    launch: Launch,
+    tmp_path: Path,
+    text: str,
+    error: str,
+    line: str,
+    hint: str | None,
+) -> None:
+    told = launch(text)[-1]['error']
+    assert told['text'] == error.format(tmp_path)
+    assert told['hint'] == hint
+    assert [frame['line'] for frame in told['frames']] == [line]
+
+
+def test_what_an_included_file_generates_is_checked(
+    launch: Launch, tmp_path: Path
+) -> None:
+    inner = tmp_path / 'inner.launch.py'
+    inner.write_text('def generate_launch_description():\n    return []\n')
+    told = launch(
+        'def describe():\n'
+        "    yield IncludeLaunchDescription(HERE + '/inner.launch.py')\n"
+    )[-1]['error']
+    assert told['text'].endswith('returned a list, no LaunchDescription')
+    assert told['frames'][-1]['position'] == [str(inner), 1, 5]
+
+
 def test_a_required_argument_is_missed(launch: Launch) -> None:
     told = launch("def describe():\n    yield DeclareLaunchArgument('a')\n")
     assert told[-1]['error']['argument'] == 'a'
