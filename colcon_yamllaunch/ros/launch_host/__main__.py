@@ -161,6 +161,7 @@ from host_entries import Entries
 from host_entries import install_logging
 import host_events
 import host_extensions
+from host_packages import run_later
 import host_timers
 from host_visit import Visitor
 
@@ -185,6 +186,7 @@ def main() -> None:
         return
     # launch files are not to find these modules
     sys.path.pop(0)
+    run_later()
     visitor = Visitor(channel)
     visitor.packages.install()
     install_logging(visitor)
