@@ -73,7 +73,7 @@ def timeout_of(environment: Mapping[str, str]) -> float:
 
 class HostLink:
     """
-    The host of a launch; it is started when something is sent.
+    The host of a launch; it is started when something is sent, or before.
 
     :param environment: The environment that it runs in
     :param cwd: Its working directory
@@ -130,16 +130,24 @@ class HostLink:
           it ended
         """
         data = json.dumps(message).encode() + b'\n'
+        self.start()
         if self._is_over:
             raise self._gone()
         if self._first is not None:
             self._first.append(data)
-        if self._begun:
-            self._unsent += data
-        else:
-            self._begun = True
-            self._start()
+        self._unsent += data
         self.flush()
+
+    def start(self) -> None:
+        """
+        Start it, unless it was, so that it is ready the sooner.
+
+        If that is impossible, :meth:`send` says so.
+        """
+        if not self._begun:
+            self._begun = True
+            with suppress(HostError):
+                self._start()
 
     def receive(self) -> HostMessage:
         """
@@ -244,6 +252,9 @@ class HostLink:
         strays = _Strays(self.identity, {self.pid: NUMBER} if self.pid else {})
         if self.pid:
             self._close_pipes()
+            if self._first == []:
+                # it was asked for nothing, so it has nothing to end
+                os.kill(self.pid, signal.SIGKILL)
             self._await_end()
             self._end()
         if self._begun and strays.search(()):
@@ -282,11 +293,6 @@ class HostLink:
         self.descriptor, its_output = os.pipe()
         error = self._open_log()
         try:
-            if self._guard is None:
-                self._guard = GuardLink(self.identity)
-                # without one, the end of its input still ends it
-                with suppress(OSError):
-                    self._guard.start()
             self.pid = spawn_process(
                 [self._pythons[0], str(PROGRAM)],
                 self._environment,
@@ -301,6 +307,12 @@ class HostLink:
             os.close(its_output)
             if error != _STDERR:
                 os.close(error)
+        # behind it, whose start takes longer; without a guard, the end of
+        # its input still ends it
+        if self._guard is None:
+            self._guard = GuardLink(self.identity)
+            with suppress(OSError):
+                self._guard.start()
         self._guard.started(NUMBER, self.pid, _AT_ONCE)
         self._guard.flush()
         os.set_blocking(self._input, False)
@@ -391,6 +403,8 @@ class HostLink:
         if self._log is None:
             return _STDERR
         with suppress(OSError):
+            # it may be the first one who writes there
+            self._log.parent.mkdir(parents=True, exist_ok=True)
             flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
             return os.open(self._log, flags, 0o666)
         return os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)

@@ -115,6 +115,38 @@ def test_messages_go_both_ways(link: MakeLink) -> None:
         host.send({})
 
 
+def test_one_that_was_started_before_is_asked(link: MakeLink) -> None:
+    host = link(ECHO)
+    host.start()
+    pid = host.pid
+    assert pid
+    host.send({'id': 1})
+    assert host.receive()['id'] == 1
+    assert host.pid == pid
+
+
+def test_one_that_is_never_asked_is_ended(
+    link: MakeLink, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    host = link('import time\nwhile True: time.sleep(1)\n')
+    # it is not waited for, as it has nothing to end
+    monkeypatch.setattr(host_link, 'PATIENCE', DEADLINE)
+    host.start()
+    pid = host.pid
+    begin = time.monotonic()
+    host.close()
+    assert time.monotonic() - begin < DEADLINE
+    assert has_ended(pid)
+
+
+def test_start_that_fails_is_told_when_it_is_asked(link: MakeLink) -> None:
+    host = link()
+    host.start()
+    assert host.pid == 0
+    with pytest.raises(NoHostError):
+        host.send({'id': 1})
+
+
 def test_much_goes_both_ways_at_once(link: MakeLink) -> None:
     host = link(
         "say('found', missing=[])\nsay('much', text='x' * 1_000_000)\n" + ECHO

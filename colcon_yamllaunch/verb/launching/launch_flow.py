@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import nullcontext
 from contextlib import redirect_stdout
+from functools import cached_property
+from importlib import import_module
 import io
 from pathlib import Path
 import signal
@@ -37,8 +39,6 @@ from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.cli.target import package_target
 from colcon_yamllaunch.verb.cli.target import path_target
 from colcon_yamllaunch.verb.cli.target import Target
-from colcon_yamllaunch.verb.launching.builds import Builds
-from colcon_yamllaunch.verb.launching.builds import failure
 from colcon_yamllaunch.verb.launching.launch_packages import (
     exposed_by_packages,
 )
@@ -47,10 +47,6 @@ from colcon_yamllaunch.verb.launching.log_folders import locked
 from colcon_yamllaunch.verb.launching.log_folders import log_store_of
 from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
 from colcon_yamllaunch.verb.launching.plan_run import PlanRun
-from colcon_yamllaunch.verb.launching.preflight import executables_in_vain
-from colcon_yamllaunch.verb.launching.preflight import preflight
-from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
-from colcon_yamllaunch.verb.launching.preflight import unknown_plugins
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
@@ -58,9 +54,16 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.language.evaluation.launch_host import Growing
     from colcon_yamllaunch.ros.host_link import HostLink
     from colcon_yamllaunch.runtime.core.plan_source import PlanSource
+    from colcon_yamllaunch.verb.launching.builds import Builds
 
 #: How often what a build brought may make more packages necessary.
 MAXIMUM_ROUNDS = 5
+#: What is imported where it is needed, as that is behind the evaluation.
+_BEHIND = (
+    'colcon_yamllaunch.verb.launching.builds',
+    'colcon_yamllaunch.verb.launching.preflight',
+    'colcon_yamllaunch.runtime.run_plan',
+)
 
 
 class _GiveUpError(Exception):
@@ -116,12 +119,31 @@ class LaunchFlow:
         self._host_environment: Mapping[str, str] = {}
         # what makes more of the plan while it runs
         self._growing: Growing | None = None
-        self._builds = Builds(
+
+    @cached_property
+    def _builds(self) -> 'Builds':
+        from colcon_yamllaunch.verb.launching.builds import Builds
+
+        return Builds(
             self._workspace,
-            exactly=options.paths is not None,
-            force=options.force,
-            why=options.why,
+            exactly=self._options.paths is not None,
+            force=self._options.force,
+            why=self._options.why,
         )
+
+    def start_host(self) -> None:
+        """
+        Start the host of a launch file in Python before it is asked.
+
+        It imports `launch` while this process imports what it needs behind
+        the evaluation.
+
+        :raises UserError: when the user's time limit is no number
+        """
+        if ''.join(self._options.positionals[-1:]).endswith('.py'):
+            self._open_host(self._process_environment()).start()
+            for name in _BEHIND:
+                import_module(name)
 
     def run(self, plan_run: PlanRun) -> int:
         """Do it, and return the exit code."""
@@ -376,6 +398,10 @@ class LaunchFlow:
         """Stop at components that no build of the workspace brings."""
         own = self._workspace.package_names
         uses = [use for use in evaluation.plugins if use.package not in own]
+        if not uses:
+            return
+        from colcon_yamllaunch.verb.launching.preflight import unknown_plugins
+
         found = unknown_plugins(uses, self._workspace.locator)
         errors = [d for d in found if d.severity == 'error']
         if errors:
@@ -394,6 +420,10 @@ class LaunchFlow:
         self, wanted: set[str], target: Target, evaluation: Evaluation
     ) -> bool:
         """Build what is stale, and return whether that changed anything."""
+        from colcon_yamllaunch.verb.launching.builds import failure
+        from colcon_yamllaunch.verb.launching.preflight import (
+            executables_in_vain,
+        )
 
         def look_first() -> None:
             found = executables_in_vain(evaluation.executables, self.locator)
@@ -444,6 +474,11 @@ class LaunchFlow:
         return self._workspace.package_names & names
 
     def _check_before_start(self, evaluation: Evaluation) -> None:
+        from colcon_yamllaunch.verb.launching.preflight import preflight
+        from colcon_yamllaunch.verb.launching.preflight import (
+            undeclared_packages,
+        )
+
         locator = self._workspace.locator
         found = [
             *undeclared_packages(evaluation.packages, locator),

@@ -63,6 +63,7 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
     with plan_run.reported():
         flow = LaunchFlow(options, cwd, environment, log_folder)
         with closing(flow):
+            flow.start_host()
             if options.inspects:
                 # a launch that runs does without all that this imports
                 from colcon_yamllaunch.verb.launching import inspect_launch

@@ -26,7 +26,6 @@ from colcon_yamllaunch.runtime.core.events import Verbosity
 from colcon_yamllaunch.runtime.core.plan_source import PlanSource
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.record.failures import OwnerOf
-from colcon_yamllaunch.runtime.run_plan import run_plan
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 
@@ -101,6 +100,8 @@ class PlanRun:
         self._to_start = {e.label for e in entries if isinstance(e, Process)}
         if not self._to_start:
             when_started()
+        from colcon_yamllaunch.runtime.run_plan import run_plan
+
         observers: list[Listener] = [self._handle]
         if self._report is not None:
             self._report.expect((*plan.processes(), *plan.components()))
