@@ -180,7 +180,8 @@ class PlanFeed:
                 self._tell(events.PlanFailed(tuple(chain(*problems))))
             # unless what came with it gives a better reason
             end = (Shutdown(_FAILED),) if problems else ()
-            self._extend((*growth.entries, *end))
+            if growth.entries or end:
+                self._extend((*growth.entries, *end))
 
     def _unwatch(self) -> None:
         if self._watched != -1:
