@@ -403,7 +403,12 @@ def test_what_launch_would_stumble_over_is_told(
     told = launch(text)[-1]['error']
     assert told['text'] == error.format(tmp_path)
     assert told['hint'] == hint
-    assert [frame['line'] for frame in told['frames']] == [line]
+    assert [_line_of(frame) for frame in told['frames']] == [line]
+
+
+def _line_of(frame: Message) -> str:
+    path, line, _ = frame['position']
+    return Path(path).read_text().splitlines()[line - 1]
 
 
 def test_what_an_included_file_generates_is_checked(
