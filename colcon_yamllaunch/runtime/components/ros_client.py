@@ -257,6 +257,7 @@ class Peer:
     def look(self, now: float) -> None:
         """Find out who is there now, and do what depends on it."""
         present = self._servers()
+        self._name(present - self._gone)
         before = self._current
         candidates = present - self._gone
         fresh = candidates - before
@@ -330,6 +331,20 @@ class Peer:
         if not servers and self._main_client.service_is_ready():
             return frozenset({SOME_SERVER})
         return servers
+
+    def _name(self, servers: Servers) -> None:
+        """
+        Take those whose names were not known for the ones that have names.
+
+        The graph may tell them later than a client is connected; what was
+        sent in between has arrived, and must not be sent again.
+        """
+        unnamed = frozenset({SOME_SERVER})
+        if self._current == unnamed and servers and servers != unnamed:
+            self._current = servers
+            for call in self._running:
+                if call.servers == unnamed:
+                    call.servers = servers
 
     def _set_there(self, is_there: bool) -> None:
         if is_there != self.is_there:

@@ -137,6 +137,21 @@ def test_a_server_that_is_not_connected_yet_is_looked_at_again(
     assert box.told == [True]
 
 
+def test_one_that_is_connected_before_it_is_named_gets_a_call_once(
+    box: Box,
+) -> None:
+    box.asked(1)
+    box.graph.tells_servers = False
+    box.has(7)
+    assert box.sent == ['load 1']
+    box.graph.tells_servers = True
+    box.has(7)
+    box.later()
+    assert (box.sent, box.told) == (['load 1'], [True])
+    box.has()
+    assert box.answers == {1: ENDED}
+
+
 def test_one_that_says_good_bye_fails_its_call_only(box: Box) -> None:
     box.asked(1)
     box.asked(2)
