@@ -54,6 +54,11 @@ that is false:
         (or "node") the process that had it has ended. Without this, one that
         crashed is noticed when the middleware gives it up, which takes Fast
         DDS 20 s, or when another one comes in its place.
+
+The middleware may lose the response to a call: rmw_fastrtps drops it if the
+server has not found within 0.1 s who is to get it (ros2/rmw_fastrtps#392).
+What has become of a load, an unload or a change without a response is told
+from what the container lists, or from the node's state; it is not sent again.
 """
 
 from __future__ import annotations
@@ -76,7 +81,8 @@ from typing import TYPE_CHECKING
 #: Seconds between two events with the time of /clock.
 CLOCK_PERIOD = 0.05
 #: Seconds after a change of the graph at which it is looked at again, as what
-#: is found may not be connected at once; each wait doubles, from the first.
+#: is found may not be connected at once; each wait doubles, from the first to
+#: the last.
 FIRST_LOOK = 0.005
 LAST_LOOK = 2.5
 #: Seconds between two looks where changes of the graph are not told.
@@ -87,6 +93,11 @@ CONNECTING = 0.05
 #: Seconds until a node is asked whether it has the state that it was brought
 #: to, if it has not said so.
 SILENCE = 0.3
+#: Seconds without an answer after which it is found out what has become of a
+#: call, as the middleware may lose answers; each wait doubles.
+PATIENCE = 5.0
+#: How often nothing must be found of what was asked until that is given up.
+LAST_DOUBT = 3
 READ_SIZE = 1 << 16
 #: Neither a log file nor a topic for what ROS says of this program: its
 #: standard error does.
@@ -102,6 +113,8 @@ TRANSITIONS = {
     'deactivate': (4, ('active',), 'inactive'),
     'shutdown': (0, ('unconfigured', 'inactive', 'active'), 'finalized'),
 }
+#: The states that a node stays in, unlike those on the way between them.
+STATES = {'unconfigured', 'inactive', 'active', 'finalized'}
 #: What stands for a server where the middleware does not tell one from the
 #: other.
 SOME_SERVER = b'?'
@@ -206,6 +219,16 @@ class Call:
         self.servers: Servers = frozenset()
         #: Whether it is not sent again, to whoever takes their place.
         self.is_final = False
+        #: Finds out what has become of it. A call without this changes
+        #: nothing, and is just sent again.
+        self.find_out: Callable[[], None] | None = None
+        #: The call that does so.
+        self.question: Call | None = None
+        #: How often that found nothing.
+        self.doubts = 0
+        #: Seconds until that is done, and when.
+        self.patience = PATIENCE
+        self.due = 0.0
 
 
 class Peer:
@@ -248,8 +271,15 @@ class Peer:
     @property
     def is_unsettled(self) -> bool:
         """Whether it is to be looked at again, without any news of it."""
-        waits = bool(self._queue) and not self.is_there
-        return waits or bool(self._current) != self.is_there
+        head = self._queue_head
+        waits = [*self._running, *([head] if head else [])]
+        is_sent = all(call.servers & self._current for call in waits)
+        return not is_sent or bool(self._current) != self.is_there
+
+    @property
+    def due(self) -> list[float]:
+        """When there is something to ask again."""
+        return [one.due for one in self._running if one.future is not None]
 
     def tell_there(self) -> None:
         """Tell that it came or went."""
@@ -274,6 +304,18 @@ class Peer:
         self._set_there(bool(self._current) and is_ready and is_connected)
         self._repeat()
         self._send_next()
+
+    def ask_again(self, now: float) -> None:
+        """Find out what has become of calls that have had no answer."""
+        for call in list(self._running):
+            if call.future is None or now < call.due:
+                continue
+            call.patience *= 2
+            call.due = now + call.patience
+            if call.find_out is not None:
+                call.find_out()
+            elif self._can_send(call):
+                self._transmit(call)
 
     def lose(self) -> None:
         """Take note that what had it has ended."""
@@ -303,14 +345,7 @@ class Peer:
         """
         for call in [*self._queue, *self._running]:
             if call.request == request:
-                call.request = None
-                if call in self._running and call is self._queue_head:
-                    self._queue.popleft()
-                elif call in self._queue:
-                    self._queue.remove(call)
-                refused, call.refused = call.refused, _nothing
-                refused('cancelled')
-                self._send_next()
+                self._give_up(call, 'cancelled')
                 return True
         return False
 
@@ -346,6 +381,43 @@ class Peer:
                 if call.servers == unnamed:
                     call.servers = servers
 
+    def _ask_about(
+        self,
+        call: Call,
+        service: str,
+        message: Any,
+        answered: Callable[[Any], None],
+    ) -> None:
+        """
+        Find out what has become of a call, unless that was asked already.
+
+        :param answered: What to do with the response if it is still open
+        """
+
+        def told(response: Any) -> None:
+            if call in self._running:
+                answered(response)
+
+        if call.question not in self._running:
+            call.question = Call(None, service, message, told, _nothing)
+            self.call(call.question)
+
+    def _doubt(self, call: Call, reason: str) -> None:
+        """Take note that nothing came of a call, and give it up at last."""
+        call.doubts += 1
+        if call.doubts == LAST_DOUBT:
+            self._give_up(call, f'there was no answer, and {reason}')
+
+    def _give_up(self, call: Call, reason: str) -> None:
+        """Have nobody wait for a call, but know it if an answer comes."""
+        call.request = None
+        call.is_final = True
+        if call in self._queue:
+            self._queue.remove(call)
+        refused, call.refused = call.refused, _nothing
+        refused(reason)
+        self._send_next()
+
     def _set_there(self, is_there: bool) -> None:
         if is_there != self.is_there:
             self.is_there = is_there
@@ -365,34 +437,44 @@ class Peer:
 
         They may have been gone when it was sent, as this is noticed late.
         """
-        if not self.is_there:
-            return
         for call in self._running:
-            if not call.servers & self._current:
-                self._forget(call)
+            if not call.servers & self._current and self._can_send(call):
                 call.is_final = True
                 self._transmit(call)
 
     def _send_next(self) -> None:
         head = self._queue_head
-        if self.is_there and head is not None and head.future is None:
+        if head and head not in self._running and self._can_send(head):
             self._send(head)
+
+    def _can_send(self, call: Call) -> bool:
+        """Tell whether it arrives: each service is connected for itself."""
+        client = self._clients[call.service]
+        return self.is_there and bool(client.service_is_ready())
 
     def _send(self, call: Call) -> None:
         self._running.append(call)
-        self._transmit(call)
+        if self._can_send(call):
+            self._transmit(call)
+        else:
+            self._ros.look_soon()
 
     def _transmit(self, call: Call) -> None:
+        self._forget(call)
         call.state = self.state
         call.servers = self._current
+        call.due = time.monotonic() + call.patience
         call.future = self._clients[call.service].call_async(call.message)
         call.future.add_done_callback(lambda future: self._done(call, future))
 
     def _done(self, call: Call, future: Any) -> None:
         if future is not call.future or call not in self._running:
             return
+        self._answer(call, future.result())
+
+    def _answer(self, call: Call, response: Any) -> None:
         self._end(call)
-        call.answered(future.result())
+        call.answered(response)
         self._send_next()
 
     def _end(self, call: Call) -> None:
@@ -403,7 +485,8 @@ class Peer:
 
     def _forget(self, call: Call) -> None:
         future, call.future = call.future, None
-        self._clients[call.service].remove_pending_request(future)
+        if future is not None:
+            self._clients[call.service].remove_pending_request(future)
 
 
 class Container(Peer):
@@ -418,12 +501,18 @@ class Container(Peer):
             '_container/list_nodes': kinds.ListNodes,
         }
         super().__init__(ros, name, 'container', services)
+        #: The last unique id that is known; a container counts them up.
+        self._last_id = 0
 
     def tell_there(self) -> None:
         """Tell the engine."""
         self._ros.output.tell(
             event='container', container=self.name, there=self.is_there
         )
+
+    def _lose(self) -> None:
+        self._last_id = 0
+        super()._lose()
 
     def load(self, request: Json) -> None:
         """Load a component, after those before."""
@@ -441,19 +530,24 @@ class Container(Peer):
         answer = call.answered
 
         def answered(response: Any) -> None:
+            if response.success:
+                self._last_id = max(self._last_id, response.unique_id)
             if call.request is not None:
                 answer(response)
             elif response.success:
                 self._unload_unwanted(response.unique_id)
 
         call.answered = answered
+        call.find_out = lambda: self._find_loaded(call)
         self.call_in_order(call)
 
     def unload(self, request: Json) -> None:
         """Unload a component at once."""
         message = self._kinds.UnloadNode.Request()
         message.unique_id = request['unique_id']
-        self.call(self._ros.call(request, '_container/unload_node', message))
+        call = self._ros.call(request, '_container/unload_node', message)
+        call.find_out = lambda: self._find_unloaded(call)
+        self.call(call)
 
     def list(self, request: Json) -> None:
         """List what is loaded."""
@@ -463,9 +557,55 @@ class Container(Peer):
     def _unload_unwanted(self, unique_id: int) -> None:
         message = self._kinds.UnloadNode.Request()
         message.unique_id = unique_id
-        self.call(
-            Call(None, '_container/unload_node', message, _nothing, _nothing)
+        call = Call(
+            None, '_container/unload_node', message, _nothing, _nothing
         )
+        call.find_out = lambda: self._find_unloaded(call)
+        self.call(call)
+
+    def _find_loaded(self, call: Call) -> None:
+        """
+        Look for what a load has brought, among what the container lists.
+
+        It is not sent again if there is nothing: it may still come.
+        """
+        asked = call.message
+        full_name = f'{asked.node_namespace}/{asked.node_name}'.strip('/')
+
+        def listed(response: Any) -> None:
+            pairs = zip(  # noqa: B905 - `strict` needs 3.10
+                response.full_node_names, response.unique_ids
+            )
+            fresh = [pair for pair in pairs if pair[1] > self._last_id]
+            named = [pair for pair in fresh if pair[0] == f'/{full_name}']
+            # a component may have a name of its own choice
+            found = named or fresh
+            if len(found) == 1:
+                [(name, unique_id)] = found
+                loaded = self._kinds.LoadNode.Response(
+                    success=True, full_node_name=name, unique_id=unique_id
+                )
+                self._answer(call, loaded)
+            else:
+                self._doubt(call, 'the container does not list it')
+
+        self._ask_list(call, listed)
+
+    def _find_unloaded(self, call: Call) -> None:
+        """Look whether the container lists a component no more."""
+
+        def listed(response: Any) -> None:
+            if call.message.unique_id in response.unique_ids:
+                self._doubt(call, 'the container still lists it')
+            else:
+                unloaded = self._kinds.UnloadNode.Response(success=True)
+                self._answer(call, unloaded)
+
+        self._ask_list(call, listed)
+
+    def _ask_list(self, call: Call, listed: Callable[[Any], None]) -> None:
+        message = self._kinds.ListNodes.Request()
+        self._ask_about(call, '_container/list_nodes', message, listed)
 
 
 class LifecycleNode(Peer):
@@ -535,7 +675,29 @@ class LifecycleNode(Peer):
                 self._explain(call.request, transition, call.state)
 
         call.answered = answered
+        call.find_out = lambda: self._find_changed(call, transition)
         self.call_in_order(call)
+
+    def _find_changed(self, call: Call, transition: str) -> None:
+        """
+        Tell from the state whether a change was made or refused.
+
+        It is not sent again if neither: it may still come.
+        """
+        _, starts, goal = TRANSITIONS[transition]
+
+        def answered(response: Any) -> None:
+            state = response.current_state.label
+            is_made = state == goal != call.state
+            if is_made or state in STATES - {*starts}:
+                self._answer(
+                    call, self._kinds.ChangeState.Response(success=is_made)
+                )
+            elif state in starts:
+                self._doubt(call, f'the node is {state!r}')
+
+        message = self._kinds.GetState.Request()
+        self._ask_about(call, 'get_state', message, answered)
 
     def _expect(self, state: str) -> None:
         """Ask for the state if the node does not tell it in a while."""
@@ -763,8 +925,10 @@ class Ros:
         self._look()
 
     def _look(self) -> None:
-        """Look at the graph if that is due."""
+        """Look at the graph if that is due, and after calls."""
         now = time.monotonic()
+        for peer in self._peers():
+            peer.ask_again(now)
         if self._next_look is None or now < self._next_look:
             return
         peers = self._peers()
@@ -772,9 +936,9 @@ class Ros:
             peer.look(now)
         self._next_look = None
         is_unsettled = any(peer.is_unsettled for peer in peers)
-        if is_unsettled and self._pause <= LAST_LOOK:
+        if is_unsettled:
             self._next_look = now + self._pause
-            self._pause *= 2
+            self._pause = min(2 * self._pause, LAST_LOOK)
         if peers and not self._is_told and self._next_look is None:
             self._next_look = now + POLL_PERIOD
 
@@ -783,6 +947,8 @@ class Ros:
         moments = [] if self._next_look is None else [self._next_look]
         if self._clock is not None and self._clock.due > now:
             moments.append(self._clock.due)
+        for peer in self._peers():
+            moments += peer.due
         # zero would be a poll of ROS, less means forever
         return max(0.0005, min(moments) - now) if moments else None
 

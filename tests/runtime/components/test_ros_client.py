@@ -303,6 +303,23 @@ def test_states_are_followed_and_changed(talk: Talk, start: Start) -> None:
     assert not any(one.get('node') == '/other' for one in talk.lines)
 
 
+def test_answers_that_are_lost_are_found_out(talk: Talk, start: Start) -> None:
+    start('loses:=load_node')
+    for number, loses in enumerate(['change_state', 'get_state'], 1):
+        name = f'lc{number}'
+        parameters = [['loses', loses]]
+        request = talk.load('Lifecycle', name=name, parameters=parameters)
+        loaded = {'ok': True, 'full_name': f'/{name}', 'unique_id': number}
+        assert talk.answer(request) == loaded
+    done = talk.ask('change_state', node='/lc1', transition='configure')
+    refused = talk.ask('change_state', node='/lc2', transition='activate')
+    assert talk.answer(done) == {'ok': True}
+    reason = "'activate' is not possible in 'unconfigured'"
+    assert talk.answer(refused) == {'ok': False, 'reason': reason}
+    nodes = [['/lc1', 1], ['/lc2', 2]]
+    assert talk.result('list', container='/box')['nodes'] == nodes
+
+
 def test_clock_is_told_not_too_often(talk: Talk, start: Start) -> None:
     assert talk.result('clock') == {'ok': True}
     start()

@@ -3,7 +3,6 @@
 
 """Who gets a call, when containers end and others take their places."""
 
-from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,54 +10,7 @@ from colcon_yamllaunch.runtime.components.ros_client import Call
 from colcon_yamllaunch.runtime.components.ros_client import CONNECTING
 from colcon_yamllaunch.runtime.components.ros_client import Peer
 import pytest
-
-
-class Future:
-    """The response to one message."""
-
-    def __init__(self, message: str) -> None:
-        self.message = message
-        self._callbacks: list[Callable[[Future], None]] = []
-        self._response: object = None
-
-    def add_done_callback(self, callback: Callable[['Future'], None]) -> None:
-        self._callbacks.append(callback)
-
-    def respond(self, response: object) -> None:
-        self._response = response
-        for callback in self._callbacks:
-            callback(self)
-
-    def result(self) -> object:
-        return self._response
-
-
-class Graph:
-    """A node of ROS, and what it sees."""
-
-    def __init__(self) -> None:
-        self.servers: list[int] = []
-        self.tells_servers = True
-        self.is_ready: bool | None = None
-        self.sent: list[Future] = []
-
-    def create_client(self, kind: object, name: str) -> 'Graph':
-        return self
-
-    def get_publishers_info_by_topic(self, topic: str, **_: bool) -> list[Any]:
-        assert topic == 'rr/box/loadReply'
-        servers = self.servers if self.tells_servers else []
-        return [SimpleNamespace(endpoint_gid=[one]) for one in servers]
-
-    def service_is_ready(self) -> bool:
-        return bool(self.servers) if self.is_ready is None else self.is_ready
-
-    def call_async(self, message: str) -> Future:
-        self.sent.append(Future(message))
-        return self.sent[-1]
-
-    def remove_pending_request(self, future: Future) -> None:
-        future._callbacks.clear()
+from support.played_graph import Graph
 
 
 class Box(Peer):
@@ -69,8 +21,9 @@ class Box(Peer):
         self.told: list[bool] = []
         self.answers: dict[int, object] = {}
         self.now = 100.0
-        ros: Any = SimpleNamespace(node=self.graph)
-        super().__init__(ros, '/box', 'container', {'load': None})
+        ros: Any = SimpleNamespace(node=self.graph, look_soon=bool)
+        services = {'load': None, 'list': None}
+        super().__init__(ros, '/box', 'container', services)
 
     def tell_there(self) -> None:
         self.told.append(self.is_there)
@@ -247,6 +200,36 @@ def test_call_at_once_of_one_that_is_not_there_is_refused(box: Box) -> None:
     reasons: list[str] = []
     box.call(Call(1, 'load', 'list', reasons.append, reasons.append))
     assert reasons == ['not there']
+
+
+def test_each_service_is_connected_for_itself(box: Box) -> None:
+    reasons: list[str] = []
+    box.graph.unconnected = {'list'}
+    box.has(7)
+    box.call(Call(1, 'list', 'list', reasons.append, reasons.append))
+    assert not box.sent
+    assert box.is_unsettled
+    box.graph.unconnected = set()
+    box.later()
+    box.later()
+    assert (box.sent, box.is_unsettled) == (['list'], False)
+    box.graph.sent[0].respond('nothing')
+    assert reasons == ['nothing']
+
+
+def test_call_in_order_waits_for_its_own_service(box: Box) -> None:
+    box.graph.unconnected = {'list'}
+    box.has(7)
+    answers: list[str] = []
+    box.call_in_order(Call(1, 'list', 'list', answers.append, answers.append))
+    assert not box.sent
+    assert box.is_unsettled
+    # and for the next one, if that one goes
+    box.has()
+    assert not answers
+    box.graph.unconnected = set()
+    box.has(8)
+    assert box.sent == ['list']
 
 
 def test_what_is_meant_for_one_is_not_sent_to_another(box: Box) -> None:

@@ -88,11 +88,22 @@ class Lifecycle(LifecycleNode):
     Has states.
 
     A transition takes `seconds`; the one named by the parameter `fails` fails,
-    the one named by `throws` throws an exception.
+    the one named by `throws` throws an exception. The first answer of the
+    service named by `loses` gets lost.
     """
 
     def __init__(self, **options):
         super().__init__('lifecycle', **options)
+        loses = _value(self, 'loses', '')
+        for service in self.services:
+            if loses and service.srv_name.endswith(f'/{loses}'):
+                self._lose_answer(service)
+
+    def _lose_answer(self, service):
+        def lose(*_):
+            del service.send_response
+
+        service.send_response = lose
 
     def on_configure(self, state):
         return self._change('configure')
