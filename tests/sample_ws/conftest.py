@@ -11,6 +11,7 @@ import importlib.util
 import os
 from pathlib import Path
 import queue
+import re
 import shutil
 import signal
 import subprocess
@@ -137,12 +138,16 @@ class Program:
 
     def wait_for(self, wanted: str) -> None:
         """Wait until the program prints exactly this line."""
-        while wanted not in self.lines:
+        self.wait_for_match(re.escape(wanted))
+
+    def wait_for_match(self, pattern: str) -> None:
+        """Wait until it prints a line that is what a pattern says."""
+        while not any(re.fullmatch(pattern, line) for line in self.lines):
             try:
                 line = self._arriving.get(timeout=PROGRAM_TIMEOUT)
             except queue.Empty:
                 line = None
-            assert line is not None, f'no {wanted!r} in {self.lines}'
+            assert line is not None, f'no {pattern!r} in {self.lines}'
             self.lines.append(line)
 
     def end(self) -> int:
