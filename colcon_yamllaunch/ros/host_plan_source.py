@@ -100,7 +100,7 @@ class HostPlanSource:
                     respawns=event.respawn_delay is not None,
                     asked=event.asked,
                 )
-            case events.StateChanged() if self._growing.handlers:
+            case events.StateChanged() if self._growing.has_handlers:
                 self._tell(
                     'state',
                     node=event.node,

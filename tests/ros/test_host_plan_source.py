@@ -7,7 +7,6 @@ from collections import deque
 import signal
 
 from colcon_yamllaunch.language.evaluation.launch_host import HostError
-from colcon_yamllaunch.language.plan.plan import EventHandler
 from colcon_yamllaunch.language.plan.plan import Growth
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Process
@@ -52,7 +51,7 @@ class PlayedGrowing:
     """Makes a message of each `done`; it knows one process, as 17."""
 
     def __init__(self):
-        self.handlers = (EventHandler('exit', (), '', (), POSITION),)
+        self.has_handlers = True
         self.wants_output = frozenset(['talker-1'])
         self.asked = []
         self.is_gone = False
@@ -145,7 +144,7 @@ def test_states_while_somebody_waits_for_something(played):
             'to': 'inactive',
         }
     ]
-    played.growing.handlers = ()
+    played.growing.has_handlers = False
     assert played.told(event) == []
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from typing import Any
 from typing import Protocol
 
-from colcon_yamllaunch.language.plan.plan import EventHandler
 from colcon_yamllaunch.language.plan.plan import Growth
 from colcon_yamllaunch.language.syntax.position import Span
 
@@ -80,8 +79,8 @@ class Growing(Protocol):
     """
 
     @property
-    def handlers(self) -> tuple[EventHandler, ...]:
-        """The event handlers that there are now."""
+    def has_handlers(self) -> bool:
+        """Whether there are event handlers now."""
 
     @property
     def wants_output(self) -> frozenset[str]:

@@ -13,7 +13,6 @@ from colcon_yamllaunch.language.host.host_dialogue import HostDialogue
 from colcon_yamllaunch.language.host.host_dialogue import Intake
 from colcon_yamllaunch.language.host.python_errors import python_error
 from colcon_yamllaunch.language.plan.labels import with_labels
-from colcon_yamllaunch.language.plan.plan import EventHandler
 from colcon_yamllaunch.language.plan.plan import Growth
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -45,9 +44,9 @@ class GrowingLaunch:
         self._intake: Intake | None = None
 
     @property
-    def handlers(self) -> tuple[EventHandler, ...]:
+    def has_handlers(self) -> bool:
         """See `Growing`."""
-        return self._dialogue.handlers
+        return self._dialogue.has_handlers
 
     @property
     def wants_output(self) -> frozenset[str]:
@@ -66,7 +65,7 @@ class GrowingLaunch:
     def ask(self, request: HostMessage) -> None:
         """See `Growing`."""
         block = None
-        if self._walk.draft.blocks:
+        if self._walk.draft.has_blocks:
             # that of the launch itself
             block = 0
         if request['do'] == 'call':
@@ -126,12 +125,7 @@ class GrowingLaunch:
         labels |= {c.label for c in grown.components()}
         self._labels |= labels
         walk.draft.take_labels(labels)
-        return Growth(
-            grown.entries,
-            walk.draft.blocks,
-            self._dialogue.handlers,
-            tuple(problems),
-        )
+        return Growth(grown.entries, tuple(problems))
 
 
 def growing_launch(

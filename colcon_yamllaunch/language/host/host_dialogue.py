@@ -139,6 +139,11 @@ class HostDialogue:
         return bool(self._handlers or self.calls)
 
     @property
+    def has_handlers(self) -> bool:
+        """Whether there are event handlers."""
+        return bool(self._handlers)
+
+    @property
     def handlers(self) -> tuple[EventHandler, ...]:
         """The event handlers that there are."""
         return tuple(

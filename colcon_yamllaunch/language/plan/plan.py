@@ -398,13 +398,9 @@ class Growth:
 
     :param entries: What to do next, as if it had stood at the end; labels of
       processes and components differ from all that are there already
-    :param blocks: All blocks of the plan from now on, those before first
-    :param handlers: The event handlers that there are from now on
     :param problems: What went wrong, as lines for the user; the launch fails
       with any
     """
 
     entries: tuple[Entry, ...] = ()
-    blocks: tuple[Block, ...] = ()
-    handlers: tuple[EventHandler, ...] = ()
     problems: tuple[str, ...] = ()

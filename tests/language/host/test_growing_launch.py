@@ -64,7 +64,8 @@ def test_a_plan_has_its_handlers(played: Played) -> None:
     place = Position(played.path, 3, 5)
     names = ('talker-1', 'later')
     handler = EventHandler('exit', names, '', ('start rviz2',), place)
-    assert plan.handlers == growing.handlers == (handler,)
+    assert plan.handlers == (handler,)
+    assert growing.has_handlers
     assert growing.wants_output == {'talker-1'}
     assert (growing.id_of('talker-1'), growing.id_of('echo-2')) == (1, None)
     assert [r['do'] for r in played.host.requests][-1] == 'finish'
@@ -94,9 +95,8 @@ def test_an_event_makes_more_of_the_plan(played: Played) -> None:
     assert labels == {'talker'}
     assert (second.label, second.name) == ('talker-2', 'talker-2')
     assert component.label not in ('talker', 'talker-2')
-    assert growth.blocks == plan.blocks
     assert second.block == 0
-    assert growth.handlers[0].processes == ()
+    assert growing.has_handlers
     assert growing.id_of('talker-2') == 2
 
 
@@ -115,7 +115,6 @@ def test_a_call_goes_on_where_it_stood(played: Played) -> None:
     assert isinstance(outer, Process)
     assert outer.block == len(plan.blocks) - 1
     assert inner.block == len(plan.blocks)
-    assert growth.blocks[-1].parent == outer.block
 
 
 def test_files_that_are_included_while_it_runs(played: Played) -> None:
@@ -147,7 +146,6 @@ def test_files_that_are_included_while_it_runs(played: Played) -> None:
     names = [p.name for p in growth.entries if isinstance(p, Process)]
     assert names == ['echo-2', 'other-3']
     assert growth.problems == ()
-    assert len(growth.blocks) == 5
 
 
 def test_what_goes_wrong_while_it_runs(played: Played) -> None:
@@ -174,6 +172,6 @@ def test_a_host_that_is_lost(played: Played) -> None:
     assert growing.take(played.host.receive()) is None
     growth = growing.lost('it died')
     assert (len(growth.entries), growth.problems) == (1, ('it died',))
-    assert growth.handlers == growing.handlers == ()
+    assert not growing.has_handlers
     assert not growing.is_busy
     assert growing.lost('').problems == ()
