@@ -17,6 +17,7 @@ from typing import Any
 from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGTERM_TIMEOUT
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.socket_folder import FolderError
 from colcon_yamllaunch.runtime.control.socket_folder import folders
 from colcon_yamllaunch.runtime.control.socket_folder import open_folder
@@ -29,9 +30,7 @@ SUFFIX = '.json'
 _FLAGS = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
 _LAUNCH = ('title', 'package', 'file', 'folder', 'log_folder')
 _PROCESS = ('label', 'name', 'executable', 'node', 'package', 'log')
-# a process, and its time-outs
-_Known = tuple[dict[str, Any], tuple[float, float]]
-_UNKNOWN: _Known = {}, (DEFAULT_SIGTERM_TIMEOUT, DEFAULT_SIGKILL_TIMEOUT)
+_TIMEOUTS = DEFAULT_SIGTERM_TIMEOUT, DEFAULT_SIGKILL_TIMEOUT
 
 
 class LaunchRecord:
@@ -43,7 +42,9 @@ class LaunchRecord:
 
     def __init__(self, identity: str) -> None:
         self._content: dict[str, Any] = {'identity': identity}
-        self._processes: dict[int, _Known] = {}
+        # as JSON by their number; there may be thousands, one after another
+        self._processes: list[str] = []
+        self._timeouts: list[str] = []
         self._descriptor = -1
         self._folder = -1
         self._name = f'{os.getpid()}{SUFFIX}'
@@ -61,7 +62,8 @@ class LaunchRecord:
         :param tasks: The processes of the launch, in the order of its states
         """
         self._content |= {n: getattr(launch, n) for n in _LAUNCH}
-        self._note(launch, tasks)
+        for task, state in zip(tasks, launch.processes, strict=True):
+            self._note(task, state)
         for folder in folders(environment):
             # why there is no socket there is said with that
             with suppress(OSError, FolderError):
@@ -69,9 +71,10 @@ class LaunchRecord:
                 return self._make(os.path.abspath(folder / self._name))
         return None
 
-    def note(self, launch: LaunchState, tasks: Iterable[Task]) -> None:
-        """Take note of the processes of the launch."""
-        self._note(launch, tasks)
+    def note(self, processes: Iterable[tuple[Task, ProcessState]]) -> None:
+        """Take note of processes of the launch that came, or are others."""
+        for task, state in processes:
+            self._note(task, state)
         # the launch goes on without it
         with suppress(OSError):
             self._write()
@@ -94,19 +97,15 @@ class LaunchRecord:
             os.close(self._descriptor)
             self._descriptor = -1
 
-    def _note(self, launch: LaunchState, tasks: Iterable[Task]) -> None:
-        # what has no process any more stays as it was
-        for state, task in zip(launch.processes, tasks, strict=True):
-            process = task.process
-            self._processes[task.number] = (
-                {n: getattr(state, n) for n in _PROCESS},
-                (process.sigterm_timeout, process.sigkill_timeout),
-            )
-        known = self._processes
-        numbers = range(max(known, default=-1) + 1)
-        both = [known.get(n, _UNKNOWN) for n in numbers]
-        self._content['processes'] = [process for process, _ in both]
-        self._content['timeouts'] = [timeouts for _, timeouts in both]
+    def _note(self, task: Task, state: ProcessState) -> None:
+        missing = task.number + 1 - len(self._processes)
+        self._processes += ['{}'] * missing
+        self._timeouts += [json.dumps(_TIMEOUTS)] * missing
+        process = task.process
+        timeouts = process.sigterm_timeout, process.sigkill_timeout
+        known = {n: getattr(state, n) for n in _PROCESS}
+        self._processes[task.number] = json.dumps(known)
+        self._timeouts[task.number] = json.dumps(timeouts)
 
     def _make(self, path: str) -> Place:
         try:
@@ -125,6 +124,11 @@ class LaunchRecord:
 
     def _write(self) -> None:
         if self._descriptor != -1:
-            data = json.dumps(self._content).encode()
+            text = (
+                f'{json.dumps(self._content)[:-1]}, '
+                f'"processes": [{", ".join(self._processes)}], '
+                f'"timeouts": [{", ".join(self._timeouts)}]}}'
+            )
+            data = text.encode()
             os.pwrite(self._descriptor, data, 0)
             os.ftruncate(self._descriptor, len(data))

@@ -9,6 +9,7 @@ from contextlib import suppress
 import errno
 import os
 
+from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.client_connection import Client
 from colcon_yamllaunch.runtime.control.launch_record import LaunchRecord
@@ -41,13 +42,15 @@ def serve(
     :param record: Tells of one whose guard was killed, too
     """
     # before anybody can see the launch
-    tasks = engine.supervisor.tasks
-    place = record.begin(environment, service.state(), tasks)
+    supervisor = engine.supervisor
+    place = record.begin(environment, service.state(), supervisor.tasks)
     stack.callback(record.end)
 
     def note(event: Event) -> None:
         if isinstance(event, Planned):
-            record.note(service.state(), engine.supervisor.tasks)
+            parts = [p for p in event.parts if isinstance(p, Process)]
+            tasks = [supervisor.task(p.label) for p in parts]
+            record.note((task, service.state_of(task)) for task in tasks)
 
     engine.listen(note)
     if place is not None:

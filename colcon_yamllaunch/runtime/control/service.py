@@ -132,8 +132,28 @@ class Service:
             log_folder=None
             if self._log_folder is None
             else str(self._log_folder),
-            processes=tuple(map(self._state, self._supervisor.tasks)),
+            processes=tuple(map(self.state_of, self._supervisor.tasks)),
             components=self._components(),
+        )
+
+    def state_of(self, task: Task) -> ProcessState:
+        """Return the state of a process."""
+        process = task.process
+        log = self._log_files.get(process.label)
+        return ProcessState(
+            process.label,
+            self._supervisor.phase(task),
+            task.group,
+            round(self._supervisor.seconds(task), 3),
+            task.restarts,
+            task.ending,
+            os.path.basename(str(process.argv[0])),
+            process.node_name,
+            process.package,
+            None if log is None else str(log),
+            self._terminals.has_keyboard(process.label),
+            process.ros_name,
+            self._lifecycle_of(process.label),
         )
 
     def type(self, label: str, keys: bytes) -> None:
@@ -216,25 +236,6 @@ class Service:
                 f'launch with --attach {label}'
             )
         return task
-
-    def _state(self, task: Task) -> ProcessState:
-        process = task.process
-        log = self._log_files.get(process.label)
-        return ProcessState(
-            process.label,
-            self._supervisor.phase(task),
-            task.group,
-            round(self._supervisor.seconds(task), 3),
-            task.restarts,
-            task.ending,
-            os.path.basename(str(process.argv[0])),
-            process.node_name,
-            process.package,
-            None if log is None else str(log),
-            self._terminals.has_keyboard(process.label),
-            process.ros_name,
-            self._lifecycle_of(process.label),
-        )
 
     def _components(self) -> tuple[ComponentState, ...]:
         composition = self._engine.composition
