@@ -3,6 +3,7 @@
 
 """What comes to a plan while it runs."""
 
+from collections import deque
 from dataclasses import replace
 
 from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
@@ -40,7 +41,7 @@ class GrowingLaunch:
         walk.nodes.clear()
         self._told = len(walk.diagnostics)
         # the requests without an answer, with the blocks that asked
-        self._asked: list[tuple[int, int | None]] = []
+        self._asked: deque[tuple[int, int | None]] = deque()
         self._intake: Intake | None = None
 
     @property
@@ -81,7 +82,9 @@ class GrowingLaunch:
         if message.get('say') != 'done':
             self._intake.take(message)
             return None
-        self._asked = [a for a in self._asked if a[0] != message.get('id')]
+        # answers come in order
+        while self._asked and self._asked[0][0] <= message['id']:
+            self._asked.popleft()
         return self._growth(self._problems(self._intake, message))
 
     def lost(self, reason: str) -> Growth:
