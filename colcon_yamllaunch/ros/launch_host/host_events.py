@@ -26,6 +26,7 @@ from host_handlers import entities_of
 from host_handlers import hears
 from host_handlers import is_settled
 from host_handlers import may_hear
+from host_handlers import may_waver
 from host_handlers import OF_HOST
 from host_handlers import TRANSITIONS
 from host_texts import is_a
@@ -153,6 +154,11 @@ class Events:
         self._over: set[int] = set()
         #: The processes that a launch file has had stopped.
         self._stopped: set[int] = set()
+        #: The processes whose output is kept for whoever asks for it.
+        self._kept: set[int] = set()
+        #: The handlers that may be about output, and whose they take.
+        self._listeners: list[Any] = []
+        self._heard: dict[int, bool] = {}
         #: The ends of the launch that the launcher was told to begin.
         self._shutdowns: list[Any] = []
         #: Whether the launcher has told that the launch ends.
@@ -178,6 +184,8 @@ class Events:
         self._is_ending = self._visitor.is_running = False
         self._over.clear()
         self._stopped.clear()
+        self._kept.clear()
+        self._heard.clear()
         self._shutdowns.clear()
         self._follows_lifecycles = False
         self._told = self._seen = None
@@ -196,7 +204,7 @@ class Events:
 
     # what launch files start
 
-    def add_process(self, action: Any, _number: int) -> None:
+    def add_process(self, action: Any, number: int) -> None:
         """Take note of the action of a process."""
         setattr(action, _COMPLETED, Future())
         # for those who look for a process by it
@@ -206,6 +214,7 @@ class Events:
             kinds = importlib.import_module('launch_ros.events.lifecycle')
             self._on(kinds.ChangeState, self._change_state)
         if getattr(action, '_ExecuteLocal__cached_output', False):
+            self._kept.add(number)
             self._on(
                 self._processes.ProcessIO,
                 lambda event: self._keep_output(action, event),
@@ -255,12 +264,12 @@ class Events:
             self._described = self._describe(handlers, started)
         output: list[int] = []
         if self._described:
-            listeners = [one for one in handlers if may_hear(one)]
+            self._listen(handlers)
             output = [
                 number
                 for number, action in started.items()
                 if number not in self._over
-                and self._is_heard(action, listeners)
+                and (number in self._kept or self._is_heard(number, action))
             ]
         told = {'handlers': self._described, 'output': output}
         if told != (self._told or {'handlers': [], 'output': []}):
@@ -289,12 +298,25 @@ class Events:
                 found.append(described)
         return found
 
-    def _is_heard(self, action: Any, listeners: list[Any]) -> bool:
+    def _listen(self, handlers: list[Any]) -> None:
+        """Take note of the handlers that may be about output."""
+        listeners = [one for one in handlers if may_hear(one)]
+        if listeners != self._listeners or any(map(may_waver, listeners)):
+            self._listeners = listeners
+            self._heard.clear()
+
+    def _is_heard(self, number: int, action: Any) -> bool:
         """Say whether a handler is to be told what a process writes."""
-        events = [self._output(action, 1), self._output(action, 2)]
-        return any(
-            hears(handler, event) for handler in listeners for event in events
-        )
+        if not self._listeners:
+            return False
+        if number not in self._heard:
+            events = [self._output(action, 1), self._output(action, 2)]
+            self._heard[number] = any(
+                hears(one, event)
+                for one in self._listeners
+                for event in events
+            )
+        return self._heard[number]
 
     def name_packages(
         self, describer: Describer, entities: Any, of: Any

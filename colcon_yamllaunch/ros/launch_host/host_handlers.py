@@ -304,8 +304,17 @@ def is_settled(handler: Any, described: Json | None) -> bool:
 
 
 def may_hear(handler: Any) -> bool:
-    """Say whether a handler may be about the output of processes."""
-    return _kind(handler) in ('output', 'other')
+    """Say whether a handler of users may be about the output of processes."""
+    return not hasattr(handler, OF_HOST) and (
+        _kind(handler) in ('output', 'other')
+    )
+
+
+def may_waver(handler: Any) -> bool:
+    """Say whether a handler may take another time what it does not now."""
+    return _kind(handler) == 'other' or callable(
+        _Private(handler).action_matcher
+    )
 
 
 def hears(handler: Any, event: Any) -> bool:
