@@ -39,6 +39,7 @@ class GrowingLaunch:
         walk.draft.entries = []
         # what has a name may have ended when something else gets it
         walk.nodes.clear()
+        dialogue.passed.clear()
         self._told = len(walk.diagnostics)
         # the requests without an answer, with the blocks that asked
         self._asked: deque[tuple[int, int | None]] = deque()
@@ -82,10 +83,17 @@ class GrowingLaunch:
         if message.get('say') != 'done':
             self._intake.take(message)
             return None
+        # others may have been answered while a YAML file that was included
+        # asked for something
+        ends, self._dialogue.passed = [*self._dialogue.passed, message], []
         # answers come in order
-        while self._asked and self._asked[0][0] <= message['id']:
+        last = max(end.get('id', 0) for end in ends)
+        while self._asked and self._asked[0][0] <= last:
             self._asked.popleft()
-        return self._growth(self._problems(self._intake, message))
+        problems = self._failure(self._intake)
+        for end in () if problems else ends:
+            problems += self._problems(end)
+        return self._growth(problems)
 
     def lost(self, reason: str) -> Growth:
         """See `Growing`."""
@@ -94,17 +102,20 @@ class GrowingLaunch:
         self._dialogue.calls.clear()
         return self._growth([reason] if reason else [])
 
-    def _problems(self, intake: Intake, message: HostMessage) -> list[str]:
-        cwd = self._walk.cwd
+    def _failure(self, intake: Intake) -> list[str]:
         try:
             intake.finish()
         except LaunchError as e:
-            return [render(self._walk.located(e).diagnostics, cwd)]
+            located = self._walk.located(e)
+            return [render(located.diagnostics, self._walk.cwd)]
         except (AlreadyReportedError, EndlessError):
-            return []
+            pass
+        return []
+
+    def _problems(self, message: HostMessage) -> list[str]:
         if 'error' in message:
             problem = python_error(self._walk, message['error'], self._start)
-            return [render(problem.diagnostics, cwd)]
+            return [render(problem.diagnostics, self._walk.cwd)]
         if 'refused' in message:
             return [f'{self._start.path}: {message["refused"]}']
         return []

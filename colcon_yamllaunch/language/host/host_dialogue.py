@@ -67,6 +67,8 @@ class HostDialogue:
         self.walk = walk
         self.host = host
         self._requests = 0
+        #: The ends of other answers that came while one was waited for.
+        self.passed: list[HostMessage] = []
         #: What ROS 2 calls the processes that the host knows by a number.
         self.names: dict[int, str] = {}
         #: The same the other way round.
@@ -126,6 +128,7 @@ class HostDialogue:
                 if message.get('say') == 'done':
                     if message.get('id') == number:
                         break
+                    self.passed.append(message)
                     continue
                 intake.take(message)
         intake.finish()

@@ -148,6 +148,41 @@ def test_files_that_are_included_while_it_runs(played: Played) -> None:
     assert growth.problems == ()
 
 
+def test_answers_that_come_while_a_file_is_included(played: Played) -> None:
+    low = played.launcher.write(
+        'low.yaml', 'launch: [include: {file: x.launch.py}]'
+    )
+    other = played.file('x.launch.py')
+
+    def included(_request: Message) -> Play:
+        return (yield from played.host.overtaken())
+
+    played.does(included, other)
+
+    def event(request: Message) -> Play:
+        if request['event']:
+            yield process(2, 'late')
+            return {'error': {'text': 'ValueError: no', 'frames': []}}
+        scope = {'configurations': {}, 'environment': {}, 'namespace': None}
+        include = {'say': 'include', 'path': str(low), 'scope': scope}
+        yield {**include, 'ask': 1}
+        return None
+
+    _, growing = begun(played, event=event)
+    growing.ask({'do': 'event', 'event': {}})
+    include = played.host.receive()
+    growing.ask({'do': 'event', 'event': {'type': 'start'}})
+    assert growing.take(include) is None
+    growth = growing.take(played.host.receive())
+    assert growth is not None
+    assert [p.name for p in growth.entries if isinstance(p, Process)] == [
+        'late-2'
+    ]
+    (problem,) = growth.problems
+    assert 'ValueError: no' in problem
+    assert not growing.is_busy
+
+
 def test_what_goes_wrong_while_it_runs(played: Played) -> None:
     def event(_request: Message) -> Play:
         yield {'say': 'warning', 'text': 'odd'}
