@@ -32,6 +32,7 @@ from colcon_yamllaunch.language.evaluation.launch_host import NoHostError
 from colcon_yamllaunch.language.host.python_errors import TIMEOUT_VARIABLE
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.process.descriptors import open_log
 from colcon_yamllaunch.runtime.process.pythons import pythons
 from colcon_yamllaunch.runtime.process.spawn import spawn_process
 from colcon_yamllaunch.runtime.process.spawn import StartError
@@ -291,7 +292,7 @@ class HostLink:
         """
         its_input, self._input = os.pipe()
         self.descriptor, its_output = os.pipe()
-        error = self._open_log()
+        error = _STDERR if self._log is None else open_log(self._log)
         try:
             self.pid = spawn_process(
                 [self._pythons[0], str(PROGRAM)],
@@ -398,16 +399,6 @@ class HostLink:
         if self._log is None:
             return ''
         return f'; what it wrote is in {self._log}'
-
-    def _open_log(self) -> int:
-        if self._log is None:
-            return _STDERR
-        with suppress(OSError):
-            # it may be the first one who writes there
-            self._log.parent.mkdir(parents=True, exist_ok=True)
-            flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
-            return os.open(self._log, flags, 0o666)
-        return os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)
 
     def _close_pipes(self) -> None:
         for descriptor in (self._input, self.descriptor):

@@ -27,6 +27,7 @@ from colcon_yamllaunch.runtime.components.ros_needs import needed_packages
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.process.descriptors import open_log
 from colcon_yamllaunch.runtime.process.pythons import pythons
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.runtime.streams.watches import Watches
@@ -109,7 +110,7 @@ class RosLink:
         self._is_ready = False
         its_input, self._input = os.pipe()
         self._output, its_output = os.pipe()
-        error = self._open_log()
+        error = open_log(self._log)
         try:
             python = self._pythons[self._python]
             argv = [python, str(PROGRAM), *self._packages]
@@ -212,13 +213,6 @@ class RosLink:
             last = next((s for s in reversed(lines) if s.strip()), '')
             return f': {last.strip()}; see {self._log}' if last else ''
         return ''
-
-    def _open_log(self) -> int:
-        if self._log is not None:
-            with suppress(OSError):
-                flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
-                return os.open(self._log, flags, 0o666)
-        return os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)
 
     def _close_pipes(self) -> None:
         for descriptor in (self._input, self._output):

@@ -5,6 +5,7 @@
 
 from contextlib import suppress
 import os
+from pathlib import Path
 import resource
 from typing import Any
 
@@ -34,6 +35,22 @@ def keep_to_ourselves() -> None:
             # one of them listed the folder, and is closed now
             with suppress(OSError):
                 os.set_inheritable(descriptor, False)
+
+
+def open_log(path: Path | None) -> int:
+    """
+    Return a descriptor for what a helper of the launch writes.
+
+    :param path: The file; where there is none, or it cannot be written, that
+      goes nowhere
+    """
+    if path is not None:
+        with suppress(OSError):
+            # it may be the first one who writes there
+            path.parent.mkdir(parents=True, exist_ok=True)
+            flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
+            return os.open(path, flags, 0o666)
+    return os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)
 
 
 class DescriptorLimit:
