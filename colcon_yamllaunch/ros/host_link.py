@@ -185,7 +185,8 @@ class HostLink:
         None at the end of what it says, too; that it ended is reported as of
         each child.
 
-        :raises HostError: when none of the Pythons does, or has what is needed
+        :raises HostError: when no Python of the environment runs, or none has
+          what is needed
         """
         while True:
             self.flush()
