@@ -19,7 +19,6 @@ _PACKAGE_CALLS = frozenset(
         'FindPackage',
         'FindPackagePrefix',
         'FindPackageShare',
-        'ParameterFile',
         'get_package_prefix',
         'get_package_share_directory',
         'get_package_share_path',

@@ -34,6 +34,7 @@ DeclareLaunchArgument('robot')
 DeclareLaunchArgument(name, 'x')
 Node(package='alpha', executable='rate')
 FindPackageShare('beta'), get_package_share_directory(name)
+ParameterFile('rates.yaml')
 """
 
 
