@@ -94,6 +94,22 @@ class Surroundings:
             did_you_mean(name, self.packages.names()),
         )
 
+    def no_launch_file(
+        self, written: str, path: str
+    ) -> tuple[str, str | None]:
+        """
+        Return what to say of a launch file that is not there: and the hint.
+
+        :param written: What the launch file says
+        :param path: The path that this means
+        """
+        return (
+            f"the launch file '{written}' does not exist",
+            did_you_mean(
+                os.path.basename(written), self.packages.similar(path)
+            ),
+        )
+
     def no_program(self, name: str) -> str:
         """Return what to say of a program that is not there."""
         where = '' if '/' in name else ' on the PATH'

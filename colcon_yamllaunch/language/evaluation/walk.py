@@ -17,7 +17,6 @@ from collections.abc import Sequence
 from contextlib import contextmanager
 import os
 
-from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import NamedNode
 from colcon_yamllaunch.language.evaluation.plan_draft import PlanDraft
@@ -545,13 +544,7 @@ class Walk(Policy):
             if located is not None:
                 self.found_beside(file, written)
         if located is None:
-            attributes.fail(
-                'file',
-                f"the launch file '{written}' does not exist",
-                did_you_mean(
-                    os.path.basename(written), packages.similar(candidate)
-                ),
-            )
+            attributes.fail('file', *self.no_launch_file(written, candidate))
         return located
 
     def value(self, text: Text) -> Value:

@@ -17,7 +17,6 @@ import os
 from pathlib import Path
 from typing import Any
 
-from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
 from colcon_yamllaunch.language.evaluation.findings import PluginUse
@@ -454,15 +453,11 @@ class Intake:
         """Go through a launch file in YAML or XML that Python includes."""
         walk, position = self._walk, self._position(message)
         path = str(message['path'])
-        located = walk.packages.locate(walk.absolute(path))
+        candidate = walk.absolute(path)
+        located = walk.packages.locate(candidate)
         if located is None:
-            raise error(
-                f"the launch file '{path}' does not exist",
-                position,
-                hint=did_you_mean(
-                    os.path.basename(path), walk.packages.similar(path)
-                ),
-            )
+            text, hint = walk.no_launch_file(path, candidate)
+            raise error(text, position, hint=hint)
         before = walk.error_count()
         with walk.within_scope(walk.scope.inner()):
             take_scope(walk, message['scope'], position)
