@@ -16,6 +16,8 @@ import traceback
 from typing import Any
 from typing import TYPE_CHECKING
 
+from host_texts import is_a
+
 if TYPE_CHECKING:
     from types import CodeType
     from types import TracebackType
@@ -309,7 +311,7 @@ def _check(entity: Any, made_by: list[object], positions: Positions) -> None:
 def no_action(found: object, position: list[object] | None) -> ToldError:
     """Return the error about something that stands where actions stand."""
     hint = None
-    if any(cls.__name__ == 'BaseEventHandler' for cls in type(found).__mro__):
+    if is_a(found, 'BaseEventHandler'):
         hint = f'put it into RegisterEventHandler({type(found).__name__}(…))'
     elif isinstance(found, (list, tuple)):
         hint = "put its actions into the list itself, such as by '*'"

@@ -149,47 +149,46 @@ class Describer:
         return os.path.basename(words[0]) if words else type(action).__name__
 
     def _lines(self, entity: Any) -> Iterator[str]:
-        kinds = {kind.__name__ for kind in type(entity).__mro__}
         private = _Private(entity)
-        if 'LoadComposableNodes' in kinds:
+        if is_a(entity, 'LoadComposableNodes'):
             parts = private.composable_node_descriptions or ()
             target = private.target_container
             box = self._text(target) or self.name(target)
             plural = '' if len(parts) == 1 else 's'
             yield f'load {len(parts)} component{plural} into {box}'
-        elif 'ExecuteLocal' in kinds:
+        elif is_a(entity, 'ExecuteLocal'):
             yield f'start {self.name(entity)}'
-        elif 'TimerAction' in kinds:
+        elif is_a(entity, 'TimerAction'):
             lines = self.actions(entity.actions)
             yield f'after {self._text(entity.period)} s: {", ".join(lines)}'
-        elif 'GroupAction' in kinds:
+        elif is_a(entity, 'GroupAction'):
             yield from self.actions(private.actions)
-        elif 'LaunchDescription' in kinds:
+        elif is_a(entity, 'LaunchDescription'):
             yield from self.actions(entity.entities)
-        elif 'IncludeLaunchDescription' in kinds:
+        elif is_a(entity, 'IncludeLaunchDescription'):
             source = entity.launch_description_source
             location = self._text(_Private(source).location)
             yield f'include {os.path.basename(location) or "a description"}'
-        elif 'EmitEvent' in kinds:
+        elif is_a(entity, 'EmitEvent'):
             yield self._emitted(entity.event)
-        elif 'LogInfo' in kinds:
+        elif is_a(entity, 'LogInfo'):
             yield f'say "{self._text(entity.msg)}"'
-        elif 'RegisterEventHandler' in kinds:
+        elif is_a(entity, 'RegisterEventHandler'):
             inner = self.handler(entity.event_handler)
             if inner is not None:
                 yield _nested(inner, self._names(inner['processes']))
-        elif 'UnregisterEventHandler' in kinds:
+        elif is_a(entity, 'UnregisterEventHandler'):
             yield 'unregister an event handler'
-        elif kinds & {'OpaqueFunction', 'OpaqueCoroutine'}:
+        elif is_a(entity, 'OpaqueFunction', 'OpaqueCoroutine'):
             function = private.function or private.coroutine
             if _is_users(function):
                 yield _call(function)
-        elif 'LifecycleTransition' in kinds:
+        elif is_a(entity, 'LifecycleTransition'):
             numbers = map(self._text, private.transition_ids or ())
             steps = [_transition(number) for number in numbers]
             names = map(self._text, private.lifecycle_node_names or ())
             yield f'{", ".join(steps)} {", ".join(names)}'
-        elif 'SetLaunchConfiguration' in kinds:
+        elif is_a(entity, 'SetLaunchConfiguration'):
             name, value = map(self._text, (entity.name, entity.value))
             yield f"set '{name}' to '{value}'"
         else:
@@ -327,12 +326,11 @@ def hears(handler: Any, event: Any) -> bool:
 
 def _kind(handler: Any) -> str:
     cls = _Private(handler).target_event_cls
-    kinds = [one.__name__ for one in type(handler).__mro__]
     if cls is not None:
         names = [one.__name__ for one in cls.__mro__]
-    elif 'OnStateTransition' in kinds:
+    elif is_a(handler, 'OnStateTransition'):
         names = ['StateTransition']
-    elif 'OnShutdown' in kinds:
+    elif is_a(handler, 'OnShutdown'):
         names = ['Shutdown']
     else:
         names = []
