@@ -46,7 +46,7 @@ demo: $(VENV)/.installed
 	@echo '    colcon launch my_pkg demo.yaml'
 
 test: lint
-	@echo 'All tests, some 12 minutes on two cores; the first line takes one.'
+	@echo 'All tests, ten to fifteen minutes on two cores; the first line takes one.'
 	$(BIN)/pytest -n auto --dist loadgroup
 
 quick: $(VENV)/.test-dependencies $(VENV)/.installed
