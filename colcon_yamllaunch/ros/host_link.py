@@ -397,9 +397,10 @@ class HostLink:
         return HostError(f'{self._end()}{self._last_words()}')
 
     def _last_words(self) -> str:
-        if self._log is None:
-            return ''
-        return f'; what it wrote is in {self._log}'
+        with suppress(OSError):
+            if self._log is not None and self._log.stat().st_size:
+                return f'; what it wrote is in {self._log}'
+        return ''
 
     def _close_pipes(self) -> None:
         for descriptor in (self._input, self.descriptor):

@@ -240,10 +240,18 @@ def test_a_host_that_says_nothing_is_killed(
     ],
 )
 def test_a_host_that_ends(link: MakeLink, script: str, ending: str) -> None:
-    host = link(f"say('found', missing=[])\nprint('no JSON')\n{script}")
+    said = "print('oh', file=sys.stderr)\nprint('no JSON')"
+    host = link(f"say('found', missing=[])\n{said}\n{script}")
     with pytest.raises(HostError, match=f'{ending}.*launch_files.log'):
         host.send({'id': 1})
         host.receive()
+        host.receive()
+
+
+def test_a_host_that_ends_without_a_word(link: MakeLink) -> None:
+    host = link("say('found', missing=[])\nsys.exit(3)")
+    with pytest.raises(HostError, match=r'^exited with code 3$'):
+        host.send({'id': 1})
         host.receive()
 
 
