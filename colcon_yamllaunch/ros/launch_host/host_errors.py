@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import contextlib
 import difflib
 from functools import wraps
+import inspect
 import linecache
 import re
 import sys
@@ -38,6 +39,8 @@ _MISSING_ARGUMENT = re.compile(
     r"missing required argument '([^']+)'|"
     r'[Rr]equired launch argument "([^"]+)"'
 )
+#: How Python says that a call has an argument of another name.
+_KEYWORD = re.compile(r"unexpected keyword argument '([^']+)'")
 
 
 class Refused(BaseException):
@@ -113,7 +116,7 @@ def described(
         package = packages.missing(error)
     return {
         'text': _text(error),
-        'hint': error.hint if isinstance(error, ToldError) else None,
+        'hint': _hint(error),
         'frames': frames,
         'package': package,
         'argument': argument,
@@ -169,6 +172,39 @@ def _text(error: BaseException) -> str:
     text = ''.join(lines).strip()
     name, colon, rest = text.partition(':')
     return f'{name.rpartition(".")[2]}{colon}{rest}'
+
+
+def _hint(error: BaseException) -> str | None:
+    """Return the way out of an error, if it is known."""
+    if isinstance(error, ToldError):
+        return error.hint
+    match = _KEYWORD.search(str(error))
+    if match is None or not isinstance(error, TypeError):
+        return None
+    # each class of `launch` passes on to the one that it derives from what
+    # it does not know itself
+    made = None
+    for frame, _ in traceback.walk_tb(error.__traceback__):
+        if frame.f_code.co_name == '__init__':
+            made = frame.f_locals.get('self')
+    if made is None:
+        return None
+    names = {n: None for c in type(made).__mro__ for n in _parameters(c)}
+    near = difflib.get_close_matches(match[1], names, 1)
+    return f"did you mean '{near[0]}'?" if near else None
+
+
+def _parameters(cls: Any) -> list[str]:
+    """Return the names of what a class is made with."""
+    try:
+        found = inspect.signature(cls.__init__).parameters.values()
+    except (TypeError, ValueError):
+        return []
+    return [
+        one.name
+        for one in found
+        if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)
+    ]
 
 
 def _argument(error: BaseException) -> str | None:

@@ -133,3 +133,28 @@ def test_what_led_to_an_error_is_gone_through_once() -> None:
     first, second = ValueError('1'), ValueError('2')
     first.__cause__, second.__cause__ = second, first
     assert list(host_errors.chain(first)) == [first, second]
+
+
+def test_what_may_be_meant_by_an_argument_of_another_name(
+    tmp_path: Path,
+) -> None:
+    classes = """\
+class Action:
+    def __init__(self, *, condition=None): pass
+class Execute(Action):
+    def __init__(self, *, cmd, output='log', **kwargs):
+        super().__init__(**kwargs)
+class Node(Execute):
+    def __init__(self, *, package, **kwargs):
+        super().__init__(cmd=[package], **kwargs)
+"""
+    path = tmp_path / 'a.launch.py'
+    for call, hint in (
+        ("Node(package='p', ouput='screen')", "did you mean 'output'?"),
+        ("Node(package='p', conditon=1)", "did you mean 'condition'?"),
+        ("Node(package='p', colour='red')", None),
+        ('dict.fromkeys([], valeu=1)', None),
+    ):
+        error = told(path, f'{classes}{call}\n')
+        assert error['text'].startswith('TypeError: ')
+        assert error['hint'] == hint
