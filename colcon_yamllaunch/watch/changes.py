@@ -1,0 +1,46 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What the file system told: changes of files, as plain data."""
+
+from typing import Literal
+
+from colcon_yamllaunch.common.frozen import dataclass
+
+#: What happened to a file; `mode` is that it can be run now, or no more.
+Kind = Literal['new', 'changed', 'deleted', 'mode']
+
+KINDS: tuple[Kind, ...] = ('new', 'changed', 'deleted', 'mode')
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """
+    A file that is not as it was.
+
+    One that is reached under several names that are watched makes a change
+    for each, all in one batch.
+
+    :param path: The name under which it is watched: below the folder of a
+      package, or as the plan has it
+    :param real: The file behind all symbolic links
+    """
+
+    kind: Kind
+    path: str
+    real: str
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """
+    Changes that count as one, such as those of a checkout.
+
+    :param seen_ns: When the first of them was noticed, by the clock that
+      never goes back (nanoseconds)
+    :param notes: What the user should know about the watching itself
+    """
+
+    changes: tuple[Change, ...]
+    seen_ns: int
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,134 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What a launch uses, file by file: plain data."""
+
+from collections.abc import Iterable
+import os
+
+from colcon_yamllaunch.common.frozen import dataclass
+
+#: Where installers put things; nobody edits them.
+_SYSTEM = tuple(
+    f'/{name}/'
+    for name in (
+        *('bin', 'boot', 'dev', 'etc', 'lib', 'lib32', 'lib64', 'nix', 'opt'),
+        *('proc', 'run', 'sbin', 'snap', 'sys', 'usr'),
+    )
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessUse:
+    """
+    What a process or component of the launch uses.
+
+    :param label: Its label
+    :param program: The file that it runs, behind all links; None when that is
+      not known
+    :param package: The package that it belongs to
+    :param packages: The packages of the workspace whose code may be in it:
+      its own, those of components in it, and what these need
+    :param files: Other files that its plan names, behind all links
+    :param may_run_python: Whether it is or may start a Python
+    :param libraries: The files that are mapped into it, or were when it was
+      looked at last; None if it never was
+    :param is_component: Whether it is a component
+    :param container: The label of the component's container, if the launch
+      has that
+    """
+
+    label: str
+    program: str | None = None
+    package: str | None = None
+    packages: frozenset[str] = frozenset()
+    files: frozenset[str] = frozenset()
+    may_run_python: bool = False
+    libraries: frozenset[str] | None = None
+    is_component: bool = False
+    container: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PackageUse:
+    """
+    A package of the workspace that the launch uses.
+
+    All files below are relative to its source, but for `inputs`.
+
+    :param path: The folder of its source, as colcon names it
+    :param live: Those whose edits show without a build, as they are linked
+    :param modules: Those of them that programs in Python import
+    :param module_folders: Folders where a new file would be such a module
+    :param inputs: Files elsewhere that its last build read
+    """
+
+    name: str
+    path: str
+    live: frozenset[str] = frozenset()
+    modules: frozenset[str] = frozenset()
+    module_folders: frozenset[str] = frozenset()
+    inputs: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Knowledge:
+    """
+    What a launch uses.
+
+    :param processes: The processes and components, in the order of the launch
+    :param packages: The packages of the workspace that it needs
+    :param plan_files: The files that its plan was made from, behind all
+      links: launch files, and what they read
+    :param named_files: Files as the plan has them, with all that it was made
+      from
+    :param reads_more: Whether its plan was made with programs, which may have
+      read other files, too
+    :param is_plan_broken: Whether the launch file had mistakes when it was
+      read last
+    """
+
+    processes: tuple[ProcessUse, ...] = ()
+    packages: tuple[PackageUse, ...] = ()
+    plan_files: frozenset[str] = frozenset()
+    named_files: frozenset[str] = frozenset()
+    reads_more: bool = False
+    is_plan_broken: bool = False
+
+    def folders(self) -> tuple[str, ...]:
+        """Return the folders to be watched, with all below them."""
+        return tuple(sorted({package.path for package in self.packages}))
+
+    def files(self) -> tuple[str, ...]:
+        """Return the files to be watched besides."""
+        found = {*self.named_files, *self.plan_files}
+        for process in self.processes:
+            found |= process.files
+            if process.program is not None:
+                found.add(process.program)
+        for package in self.packages:
+            found |= package.inputs
+        return tuple(sorted(path for path in found if is_edited(path)))
+
+    def labels(self, wanted: Iterable[str]) -> tuple[str, ...]:
+        """Return labels in the order of the launch."""
+        names = set(wanted)
+        return tuple(p.label for p in self.processes if p.label in names)
+
+    def package_of(self, path: str) -> tuple[PackageUse, str] | None:
+        """Return the package that has a file, and what it is called there."""
+        owners = [
+            package
+            for package in self.packages
+            if path.startswith(package.path + os.sep)
+        ]
+        if not owners:
+            return None
+        # one may lie in another
+        owner = max(owners, key=lambda package: len(package.path))
+        return owner, path[len(owner.path) + 1 :]
+
+
+def is_edited(path: str) -> bool:
+    """Tell whether a file may be edited, and does not come from installers."""
+    return os.path.isabs(path) and not path.startswith(_SYSTEM)

@@ -1,0 +1,292 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The table of `docs/watching.md`, row for row."""
+
+from dataclasses import replace
+from pathlib import PurePosixPath
+
+from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.changes import KINDS
+from colcon_yamllaunch.watch.consequences import consequences
+from colcon_yamllaunch.watch.consequences import Steps
+from colcon_yamllaunch.watch.consequences import steps
+from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge import PackageUse
+from colcon_yamllaunch.watch.knowledge import ProcessUse
+from colcon_yamllaunch.watch.watch_reasons import why_lines
+from hypothesis import given
+from hypothesis import strategies
+import pytest
+
+ARM, MATHS, MSGS = '/ws/src/arm', '/ws/src/maths', '/ws/src/msgs'
+HEADER = '/home/me/include/fast.h'
+LAUNCH = f'{ARM}/launch/demo.yaml'
+XACRO = '/home/me/arm.urdf'
+
+KNOWLEDGE = Knowledge(
+    (
+        ProcessUse(
+            'double',
+            f'{ARM}/scripts/double.py',
+            'arm',
+            frozenset(('arm', 'maths', 'msgs')),
+            frozenset((f'{ARM}/config/all.yaml',)),
+            may_run_python=True,
+        ),
+        ProcessUse(
+            'triple',
+            '/ws/install/arm/lib/arm/triple',
+            'arm',
+            frozenset(('arm', 'maths', 'msgs')),
+            frozenset((f'{ARM}/config/all.yaml', '/home/me/x.rviz')),
+            may_run_python=True,
+        ),
+        ProcessUse(
+            'motor',
+            '/ws/build/arm/motor',
+            'arm',
+            frozenset(('arm', 'msgs')),
+        ),
+        ProcessUse('bag', '/home/me/bag.sh', may_run_python=True),
+        ProcessUse(
+            'camera',
+            package='arm',
+            files=frozenset((f'{ARM}/config/camera.json',)),
+            is_component=True,
+            container='motor',
+        ),
+    ),
+    (
+        PackageUse(
+            'arm',
+            ARM,
+            frozenset(
+                (
+                    *('scripts/double.py', 'config/all.yaml', 'arm/pose.py'),
+                    *('launch/demo.yaml', 'launch/old.py', 'arm/gone.py'),
+                    *('config/camera.json', 'urdf/mesh.stl'),
+                )
+            ),
+            frozenset(('arm/pose.py', 'arm/gone.py')),
+            frozenset(('arm',)),
+            frozenset((HEADER,)),
+        ),
+        PackageUse('maths', MATHS, *[frozenset(('maths/add.py',))] * 2),
+        PackageUse('msgs', MSGS, inputs=frozenset((HEADER,))),
+        PackageUse('tool', f'{ARM}/tool'),
+    ),
+    plan_files=frozenset((LAUNCH, XACRO)),
+)
+
+
+def of(*paths: str, kind: str = 'changed', **known: bool) -> Steps:
+    changes = [Change(kind, path, path) for path in paths]
+    knowledge = replace(KNOWLEDGE, **known)
+    return steps(consequences(changes, knowledge), knowledge)
+
+
+@pytest.mark.parametrize(
+    ('path', 'expected'),
+    [
+        # a script that is linked
+        (f'{ARM}/scripts/double.py', Steps(restart=('double',))),
+        # one that no package has
+        ('/home/me/bag.sh', Steps(restart=('bag',))),
+        # a module that is linked, of the package and of one that it needs
+        (f'{ARM}/arm/pose.py', Steps(restart=('double', 'triple'))),
+        (f'{MATHS}/maths/add.py', Steps(restart=('double', 'triple'))),
+        # what a package is built from
+        (f'{ARM}/src/motor.cpp', Steps(frozenset(('arm',)))),
+        (f'{ARM}/include/arm/motor.hpp', Steps(frozenset(('arm',)))),
+        (f'{ARM}/CMakeLists.txt', Steps(frozenset(('arm',)))),
+        (f'{ARM}/package.xml', Steps(frozenset(('arm',)))),
+        (f'{MSGS}/msg/Pose.msg', Steps(frozenset(('msgs',)))),
+        # of two packages one in the other, it is the inner one
+        (f'{ARM}/tool/src/main.cpp', Steps(frozenset(('tool',)))),
+        # what builds have read elsewhere
+        (HEADER, Steps(frozenset(('arm', 'msgs')))),
+        # what the plan names
+        (f'{ARM}/config/all.yaml', Steps(restart=('double', 'triple'))),
+        ('/home/me/x.rviz', Steps(restart=('triple',))),
+        (f'{ARM}/config/camera.json', Steps(restart=('camera',))),
+        # what the plan was made from
+        (LAUNCH, Steps(replan=True)),
+        (XACRO, Steps(replan=True)),
+        # what nothing uses
+        (f'{ARM}/launch/old.py', Steps()),
+        (f'{ARM}/urdf/mesh.stl', Steps()),
+        ('/home/me/notes.txt', Steps()),
+        ('/ws/src/army/src/motor.cpp', Steps()),
+    ],
+)
+def test_row(path: str, expected: Steps) -> None:
+    assert of(path) == expected
+
+
+@pytest.mark.parametrize(
+    ('path', 'kind', 'expected'),
+    [
+        # it will be installed, and what crashed for want of it goes on
+        (
+            f'{ARM}/arm/more.py',
+            'new',
+            Steps(frozenset(('arm',)), after_build=('double', 'triple')),
+        ),
+        (
+            f'{ARM}/arm/gone.py',
+            'deleted',
+            Steps(frozenset(('arm',)), after_build=('double', 'triple')),
+        ),
+        (f'{ARM}/test/more.py', 'new', Steps(frozenset(('arm',)))),
+        (f'{ARM}/src/new.cpp', 'new', Steps(frozenset(('arm',)))),
+        (f'{ARM}/urdf/mesh.stl', 'deleted', Steps(frozenset(('arm',)))),
+        # a fresh launch would not start
+        (
+            f'{ARM}/scripts/double.py',
+            'deleted',
+            Steps(frozenset(('arm',)), replan=True),
+        ),
+        ('/home/me/bag.sh', 'deleted', Steps(replan=True)),
+        (f'{ARM}/scripts/double.py', 'mode', Steps(restart=('double',))),
+        (f'{ARM}/arm/pose.py', 'mode', Steps()),
+        # one that is not there is no part of the plan
+        ('/home/me/x.rviz', 'new', Steps(replan=True, restart=('triple',))),
+        (LAUNCH, 'deleted', Steps(frozenset(('arm',)), replan=True)),
+    ],
+)
+def test_row_by_kind(path: str, kind: str, expected: Steps) -> None:
+    assert of(path, kind=kind) == expected
+
+
+def test_many_changes_are_one() -> None:
+    found = of(
+        f'{MSGS}/msg/Pose.msg',
+        '/home/me/x.rviz',
+        f'{ARM}/src/motor.cpp',
+        f'{ARM}/scripts/double.py',
+        LAUNCH,
+    )
+    assert found == Steps(
+        frozenset(('arm', 'msgs')), True, ('double', 'triple')
+    )
+
+
+def test_a_restart_after_the_build_is_the_only_one() -> None:
+    changes = [
+        Change('new', f'{ARM}/arm/more.py', f'{ARM}/arm/more.py'),
+        Change('changed', '/home/me/x.rviz', '/home/me/x.rviz'),
+    ]
+    found = steps(consequences(changes, KNOWLEDGE), KNOWLEDGE)
+    assert found.restart == ()
+    assert found.after_build == ('double', 'triple')
+
+
+@pytest.mark.parametrize('known', ['reads_more', 'is_plan_broken'])
+def test_the_plan_may_depend_on_more(known: str) -> None:
+    mesh, module = f'{ARM}/urdf/mesh.stl', f'{ARM}/arm/pose.py'
+    assert of(mesh, **{known: True}) == Steps(replan=True)
+    assert of(module, **{known: True}) == Steps(
+        replan=True, restart=('double', 'triple')
+    )
+    # after a build it is looked at anyway
+    source = f'{ARM}/src/motor.cpp'
+    assert not of(source, **{known: True}).replan
+
+
+def test_one_file_under_two_names_is_one_change() -> None:
+    real = '/home/me/x.rviz'
+    changes = [
+        Change('changed', '/ws/install/arm/share/arm/x.rviz', real),
+        Change('changed', f'{ARM}/x.rviz', real),
+    ]
+    found = consequences(changes, KNOWLEDGE)
+    assert [(one.action, one.names) for one in found] == [
+        ('restart', ('triple',)),
+        ('build', ('arm',)),
+    ]
+
+
+def test_why_names_the_change_what_follows_and_the_reason() -> None:
+    changes = [
+        Change('changed', f'{ARM}/arm/pose.py', f'{ARM}/arm/pose.py'),
+        Change('new', f'{ARM}/src/\x1bnew.cpp', f'{ARM}/src/\x1bnew.cpp'),
+        Change('changed', LAUNCH, LAUNCH),
+        Change('changed', f'{ARM}/urdf/mesh.stl', f'{ARM}/urdf/mesh.stl'),
+    ]
+    lines = list(why_lines(consequences(changes, KNOWLEDGE), '/ws'))
+    assert lines == [
+        '[watch] src/arm/arm/pose.py changed: restart double, triple, as it '
+        'is a Python module of arm',
+        '[watch] src/arm/src/�new.cpp is new: build arm, as arm is built '
+        'from it',
+        '[watch] src/arm/launch/demo.yaml changed: evaluate the launch file, '
+        'as the launch file reads it',
+        '[watch] src/arm/urdf/mesh.stl changed: nothing to do, as nothing in '
+        'the launch uses it',
+    ]
+
+
+PATHS = strategies.sampled_from(
+    [
+        *(LAUNCH, XACRO, HEADER, '/home/me/x.rviz', '/home/me/bag.sh'),
+        *('/home/me/notes.txt', f'{ARM}/arm/new.py', f'{ARM}/src/a.cpp'),
+        *(
+            str(PurePosixPath(package.path, name))
+            for package in KNOWLEDGE.packages
+            for name in package.live
+        ),
+    ]
+)
+CHANGES = strategies.lists(
+    strategies.builds(
+        lambda kind, path: Change(kind, path, path),
+        strategies.sampled_from(KINDS),
+        PATHS,
+    ),
+    max_size=8,
+)
+KNOWN = strategies.builds(
+    lambda more, broken: replace(
+        KNOWLEDGE, reads_more=more, is_plan_broken=broken
+    ),
+    strategies.booleans(),
+    strategies.booleans(),
+)
+
+
+@given(CHANGES, KNOWN)
+def test_each_change_has_a_consequence_of_a_kind(
+    changes: list[Change], knowledge: Knowledge
+) -> None:
+    found = consequences(changes, knowledge)
+    assert {one.change.real for one in found} == {c.real for c in changes}
+    labels = {process.label for process in knowledge.processes}
+    packages = {package.name for package in knowledge.packages}
+    for one in found:
+        assert one.reason
+        expected = packages if one.action == 'build' else labels
+        assert set(one.names) <= expected
+        assert bool(one.names) == (one.action not in ('ignore', 'replan'))
+
+
+@given(CHANGES, CHANGES, KNOWN)
+def test_changes_together_are_what_they_are_one_by_one(
+    some: list[Change], others: list[Change], knowledge: Knowledge
+) -> None:
+    def done(changes: list[Change]) -> Steps:
+        return steps(consequences(changes, knowledge), knowledge)
+
+    first, second, both = done(some), done(others), done([*some, *others])
+    assert both.build == first.build | second.build
+    assert both.replan == (first.replan or second.replan)
+    restarted = {*both.restart, *both.after_build}
+    assert restarted == {
+        *(*first.restart, *first.after_build),
+        *(*second.restart, *second.after_build),
+    }
+    # in the order of the launch, and each but once
+    order = [process.label for process in knowledge.processes]
+    assert list(both.restart) == [n for n in order if n in both.restart]
+    assert not {*both.restart} & {*both.after_build}
+    assert done([*others, *some]) == both
