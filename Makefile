@@ -63,6 +63,7 @@ hostile: $(VENV)/.test-dependencies $(VENV)/.installed
 
 fuzz: $(VENV)/.test-dependencies $(VENV)/.installed
 	HYPOTHESIS_PROFILE=long $(BIN)/pytest -n auto tests/language -k fuzz
+	HYPOTHESIS_PROFILE=long $(BIN)/pytest -n auto tests/watch
 	HYPOTHESIS_PROFILE=long $(BIN)/pytest -rP \
 		tests/workspace/freshness/test_freshness_properties.py
 

@@ -18,6 +18,7 @@ from colcon_yamllaunch.watch.watch_reasons import why_lines
 from hypothesis import given
 from hypothesis import strategies
 import pytest
+from support.random_cases import RANDOM
 
 ARM, MATHS, MSGS = '/ws/src/arm', '/ws/src/maths', '/ws/src/msgs'
 HEADER = '/home/me/include/fast.h'
@@ -255,6 +256,7 @@ KNOWN = strategies.builds(
 )
 
 
+@RANDOM
 @given(CHANGES, KNOWN)
 def test_each_change_has_a_consequence_of_a_kind(
     changes: list[Change], knowledge: Knowledge
@@ -270,6 +272,7 @@ def test_each_change_has_a_consequence_of_a_kind(
         assert bool(one.names) == (one.action not in ('ignore', 'replan'))
 
 
+@RANDOM
 @given(CHANGES, CHANGES, KNOWN)
 def test_changes_together_are_what_they_are_one_by_one(
     some: list[Change], others: list[Change], knowledge: Knowledge
