@@ -19,6 +19,7 @@ _SKIPPED_FOLDERS = {
 #: Left by editors and by others: *~ .#* #*# .*.sw? *.kate-swp 4913 *.pyc …
 _SKIPPED_FILES = re.compile(
     r'.*~|\.#.*|#.*#|\..*\.sw.|.*\.kate-swp|4913'
+    r'|.*___jb_(tmp|old)___|\.goutputstream-.*|\.~lock\..*#'
     r'|.*\.pyc|\.coverage|\.nfs.*|\.fuse_hidden.*|\.DS_Store',
     re.DOTALL,
 )
@@ -44,13 +45,29 @@ def source_files(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
                 status = entry.stat(follow_symlinks=False)
             relative = below + entry.name
             if not stat.S_ISDIR(status.st_mode):
-                if not _SKIPPED_FILES.fullmatch(entry.name):
+                if not is_skipped_file(entry.name):
                     yield relative, status
                 continue
             place = (status.st_dev, status.st_ino)
-            if place not in seen and not _is_skipped_folder(entry):
+            if place not in seen and not is_skipped_folder(entry):
                 seen.add(place)
                 pending.append((entry.path, relative + os.sep))
+
+
+def is_skipped_file(name: str) -> bool:
+    """Tell whether a file belongs to an editor or a cache, by its name."""
+    return _SKIPPED_FILES.fullmatch(name) is not None
+
+
+def is_skipped_folder(entry: os.DirEntry[str]) -> bool:
+    """Tell whether nothing in a folder belongs to the source."""
+    if entry.name in _SKIPPED_FOLDERS or entry.name.endswith('.egg-info'):
+        return True
+    if entry.name not in _BUILD_FOLDERS:
+        return False
+    return any(
+        os.path.lexists(Path(entry.path, marker)) for marker in IGNORE_MARKERS
+    )
 
 
 def _entries(path: str) -> list[os.DirEntry[str]]:
@@ -59,13 +76,3 @@ def _entries(path: str) -> list[os.DirEntry[str]]:
             return list(entries)
     except OSError:
         return []
-
-
-def _is_skipped_folder(entry: os.DirEntry[str]) -> bool:
-    if entry.name in _SKIPPED_FOLDERS or entry.name.endswith('.egg-info'):
-        return True
-    if entry.name not in _BUILD_FOLDERS:
-        return False
-    return any(
-        os.path.lexists(Path(entry.path, marker)) for marker in IGNORE_MARKERS
-    )
