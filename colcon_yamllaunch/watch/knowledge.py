@@ -86,6 +86,7 @@ class Knowledge:
       read other files, too
     :param is_plan_broken: Whether the launch file had mistakes when it was
       read last
+    :param products: The folders of builds, in which nothing is watched
     """
 
     processes: tuple[ProcessUse, ...] = ()
@@ -94,6 +95,7 @@ class Knowledge:
     named_files: frozenset[str] = frozenset()
     reads_more: bool = False
     is_plan_broken: bool = False
+    products: tuple[str, ...] = ()
 
     def folders(self) -> tuple[str, ...]:
         """Return the folders to be watched, with all below them."""
@@ -102,13 +104,20 @@ class Knowledge:
     def files(self) -> tuple[str, ...]:
         """Return the files to be watched besides."""
         found = {*self.named_files, *self.plan_files}
+        products = tuple(folder + os.sep for folder in self.products)
         for process in self.processes:
             found |= process.files
             if process.program is not None:
                 found.add(process.program)
         for package in self.packages:
             found |= package.inputs
-        return tuple(sorted(path for path in found if is_edited(path)))
+        return tuple(
+            sorted(
+                path
+                for path in found
+                if is_edited(path) and not path.startswith(products)
+            )
+        )
 
     def labels(self, wanted: Iterable[str]) -> tuple[str, ...]:
         """Return labels in the order of the launch."""

@@ -131,6 +131,7 @@ def sections_in(walk: Walk, path: str) -> ParameterSections:
     read = walk.parameter_sections.get(path)
     if read is None:
         located = walk.parameter_file(path) or path
+        walk.inputs[located] = None
         read = read_sections(read_source(located, path))
         walk.parameter_sections[path] = read
     return read
@@ -140,6 +141,7 @@ def _substituted(walk: Walk, path: str, origin: Text) -> str | None:
     content = None
     with walk.within_text(origin):
         text = whole_file(path, walk.exposed)
+        walk.inputs[path] = None
         walk.note_text(text.template)
         content = walk.value(text).text
     if content is None:

@@ -182,6 +182,7 @@ def _run_command(
         return walk.leave_open(
             f'$(command {shlex.quote(line)})', call.position
         )
+    walk.has_run_programs = True
     environment = walk.scope_environment()
     program = shutil.which(words[0], path=environment.get('PATH'))
     # one that comes while the command begins would leave it behind
@@ -332,6 +333,7 @@ def _log_dir(call: Call) -> str | None:
 def _file_content(call: Call, name: str) -> str | None:
     walk = call.walk
     path = Path(walk.cwd, name)
+    walk.inputs[str(path)] = None
     try:
         text = content_of(path, MAXIMUM_CONTENT).decode('utf-8')
     except (OSError, ValueError) as e:

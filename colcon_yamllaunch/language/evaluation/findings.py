@@ -162,6 +162,11 @@ class Findings:
         #: Whether there may be nodes whose names are not known.
         self.may_have_others = False
         self.section_uses: list[SectionUse] = []
+        #: The files that were read, or looked for in vain, besides launch
+        #: files.
+        self.inputs: dict[str, None] = {}
+        #: Whether programs were run, which may have read others.
+        self.has_run_programs = False
         #: The nodes that have a name, by that.
         self.nodes: dict[str, list[NamedNode]] = {}
         self._includes: list[Position] = []

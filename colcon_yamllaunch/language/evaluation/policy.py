@@ -226,6 +226,8 @@ class Policy(Findings, Surroundings, ABC):
         """Return where to read a file with parameters, None if nowhere."""
         if os.path.isfile(path):
             return path
+        # once it is there, the plan is another one
+        self.inputs[path] = None
         located = self.packages.locate(path)
         if located is None or not self.packages.may_appear(path):
             return None

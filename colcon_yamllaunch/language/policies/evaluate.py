@@ -49,11 +49,16 @@ class Evaluation(Checked):
     What a launch file comes to.
 
     :param plan: What to run; not complete when there are errors
+    :param inputs: The files that were read, or looked for in vain, besides
+      launch files
+    :param has_run_programs: Whether programs were run, or a launch file in
+      Python, which may have read others
     :param growing: What makes more of it while it runs, if anything does
     """
 
     plan: Plan
-    growing: 'Growing | None' = None
+    inputs: tuple[str, ...] = ()
+    has_run_programs: bool = False
 
 
 def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
@@ -93,7 +98,9 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
         tuple(walk.executables),
         tuple(walk.plugins),
         plan,
-        growing=growing,
+        tuple(walk.inputs),
+        walk.has_run_programs or walk.has_python,
+        growing,
     )
 
 
@@ -164,6 +171,7 @@ class _Launch(Walk):
         # before the package is built, only the file in its source is there
         file = name if os.path.isfile(name) else path
         self.has_python = True
+        self.inputs[file] = None
         # most launch files are not in Python
         from colcon_yamllaunch.language.actions import python_launch
 

@@ -1,0 +1,137 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What a build changed, and which processes it concerns.
+
+The records of builds have the content of all that was built and installed, so
+what was made anew and came out the same concerns nobody.
+"""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+import os
+
+from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge import ProcessUse
+from colcon_yamllaunch.watch.learning import record_of
+from colcon_yamllaunch.watch.learning import Workspace
+from colcon_yamllaunch.workspace.freshness.build_record import Record
+
+#: The records of packages by their names; None where there is none.
+Built = Mapping[str, Record | None]
+#: Files that a build changed, with the packages that they belong to.
+Changed = Mapping[str, str]
+
+_LIBRARY = '.so'
+_MODULES = ('.py', _LIBRARY)
+
+
+def records(workspace: Workspace, names: Iterable[str]) -> Built:
+    """Return what was built last of some packages."""
+    if workspace.root is None:
+        return {}
+    return {name: record_of(workspace, name) for name in names}
+
+
+def changed_by_build(
+    before: Built, after: Built, workspace: Workspace
+) -> Changed:
+    """
+    Return the files that are others now, new or gone, behind all links.
+
+    :param before: What was built of packages before
+    :param after: What was built of them now
+    """
+    found: dict[str, str] = {}
+    if workspace.root is None:
+        return found
+    colcon = workspace.colcon
+    install = os.path.realpath(colcon.install_base)
+    for name, record in after.items():
+        then = before.get(name)
+        if record is None or record is then:
+            continue
+        build = os.path.realpath(colcon.build_base / name)
+        for folder, what in ((install, 'installed'), (build, 'products')):
+            old = {} if then is None else getattr(then, what)
+            for path in _differing(old, getattr(record, what)):
+                found[f'{folder}{os.sep}{path}'] = name
+    return found
+
+
+def touched_by(changed: Changed, knowledge: Knowledge) -> dict[str, str]:
+    """
+    Return what is restarted as its code was changed by a build, and why.
+
+    They are labels of processes, in the order of the launch.
+    """
+    found: dict[str, str] = {}
+    if not changed:
+        return found
+    for process in knowledge.processes:
+        reason = next(_reasons(process, changed), None)
+        if reason is not None:
+            found[process.label] = reason
+    return found
+
+
+def replans_after(changed: Changed, knowledge: Knowledge) -> bool:
+    """Tell whether the launch file may come to something else by a build."""
+    if not changed:
+        return knowledge.is_plan_broken
+    return (
+        knowledge.reads_more
+        or knowledge.is_plan_broken
+        or not knowledge.plan_files.isdisjoint(changed)
+        or not knowledge.named_files.isdisjoint(changed)
+    )
+
+
+def _differing(
+    old: Mapping[str, object], new: Mapping[str, object]
+) -> set[str]:
+    return {
+        path
+        for path in old.keys() | new.keys()
+        if _content(old.get(path)) != _content(new.get(path))
+    }
+
+
+def _content(found: object) -> object:
+    # times tell nothing, and links are told by their targets
+    digest = getattr(found, 'digest', None)
+    return digest, getattr(found, 'executable', None)
+
+
+def _reasons(process: ProcessUse, changed: Changed) -> Iterator[str]:
+    if process.program in changed:
+        yield 'its program was built'
+    for path in sorted(process.files.intersection(changed)):
+        yield f'{os.path.basename(path)} was installed'
+    libraries = process.libraries
+    if process.is_component:
+        # its code is in the container
+        return
+    if libraries is not None:
+        for path in sorted(libraries.intersection(changed)):
+            yield f'{os.path.basename(path)}, which it uses, was built'
+    for path, package in sorted(changed.items()):
+        if package not in process.packages or not _is_module(path, package):
+            continue
+        is_library = _LIBRARY in os.path.basename(path)
+        if is_library and libraries is None:
+            # it may have ended before anybody looked
+            yield f'{os.path.basename(path)}, which it may use, was built'
+        elif not is_library and process.may_run_python:
+            yield f'a Python module of {package} was installed'
+
+
+def _is_module(path: str, package: str) -> bool:
+    name = os.path.basename(path)
+    if not (name.endswith(_MODULES) or f'{_LIBRARY}.' in name):
+        return False
+    # programs, and what lies in the share folder, are no modules
+    parts = path.split(os.sep)
+    return 'share' not in parts and parts[-3:-1] != ['lib', package]

@@ -1,0 +1,391 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What a launch uses, learnt from its plan and from what was built."""
+
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache
+import os
+from pathlib import Path
+import re
+import shlex
+import shutil
+from typing import Protocol
+
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import ParameterFile
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import SetParameter
+from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.watch.knowledge import is_edited
+from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge import PackageUse
+from colcon_yamllaunch.watch.knowledge import ProcessUse
+from colcon_yamllaunch.watch.mapped_files import mapped_files
+from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
+from colcon_yamllaunch.workspace.freshness.build_record import (
+    DamagedRecordError,
+)
+from colcon_yamllaunch.workspace.freshness.build_record import read_record
+from colcon_yamllaunch.workspace.freshness.build_record import Record
+from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
+from colcon_yamllaunch.workspace.packages.closure import closure
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+_PYTHON_SUFFIX = '.py'
+_LINK = 'link to '
+_ELF = b'\x7fELF'
+_LONGEST_PATH = 4096
+_SHELLS = frozenset(('bash', 'dash', 'sh', 'zsh'))
+_ROS = 'ros2'
+#: As many as a workspace may have packages.
+_RECORDS = 10_000
+
+
+class Workspace(Protocol):
+    """The workspace of a launch."""
+
+    @property
+    def colcon(self) -> CachedColcon:
+        """What knows the packages; there must be a workspace."""
+
+    locator: PackageLocator
+    root: Path | None
+
+
+def knowledge_of(
+    plan: Plan,
+    evaluation: Evaluation,
+    workspace: Workspace,
+    wanted: Iterable[str],
+    libraries: Mapping[str, frozenset[str] | None],
+    environment: Mapping[str, str],
+) -> Knowledge:
+    """
+    Return what a launch uses.
+
+    :param plan: Its plan, with the labels that are in use
+    :param evaluation: What the plan was made from
+    :param wanted: The packages of the workspace that it names
+    :param libraries: What is known of the files mapped into processes
+    :param environment: The environment of the processes
+    """
+    packages: list[Package] = []
+    products: set[str] = set()
+    if workspace.root is not None:
+        for base in (
+            workspace.colcon.build_base,
+            workspace.colcon.install_base,
+        ):
+            products |= {str(base), os.path.realpath(base)}
+        by_name = {p.name: p for p in workspace.locator.packages()}
+        names = closure(by_name.values(), wanted)
+        packages = [by_name[name] for name in names]
+    uses = _Uses(plan, packages, libraries, environment, workspace.locator)
+    read = [*(file.path for file in evaluation.files), *evaluation.inputs]
+    return Knowledge(
+        tuple(uses.all()),
+        tuple(_package_use(p, record_of(workspace, p.name)) for p in packages),
+        frozenset(map(os.path.realpath, read)),
+        frozenset(
+            [*(file.name for file in evaluation.files), *evaluation.inputs]
+        ),
+        reads_more=evaluation.has_run_programs,
+        is_plan_broken=bool(evaluation.errors),
+        products=tuple(sorted(products)),
+    )
+
+
+def with_libraries(
+    knowledge: Knowledge, processes: Mapping[str, int]
+) -> Knowledge:
+    """
+    Return what is known once it was looked what is mapped into processes.
+
+    What was mapped into one that has ended is kept.
+
+    :param processes: Those that run, with their labels
+    """
+    found = []
+    for process in knowledge.processes:
+        pid = processes.get(process.label)
+        mapped = mapped_files(pid) if pid else None
+        if mapped is not None:
+            process = replace(
+                process,
+                libraries=mapped,
+                may_run_python=process.may_run_python
+                or any('/libpython' in path for path in mapped),
+            )
+        found.append(process)
+    return replace(knowledge, processes=tuple(found))
+
+
+def record_of(workspace: Workspace, name: str) -> Record | None:
+    """Return what is known about the last build of a package."""
+    path = workspace.colcon.build_base / name / RECORD_NAME
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return _record(str(path), status.st_mtime_ns, status.st_ino)
+
+
+@lru_cache(_RECORDS)
+def _record(path: str, _time: int, _inode: int) -> Record | None:
+    try:
+        return read_record(Path(path))
+    except DamagedRecordError:
+        return None
+
+
+def _package_use(package: Package, record: Record | None) -> PackageUse:
+    path = str(package.path)
+    if record is None:
+        return PackageUse(package.name, path)
+    modules = frozenset(_modules(package, record))
+    return PackageUse(
+        package.name,
+        path,
+        record.live,
+        modules,
+        frozenset(map(os.path.dirname, modules)),
+        frozenset(filter(os.path.isabs, record.files)),
+    )
+
+
+def _modules(package: Package, record: Record) -> Iterator[str]:
+    """Iterate over the files that programs in Python import."""
+    candidates = [r for r in record.live if r.endswith(_PYTHON_SUFFIX)]
+    if not candidates:
+        return
+    start = f'{_LINK}{package.path}{os.sep}'
+    data, programs = set(), set()
+    for installed, found in record.installed.items():
+        if found.digest.startswith(start):
+            parts = installed.split(os.sep)
+            target = found.digest[len(start) :].rstrip(os.sep)
+            if 'share' in parts:
+                data.add(target)
+            elif parts[-3:-1] == ['lib', package.name]:
+                programs.add(target)
+    imported = _imported(package.path, programs)
+    for relative in candidates:
+        above = {relative, *map(str, Path(relative).parents)}
+        if data.isdisjoint(above) and (
+            relative not in programs
+            or Path(relative).stem in imported
+            or not os.access(package.path / relative, os.X_OK)
+        ):
+            yield relative
+
+
+def _imported(folder: Path, programs: Iterable[str]) -> set[str]:
+    """Return the modules that programs import, up to the first dot."""
+    found: set[str] = set()
+    for program in programs:
+        try:
+            text = (folder / program).read_text('utf-8')
+        except (OSError, UnicodeDecodeError):
+            continue
+        found.update(re.findall(r'(?m)^\s*(?:from|import)\s+(\w+)', text))
+    return found
+
+
+class _Uses:
+    """What the processes and components of a plan use."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        packages: Collection[Package],
+        libraries: Mapping[str, frozenset[str] | None],
+        environment: Mapping[str, str],
+        locator: PackageLocator,
+    ) -> None:
+        self._plan = plan
+        self._locator = locator
+        self._needs = {
+            p.name: p.build_depends | p.run_depends for p in packages
+        }
+        self._libraries = libraries
+        self._environment = environment
+        self._closures: dict[str, frozenset[str]] = {}
+        self._files: dict[str, str | None] = {}
+        self._kinds: dict[str, bool] = {}
+
+    def all(self) -> Iterator[ProcessUse]:
+        """Iterate over what each of them uses, in the order of the launch."""
+        components = tuple(self._plan.components())
+        inside: dict[str, set[str]] = {}
+        for component in components:
+            inside.setdefault(component.container, set()).add(
+                component.package
+            )
+        containers = {}
+        for process in self._plan.processes():
+            if process.is_container and process.node_name:
+                containers[process.node_name] = process.label
+            loaded = inside.get(process.node_name or '', ())
+            yield self._process(process, loaded)
+        for component in components:
+            label = containers.get(component.container)
+            yield self._component(component, label)
+
+    def _process(self, process: Process, loaded: Iterable[str]) -> ProcessUse:
+        words = [w for w in process.argv if isinstance(w, str)]
+        if words and os.path.basename(words[0]) in _SHELLS:
+            # what a shell is given
+            words += [part for word in words[1:] for part in _split(word)]
+        program = self._program(process, words[0]) if words else None
+        named = self._named(words[1:], process.cwd)
+        named |= self._values(process.parameters, process.cwd)
+        for word in process.argv:
+            if isinstance(word, ParameterFile):
+                named |= self._values(word.parameters, process.cwd)
+        values = [v for _, v in process.environment if v is not None]
+        named |= self._named(values, process.cwd)
+        owners = [o for o in map(self._owner, words) if o is not None]
+        package = process.package
+        if package is None and owners:
+            package = owners[0]
+        packages = {*loaded, *self._commanded(words), *owners}
+        if package is not None:
+            packages.add(package)
+        return ProcessUse(
+            process.label,
+            program,
+            package,
+            self._closure(packages),
+            frozenset(named - {program}),
+            program is None
+            or self._may_run_python(program)
+            or any(map(self._may_run_python, named)),
+            self._libraries.get(process.label),
+        )
+
+    def _component(
+        self, component: Component, container: str | None
+    ) -> ProcessUse:
+        named = self._values(component.parameters, '')
+        named |= self._values(component.extra_arguments, '')
+        return ProcessUse(
+            component.label,
+            None,
+            component.package,
+            self._closure((component.package,)),
+            frozenset(named),
+            is_component=True,
+            container=container,
+        )
+
+    def _closure(self, names: Iterable[str]) -> frozenset[str]:
+        """Return packages of the workspace with all that they need."""
+        found: frozenset[str] = frozenset()
+        for name in names:
+            if name not in self._closures:
+                pending, reached = [name], set()
+                while pending:
+                    current = pending.pop()
+                    if current in self._needs and current not in reached:
+                        reached.add(current)
+                        pending += self._needs[current]
+                self._closures[name] = frozenset(reached)
+            found |= self._closures[name]
+        return found
+
+    def _owner(self, word: str) -> str | None:
+        """Return the package of the workspace that has a program."""
+        if f'{os.sep}lib{os.sep}' not in word:
+            return None
+        owner = self._locator.owner(word)
+        return None if owner is None else owner.name
+
+    def _commanded(self, words: Iterable[str]) -> set[str]:
+        """Return the packages whose programs a command of ROS 2 starts."""
+        names = {os.path.basename(word) for word in words}
+        if _ROS not in names:
+            return set()
+        if 'launch' in names:
+            # which ones it does not tell
+            return set(self._needs)
+        return names & self._needs.keys()
+
+    def _program(self, process: Process, word: str) -> str | None:
+        if os.sep not in word:
+            changed = dict(process.environment)
+            path = changed.get('PATH', self._environment.get('PATH'))
+            found = shutil.which(word, path=path)
+            if found is None:
+                return None
+            word = found
+        return os.path.realpath(os.path.join(process.cwd, word))
+
+    def _named(self, words: Iterable[str], cwd: str) -> set[str]:
+        """Return the files that words name, behind all links."""
+        found = set()
+        for word in words:
+            # as `--file=PATH`, `file:=PATH`
+            for part in (word, word.rpartition('=')[2]):
+                if os.sep in part:
+                    path = os.path.join(cwd, part)
+                    if path not in self._files:
+                        self._files[path] = _file(path)
+                    real = self._files[path]
+                    if real is not None:
+                        found.add(real)
+        return found
+
+    def _values(
+        self, parameters: Iterable[SetParameter], cwd: str
+    ) -> set[str]:
+        return self._named((p.value.strip('"\'') for p in parameters), cwd)
+
+    def _may_run_python(self, path: str) -> bool:
+        """Tell whether a program is or may start a Python."""
+        if path not in self._kinds:
+            self._kinds[path] = _may_run_python(path)
+        return self._kinds[path]
+
+
+def _may_run_python(path: str) -> bool:
+    if os.path.basename(path).startswith('python'):
+        return True
+    if not os.access(path, os.X_OK):
+        return path.endswith(_PYTHON_SUFFIX)
+    try:
+        with open(path, 'rb') as file:
+            # a script in a shell may start one
+            return file.read(len(_ELF)) != _ELF
+    except OSError:
+        return True
+
+
+def _file(path: str) -> str | None:
+    """Return the file that a path names, if it is one that may be edited."""
+    if len(path) > _LONGEST_PATH or '\n' in path:
+        return None
+    real = os.path.realpath(path)
+    if not is_edited(real):
+        return None
+    if os.path.isfile(real):
+        return real
+    # it may come
+    has_suffix = '.' in os.path.basename(path)
+    is_there = os.path.lexists(real) or not os.path.isdir(
+        os.path.dirname(real)
+    )
+    return real if has_suffix and not is_there else None
+
+
+def _split(text: str) -> list[str]:
+    try:
+        return shlex.split(text)
+    except ValueError:
+        return text.split()

@@ -1,0 +1,53 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Which files are mapped into a process: its program and its libraries."""
+
+import os
+
+from colcon_yamllaunch.watch.knowledge import is_edited
+
+_DELETED = ' (deleted)'
+
+
+def mapped_files(pid: int) -> frozenset[str] | None:
+    """
+    Return the files that are mapped into a process, but for the system's.
+
+    One that was replaced since goes by the name that it had. None is returned
+    for a process that is gone, or of somebody else.
+
+    :param pid: The process; what it started counts, too, as one that was
+      started with a prefix or in a shell has nothing itself
+    """
+    found: set[str] = set()
+    is_known = False
+    pending = [pid]
+    while pending:
+        current = pending.pop()
+        try:
+            # fields are separated by spaces, and the path comes last
+            with open(f'/proc/{current}/maps', errors='surrogateescape') as f:
+                lines = f.readlines()
+        except OSError:
+            continue
+        is_known = is_known or bool(lines)
+        for line in lines:
+            path = line[line.find('/') :].rstrip('\n') if '/' in line else ''
+            path = path.removesuffix(_DELETED)
+            if is_edited(path):
+                found.add(path)
+        pending += _children(current)
+    return frozenset(found) if is_known else None
+
+
+def _children(pid: int) -> list[int]:
+    found: list[int] = []
+    try:
+        for thread in os.listdir(f'/proc/{pid}/task'):
+            with open(f'/proc/{pid}/task/{thread}/children') as file:
+                found += map(int, file.read().split())
+    except OSError:
+        # some kernels do not tell
+        pass
+    return found
