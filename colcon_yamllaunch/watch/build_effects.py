@@ -17,10 +17,10 @@ from colcon_yamllaunch.watch.knowledge import Knowledge
 from colcon_yamllaunch.watch.knowledge import ProcessUse
 from colcon_yamllaunch.watch.learning import record_of
 from colcon_yamllaunch.watch.learning import Workspace
-from colcon_yamllaunch.workspace.freshness.build_record import Record
 
-#: The records of packages by their names; None where there is none.
-Built = Mapping[str, Record | None]
+#: What was built and installed of packages: for each file, behind all links,
+#: what tells its content.
+Built = Mapping[str, Mapping[str, str]]
 #: Files that a build changed, with the packages that they belong to.
 Changed = Mapping[str, str]
 
@@ -29,36 +29,26 @@ _MODULES = ('.py', _LIBRARY)
 
 
 def records(workspace: Workspace, names: Iterable[str]) -> Built:
-    """Return what was built last of some packages."""
+    """Return what the last successful builds of some packages made."""
     if workspace.root is None:
         return {}
-    return {name: record_of(workspace, name) for name in names}
+    return {name: _built(workspace, name) for name in names}
 
 
-def changed_by_build(
-    before: Built, after: Built, workspace: Workspace
-) -> Changed:
+def changed_by_build(before: Built, after: Built) -> Changed:
     """
     Return the files that are others now, new or gone, behind all links.
 
-    :param before: What was built of packages before
-    :param after: What was built of them now
+    :param before: What was there of packages
+    :param after: What is there of them now
     """
-    found: dict[str, str] = {}
-    if workspace.root is None:
-        return found
-    colcon = workspace.colcon
-    install = os.path.realpath(colcon.install_base)
-    for name, record in after.items():
-        then = before.get(name)
-        if record is None or record is then:
-            continue
-        build = os.path.realpath(colcon.build_base / name)
-        for folder, what in ((install, 'installed'), (build, 'products')):
-            old = {} if then is None else getattr(then, what)
-            for path in _differing(old, getattr(record, what)):
-                found[f'{folder}{os.sep}{path}'] = name
-    return found
+    return {
+        path: name
+        for name, now in after.items()
+        for then in [before.get(name, {})]
+        for path in then.keys() | now.keys()
+        if then.get(path) != now.get(path)
+    }
 
 
 def touched_by(changed: Changed, knowledge: Knowledge) -> dict[str, str]:
@@ -77,32 +67,19 @@ def touched_by(changed: Changed, knowledge: Knowledge) -> dict[str, str]:
     return found
 
 
-def replans_after(changed: Changed, knowledge: Knowledge) -> bool:
-    """Tell whether the launch file may come to something else by a build."""
-    if not changed:
-        return knowledge.is_plan_broken
-    return (
-        knowledge.reads_more
-        or knowledge.is_plan_broken
-        or not knowledge.plan_files.isdisjoint(changed)
-        or not knowledge.named_files.isdisjoint(changed)
-    )
-
-
-def _differing(
-    old: Mapping[str, object], new: Mapping[str, object]
-) -> set[str]:
+def _built(workspace: Workspace, name: str) -> dict[str, str]:
+    record = record_of(workspace, name)
+    if record is None:
+        return {}
+    colcon = workspace.colcon
     return {
-        path
-        for path in old.keys() | new.keys()
-        if _content(old.get(path)) != _content(new.get(path))
+        f'{folder}{os.sep}{path}': f'{found.digest} {found.executable:d}'
+        for folder, files in (
+            (os.path.realpath(colcon.install_base), record.installed),
+            (os.path.realpath(colcon.build_base / name), record.products),
+        )
+        for path, found in files.items()
     }
-
-
-def _content(found: object) -> object:
-    # times tell nothing, and links are told by their targets
-    digest = getattr(found, 'digest', None)
-    return digest, getattr(found, 'executable', None)
 
 
 def _reasons(process: ProcessUse, changed: Changed) -> Iterator[str]:

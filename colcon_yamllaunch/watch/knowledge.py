@@ -80,8 +80,6 @@ class Knowledge:
     :param packages: The packages of the workspace that it needs
     :param plan_files: The files that its plan was made from, behind all
       links: launch files, and what they read
-    :param named_files: Files as the plan has them, with all that it was made
-      from
     :param reads_more: Whether its plan was made with programs, which may have
       read other files, too
     :param is_plan_broken: Whether the launch file had mistakes when it was
@@ -92,7 +90,6 @@ class Knowledge:
     processes: tuple[ProcessUse, ...] = ()
     packages: tuple[PackageUse, ...] = ()
     plan_files: frozenset[str] = frozenset()
-    named_files: frozenset[str] = frozenset()
     reads_more: bool = False
     is_plan_broken: bool = False
     products: tuple[str, ...] = ()
@@ -103,7 +100,7 @@ class Knowledge:
 
     def files(self) -> tuple[str, ...]:
         """Return the files to be watched besides."""
-        found = {*self.named_files, *self.plan_files}
+        found = set(self.plan_files)
         products = tuple(folder + os.sep for folder in self.products)
         for process in self.processes:
             found |= process.files

@@ -93,9 +93,6 @@ def knowledge_of(
         tuple(uses.all()),
         tuple(_package_use(p, record_of(workspace, p.name)) for p in packages),
         frozenset(map(os.path.realpath, read)),
-        frozenset(
-            [*(file.name for file in evaluation.files), *evaluation.inputs]
-        ),
         reads_more=evaluation.has_run_programs,
         is_plan_broken=bool(evaluation.errors),
         products=tuple(sorted(products)),

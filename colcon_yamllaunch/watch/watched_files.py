@@ -72,6 +72,8 @@ class WatchedFiles:
           not watched before (nanoseconds since the epoch)
         """
         self._folders, self._files = tuple(folders), tuple(files)
+        locks = {_git_lock(folder) for folder in self._folders}
+        self.git_locks = tuple(sorted(locks - {''}))
         return self._compare(self._look(), since)
 
     def look_again(self) -> list[Change]:
@@ -170,10 +172,9 @@ class WatchedFiles:
     def _look(self) -> dict[str, _Found]:
         found: dict[str, _Found] = {}
         self._names, self._single = {}, {}
-        self._roots, repositories = set(), set()
+        self._roots = set()
         for folder in self._folders:
             self._roots |= {folder, os.path.realpath(folder)}
-            repositories.add(_repository(folder))
             found.update(self._below(folder))
         for name in self._files:
             real = os.path.realpath(name)
@@ -190,7 +191,6 @@ class WatchedFiles:
             )
             if os.path.isdir(place)
         )
-        self.git_locks = tuple(sorted(repositories - {''}))
         return found
 
     def _below(self, folder: str) -> Iterator[tuple[str, _Found]]:
@@ -248,7 +248,7 @@ def _entries(path: str) -> list[os.DirEntry[str]]:
         return []
 
 
-def _repository(folder: str) -> str:
+def _git_lock(folder: str) -> str:
     """Return the lock of the repository that a folder is in, or nothing."""
     for parent in (Path(folder), *Path(folder).parents):
         git = parent / '.git'
