@@ -103,9 +103,12 @@ class WatchedFiles:
         """Tell whether a file looks as if somebody was just writing it."""
         for name, _ in self._watched([path]):
             before = self._known.get(name)
-            if before is not None and before.was.size > 0:
-                status = _status(name)
-                return status is None or status.st_size == 0
+            status = _status(name)
+            if before is None:
+                return status is not None and status.st_size == 0
+            return before.was.size > 0 and (
+                status is None or status.st_size == 0
+            )
         return False
 
     def _watched(self, paths: Iterable[str]) -> Iterator[tuple[str, str]]:
