@@ -226,8 +226,8 @@ def _kind(then: Fingerprint | None, now: Fingerprint) -> Kind | None:
     if then is None:
         return 'new'
     if (then.size, then.digest) != (now.size, now.digest) or (
-        # too large to be read
-        not now.digest and then.mtime != now.mtime
+        # too large to be read, or a link to nothing
+        not now.digest and then.ctime != now.ctime
     ):
         return 'changed'
     return 'mode' if then.executable != now.executable else None

@@ -208,6 +208,22 @@ def test_links_in_circles_end(tree: Tree) -> None:
     assert tree.again() == []
 
 
+def test_what_is_not_read_is_told_by_its_times(
+    tree: Tree, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr('colcon_yamllaunch.common.fingerprint.READ_SIZE', 2)
+    tree.write('src/arm/a.bag', 'one')
+    tree.watch()
+    assert tree.again() == []
+    # once the clock of the file system has moved on
+    deadline = time.monotonic() + 10
+    found: list[str] = []
+    while not found and time.monotonic() < deadline:
+        tree.write('src/arm/a.bag', 'two')
+        found = tree.changes('src/arm/a.bag')
+    assert found == ['changed src/arm/a.bag']
+
+
 def test_what_was_written_since_the_launch_began_is_told(tree: Tree) -> None:
     old = tree.write('src/arm/old.cpp')
     past = time.time_ns() - 10**12
