@@ -192,7 +192,7 @@ class WatchedFiles:
                 *(os.path.dirname(path) for path in self._single),
                 *(os.path.dirname(path) for path in self._roots),
             )
-            if os.path.isdir(place)
+            if os.path.isdir(place) and os.access(place, os.R_OK)
         )
         return found
 

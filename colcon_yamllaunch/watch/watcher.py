@@ -51,11 +51,13 @@ TORN = 0.15
 CHECKOUT = 20.0
 #: Events so many that the kernel may have dropped some.
 FLOOD = 1000
-#: Seconds between two looks at all files.
+#: Seconds between two looks at all files, and how many times as long as one
+#: takes that is at least.
 PAUSE = 60.0
-#: The same where nothing else tells, and what part of the time they may take.
+RARITY = 1000
+#: The same where nothing else tells.
 SHORT_PAUSE = 0.5
-SHARE = 25
+SHORT_RARITY = 10
 #: How often folders are looked up again that are gone in the meantime.
 ATTEMPTS = 5
 #: File systems that others may write to, of which the kernel does not tell.
@@ -182,16 +184,16 @@ class Watcher:
 
     def _look(self) -> list[Change]:
         """Look at all files."""
-        begun = self._clock()
+        begun = time.process_time()
         changes = self._files.look_again()
         changes += self._renew()
-        self._plan_look(self._clock() - begun)
+        self._plan_look(time.process_time() - begun)
         return changes
 
     def _plan_look(self, took: float) -> None:
-        pause = PAUSE
+        pause = max(PAUSE, took * RARITY)
         if self._is_polling:
-            pause = max(SHORT_PAUSE, took * SHARE)
+            pause = max(SHORT_PAUSE, took * SHORT_RARITY)
         self._due = self._clock() + pause
 
     def _renew(self) -> list[Change]:
@@ -229,9 +231,10 @@ class Watcher:
 
         before = set(_inotify_descriptors())
         try:
-            self._notify = RustNotify(places, False, False, 0, False, True)
-        except FileNotFoundError:
-            # one was removed just now
+            # the last flag would pass over limits, too
+            self._notify = RustNotify(places, False, False, 0, False, False)
+        except (FileNotFoundError, PermissionError):
+            # one was removed or closed just now
             self._files.look_again()
             self._watched = frozenset()
             return True

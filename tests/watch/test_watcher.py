@@ -251,7 +251,8 @@ def test_without_the_kernel_it_looks_itself(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def fail(*_: object) -> None:
+    def fail(*arguments: object) -> None:
+        assert not arguments[-1], 'it passes over what goes wrong'
         raise OSError(error)
 
     monkeypatch.setattr('watchfiles._rust_notify.RustNotify', fail)
