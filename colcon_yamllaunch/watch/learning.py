@@ -91,7 +91,7 @@ def knowledge_of(
     read = [*(file.path for file in evaluation.files), *evaluation.inputs]
     return Knowledge(
         tuple(uses.all()),
-        tuple(_package_use(p, record_of(workspace, p.name)) for p in packages),
+        tuple(_package_use(package, workspace) for package in packages),
         frozenset(map(os.path.realpath, read)),
         reads_more=evaluation.has_run_programs,
         is_plan_broken=bool(evaluation.errors),
@@ -142,11 +142,13 @@ def _record(path: str, _time: int, _inode: int) -> Record | None:
         return None
 
 
-def _package_use(package: Package, record: Record | None) -> PackageUse:
+def _package_use(package: Package, workspace: Workspace) -> PackageUse:
     path = str(package.path)
+    record = record_of(workspace, package.name)
     if record is None:
         return PackageUse(package.name, path)
-    modules = frozenset(_modules(package, record))
+    build = workspace.colcon.build_base / package.name
+    modules = frozenset(_modules(package, record, build))
     return PackageUse(
         package.name,
         path,
@@ -157,15 +159,23 @@ def _package_use(package: Package, record: Record | None) -> PackageUse:
     )
 
 
-def _modules(package: Package, record: Record) -> Iterator[str]:
-    """Iterate over the files that programs in Python import."""
+def _modules(package: Package, record: Record, build: Path) -> Iterator[str]:
+    """
+    Iterate over the files that programs in Python import.
+
+    :param build: The package's folder in the build space, where those of
+      packages in Python are linked, too
+    """
     candidates = [r for r in record.live if r.endswith(_PYTHON_SUFFIX)]
     if not candidates:
         return
-    start = f'{_LINK}{package.path}{os.sep}'
+    folders = {str(package.path), os.path.realpath(package.path), str(build)}
+    starts = [f'{_LINK}{folder}{os.sep}' for folder in sorted(folders)]
     data, programs = set(), set()
     for installed, found in record.installed.items():
-        if found.digest.startswith(start):
+        for start in starts:
+            if not found.digest.startswith(start):
+                continue
             parts = installed.split(os.sep)
             target = found.digest[len(start) :].rstrip(os.sep)
             if 'share' in parts:

@@ -176,6 +176,20 @@ def test_what_the_plan_names(workspace: FakeWorkspace) -> None:
     assert set(known.files()) == only(known).files
 
 
+def test_modules_of_a_package_in_python(workspace: FakeWorkspace) -> None:
+    # its share folder is linked by way of the build
+    build = f'{workspace.root}/build/arm'
+    file = 'launch/x.launch.py'
+    workspace.build(
+        'arm',
+        live=frozenset(('arm/__init__.py', 'arm/pose.py', file)),
+        installed={f'arm/share/arm/{file}': found(f'link to {build}/{file}')},
+    )
+    (arm,) = learn(workspace).packages
+    assert arm.modules == {'arm/__init__.py', 'arm/pose.py'}
+    assert arm.module_folders == {'arm'}
+
+
 def test_modules_are_what_programs_import(workspace: FakeWorkspace) -> None:
     source = f'{workspace.root}/src/arm'
     workspace.file('src/arm/scripts/a.py', 'import helper\nimport b', 0o755)
