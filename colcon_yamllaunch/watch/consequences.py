@@ -17,7 +17,6 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.knowledge import Knowledge
 from colcon_yamllaunch.watch.knowledge import PackageUse
-from colcon_yamllaunch.watch.knowledge import ProcessUse
 
 #: What is to be done; `restart after build` waits until the packages of the
 #: same batch are built, and is done whatever that brought.
@@ -75,9 +74,10 @@ def consequences(
     for change in changes:
         same = by_file.setdefault((change.real, change.kind), [])
         same.append(change)
+    uses = _Uses(knowledge)
     found: list[Consequence] = []
     for same in by_file.values():
-        found += _of_file(same, knowledge)
+        found += uses.of_file(same)
     return tuple(found)
 
 
@@ -95,105 +95,129 @@ def steps(found: Iterable[Consequence], knowledge: Knowledge) -> Steps:
     )
 
 
-def _of_file(
-    changes: Sequence[Change], knowledge: Knowledge
-) -> list[Consequence]:
-    """Tell what follows from the change of one file, whatever its names."""
-    found = dict.fromkeys(_of_use(changes[0], knowledge))
-    for change in changes:
-        found.update(dict.fromkeys(_of_package(change, knowledge)))
-    first = changes[0]
-    if not any(one.action in ('replan', 'build') for one in found):
-        # a build is followed by another look at the launch file, if need be
-        if knowledge.is_plan_broken:
-            reason = 'it may mend the launch file'
-            found[Consequence(first, 'replan', (), reason)] = None
-        elif knowledge.reads_more:
-            reason = 'a program that the launch file runs may read it'
-            found[Consequence(first, 'replan', (), reason)] = None
-    if not found:
-        reason = 'nothing in the launch uses it'
-        return [Consequence(first, 'ignore', (), reason)]
-    return list(found)
+class _Uses:
+    """Who uses which files."""
 
+    def __init__(self, knowledge: Knowledge) -> None:
+        self._knowledge = knowledge
+        self._programs: dict[str, list[str]] = {}
+        self._named: dict[str, list[str]] = {}
+        for process in knowledge.processes:
+            if process.program is not None:
+                labels = self._programs.setdefault(process.program, [])
+                labels.append(process.label)
+            for path in process.files:
+                self._named.setdefault(path, []).append(process.label)
+        self._packages = {p.path: p for p in knowledge.packages}
+        self._readers: dict[str, list[str]] = {}
+        for package in knowledge.packages:
+            for path in package.inputs:
+                self._readers.setdefault(path, []).append(package.name)
 
-def _of_use(change: Change, knowledge: Knowledge) -> Iterator[Consequence]:
-    """Tell what follows as the launch uses the file by itself."""
-    real = change.real
-    if real in knowledge.plan_files:
-        yield Consequence(change, 'replan', (), 'the launch file reads it')
-    runs = [p.label for p in knowledge.processes if p.program == real]
-    if runs:
-        reason = f'it is the program of {_listed(runs)}'
-        if change.kind == 'deleted':
-            # a fresh launch would not start, so nothing is stopped for it
+    def of_file(self, changes: Sequence[Change]) -> list[Consequence]:
+        """Tell what follows from the change of one file, by all its names."""
+        first = changes[0]
+        found = dict.fromkeys(self._of_use(first))
+        for change in changes:
+            found.update(dict.fromkeys(self._of_package(change)))
+        if not any(one.action in ('replan', 'build') for one in found):
+            # a build is followed by another look at the launch file
+            if self._knowledge.is_plan_broken:
+                reason = 'it may mend the launch file'
+                found[Consequence(first, 'replan', (), reason)] = None
+            elif self._knowledge.reads_more:
+                reason = 'a program that the launch file runs may read it'
+                found[Consequence(first, 'replan', (), reason)] = None
+        if not found:
+            reason = 'nothing in the launch uses it'
+            return [Consequence(first, 'ignore', (), reason)]
+        return list(found)
+
+    def _of_use(self, change: Change) -> Iterator[Consequence]:
+        """Tell what follows as the launch uses the file by itself."""
+        real = change.real
+        is_read = real in self._knowledge.plan_files
+        if is_read:
+            yield Consequence(change, 'replan', (), 'the launch file reads it')
+        labels = self._programs.get(real, ())
+        if labels:
+            reason = f'it is the program of {_listed(labels)}'
+            if change.kind == 'deleted':
+                # a fresh launch would not start, so nothing is stopped for it
+                yield Consequence(change, 'replan', (), reason)
+            else:
+                yield Consequence(change, 'restart', tuple(labels), reason)
+        labels = self._named.get(real, ())
+        if not labels:
+            return
+        reason = f'the plan names it for {_listed(labels)}'
+        yield Consequence(change, 'restart', tuple(labels), reason)
+        if change.kind in ('new', 'deleted') and not is_read:
+            # a file with parameters that is not there is left out of the plan
+            reason = 'whether it is there matters to the plan'
             yield Consequence(change, 'replan', (), reason)
-        else:
-            yield Consequence(change, 'restart', tuple(runs), reason)
-    names = [p.label for p in knowledge.processes if real in p.files]
-    if not names:
-        return
-    reason = f'the plan names it for {_listed(names)}'
-    yield Consequence(change, 'restart', tuple(names), reason)
-    if change.kind in ('new', 'deleted') and real not in knowledge.plan_files:
-        # a file with parameters that is not there is left out of the plan
-        reason = 'whether it is there matters to the plan'
-        yield Consequence(change, 'replan', (), reason)
 
+    def _of_package(self, change: Change) -> Iterator[Consequence]:
+        """Tell what follows as the file belongs to packages."""
+        for folder in _folders_around(change.path):
+            package = self._packages.get(folder)
+            if package is not None:
+                # one may lie in another
+                relative = change.path[len(folder) + 1 :]
+                yield from self._of_source(change, package, relative)
+                break
+        readers = {
+            name
+            for path in (change.path, change.real)
+            for name in self._readers.get(path, ())
+        }
+        if readers:
+            names = tuple(sorted(readers))
+            reason = f'{_listed(names)} was built with it'
+            yield Consequence(change, 'build', names, reason)
 
-def _of_package(change: Change, knowledge: Knowledge) -> Iterator[Consequence]:
-    """Tell what follows as the file belongs to packages."""
-    owner = knowledge.package_of(change.path)
-    if owner is not None:
-        yield from _of_source(change, *owner, knowledge)
-    readers = sorted(
-        package.name
-        for package in knowledge.packages
-        if not package.inputs.isdisjoint((change.path, change.real))
-    )
-    if readers:
-        reason = f'{_listed(readers)} was built with it'
-        yield Consequence(change, 'build', tuple(readers), reason)
-
-
-def _of_source(
-    change: Change, package: PackageUse, relative: str, knowledge: Knowledge
-) -> Iterator[Consequence]:
-    name = package.name
-    is_live = relative in package.live
-    if not is_live or change.kind == 'deleted':
-        reason = f'{name} is built from it'
-        if is_live:
-            reason = f'{name} has installed a link to it'
-        yield Consequence(change, 'build', (name,), reason)
-    if relative in package.modules and change.kind != 'deleted':
-        users = _importers(name, knowledge)
-        if users and change.kind != 'mode':
-            reason = f'it is a Python module of {name}'
-            yield Consequence(change, 'restart', users, reason)
-    elif relative in package.modules or (
-        change.kind in ('new', 'deleted')
-        and relative.endswith(_PYTHON_SUFFIX)
-        and os.path.dirname(relative) in package.module_folders
-    ):
-        users = _importers(name, knowledge)
-        if users:
+    def _of_source(
+        self, change: Change, package: PackageUse, relative: str
+    ) -> Iterator[Consequence]:
+        name = package.name
+        is_live = relative in package.live
+        if not is_live or change.kind == 'deleted':
+            reason = f'{name} is built from it'
+            if is_live:
+                reason = f'{name} has installed a link to it'
+            yield Consequence(change, 'build', (name,), reason)
+        is_module = relative in package.modules
+        if is_module and change.kind != 'deleted':
+            if change.kind != 'mode':
+                reason = f'it is a Python module of {name}'
+                yield from self._of_importers(change, 'restart', name, reason)
+        elif is_module or (
+            change.kind in ('new', 'deleted')
+            and relative.endswith(_PYTHON_SUFFIX)
+            and os.path.dirname(relative) in package.module_folders
+        ):
             what = 'a new' if change.kind == 'new' else 'no more a'
             reason = f'it is {what} Python module of {name}'
-            yield Consequence(change, 'restart after build', users, reason)
+            late: Action = 'restart after build'
+            yield from self._of_importers(change, late, name, reason)
+
+    def _of_importers(
+        self, change: Change, action: Action, package: str, reason: str
+    ) -> Iterator[Consequence]:
+        """Tell what follows for what may have imported from a package."""
+        labels = tuple(
+            process.label
+            for process in self._knowledge.processes
+            if process.may_run_python and package in process.packages
+        )
+        if labels:
+            yield Consequence(change, action, labels, reason)
 
 
-def _importers(package: str, knowledge: Knowledge) -> tuple[str, ...]:
-    """Return what may have imported a module of a package."""
-    return tuple(
-        process.label
-        for process in knowledge.processes
-        if _may_import(process, package)
-    )
-
-
-def _may_import(process: ProcessUse, package: str) -> bool:
-    return process.may_run_python and package in process.packages
+def _folders_around(path: str) -> Iterator[str]:
+    """Iterate over the folders that a path is in, inner ones first."""
+    while path := path.rpartition(os.sep)[0]:
+        yield path
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -121,19 +121,6 @@ class Knowledge:
         names = set(wanted)
         return tuple(p.label for p in self.processes if p.label in names)
 
-    def package_of(self, path: str) -> tuple[PackageUse, str] | None:
-        """Return the package that has a file, and what it is called there."""
-        owners = [
-            package
-            for package in self.packages
-            if path.startswith(package.path + os.sep)
-        ]
-        if not owners:
-            return None
-        # one may lie in another
-        owner = max(owners, key=lambda package: len(package.path))
-        return owner, path[len(owner.path) + 1 :]
-
 
 def is_edited(path: str) -> bool:
     """Tell whether a file may be edited, and does not come from installers."""

@@ -42,6 +42,8 @@ _PYTHON_SUFFIX = '.py'
 _LINK = 'link to '
 _ELF = b'\x7fELF'
 _LONGEST_PATH = 4096
+#: Links that lead to links.
+_LONGEST_CHAIN = 8
 _SHELLS = frozenset(('bash', 'dash', 'sh', 'zsh'))
 _ROS = 'ros2'
 #: As many as a workspace may have packages.
@@ -78,6 +80,7 @@ def knowledge_of(
     """
     packages: list[Package] = []
     products: set[str] = set()
+    install = os.sep
     if workspace.root is not None:
         for base in (
             workspace.colcon.build_base,
@@ -85,13 +88,14 @@ def knowledge_of(
         ):
             products |= {str(base), os.path.realpath(base)}
         by_name = {p.name: p for p in workspace.locator.packages()}
+        install = f'{workspace.colcon.install_base}{os.sep}'
         names = closure(by_name.values(), wanted)
         packages = [by_name[name] for name in names]
-    uses = _Uses(plan, packages, libraries, environment, workspace.locator)
+    uses = _Uses(plan, packages, libraries, environment, install)
     read = [*(file.path for file in evaluation.files), *evaluation.inputs]
     return Knowledge(
         tuple(uses.all()),
-        tuple(_package_use(package, workspace) for package in packages),
+        tuple(package_use(package, workspace) for package in packages),
         frozenset(map(os.path.realpath, read)),
         reads_more=evaluation.has_run_programs,
         is_plan_broken=bool(evaluation.errors),
@@ -126,12 +130,25 @@ def with_libraries(
 
 def record_of(workspace: Workspace, name: str) -> Record | None:
     """Return what is known about the last build of a package."""
-    path = workspace.colcon.build_base / name / RECORD_NAME
+    stamp = _stamp(workspace, name)
+    return None if stamp is None else _record(*stamp)
+
+
+def package_use(package: Package, workspace: Workspace) -> PackageUse:
+    """Return what is used of a package, as of its last build."""
+    stamp = _stamp(workspace, package.name)
+    if stamp is None:
+        return PackageUse(package.name, str(package.path))
+    return _package_use(package.name, str(package.path), stamp)
+
+
+def _stamp(workspace: Workspace, name: str) -> tuple[str, int, int] | None:
+    path = f'{workspace.colcon.build_base}{os.sep}{name}{os.sep}{RECORD_NAME}'
     try:
-        status = path.stat()
+        status = os.stat(path)
     except OSError:
         return None
-    return _record(str(path), status.st_mtime_ns, status.st_ino)
+    return path, status.st_mtime_ns, status.st_ino
 
 
 @lru_cache(_RECORDS)
@@ -142,15 +159,17 @@ def _record(path: str, _time: int, _inode: int) -> Record | None:
         return None
 
 
-def _package_use(package: Package, workspace: Workspace) -> PackageUse:
-    path = str(package.path)
-    record = record_of(workspace, package.name)
+@lru_cache(_RECORDS)
+def _package_use(
+    name: str, path: str, stamp: tuple[str, int, int]
+) -> PackageUse:
+    record = _record(*stamp)
     if record is None:
-        return PackageUse(package.name, path)
-    build = workspace.colcon.build_base / package.name
-    modules = frozenset(_modules(package, record, build))
+        return PackageUse(name, path)
+    build = os.path.dirname(stamp[0])
+    modules = frozenset(_modules(name, Path(path), record, build))
     return PackageUse(
-        package.name,
+        name,
         path,
         record.live,
         modules,
@@ -159,7 +178,9 @@ def _package_use(package: Package, workspace: Workspace) -> PackageUse:
     )
 
 
-def _modules(package: Package, record: Record, build: Path) -> Iterator[str]:
+def _modules(
+    name: str, folder: Path, record: Record, build: str
+) -> Iterator[str]:
     """
     Iterate over the files that programs in Python import.
 
@@ -169,8 +190,8 @@ def _modules(package: Package, record: Record, build: Path) -> Iterator[str]:
     candidates = [r for r in record.live if r.endswith(_PYTHON_SUFFIX)]
     if not candidates:
         return
-    folders = {str(package.path), os.path.realpath(package.path), str(build)}
-    starts = [f'{_LINK}{folder}{os.sep}' for folder in sorted(folders)]
+    folders = {str(folder), os.path.realpath(folder), build}
+    starts = [f'{_LINK}{start}{os.sep}' for start in sorted(folders)]
     data, programs = set(), set()
     for installed, found in record.installed.items():
         for start in starts:
@@ -180,15 +201,15 @@ def _modules(package: Package, record: Record, build: Path) -> Iterator[str]:
             target = found.digest[len(start) :].rstrip(os.sep)
             if 'share' in parts:
                 data.add(target)
-            elif parts[-3:-1] == ['lib', package.name]:
+            elif parts[-3:-1] == ['lib', name]:
                 programs.add(target)
-    imported = _imported(package.path, programs)
+    imported = _imported(folder, programs)
     for relative in candidates:
         above = {relative, *map(str, Path(relative).parents)}
         if data.isdisjoint(above) and (
             relative not in programs
             or Path(relative).stem in imported
-            or not os.access(package.path / relative, os.X_OK)
+            or not os.access(folder / relative, os.X_OK)
         ):
             yield relative
 
@@ -214,10 +235,10 @@ class _Uses:
         packages: Collection[Package],
         libraries: Mapping[str, frozenset[str] | None],
         environment: Mapping[str, str],
-        locator: PackageLocator,
+        install: str,
     ) -> None:
         self._plan = plan
-        self._locator = locator
+        self._install = install
         self._needs = {
             p.name: p.build_depends | p.run_depends for p in packages
         }
@@ -226,6 +247,7 @@ class _Uses:
         self._closures: dict[str, frozenset[str]] = {}
         self._files: dict[str, str | None] = {}
         self._kinds: dict[str, bool] = {}
+        self._folders: dict[str, str] = {}
 
     def all(self) -> Iterator[ProcessUse]:
         """Iterate over what each of them uses, in the order of the launch."""
@@ -309,10 +331,15 @@ class _Uses:
 
     def _owner(self, word: str) -> str | None:
         """Return the package of the workspace that has a program."""
-        if f'{os.sep}lib{os.sep}' not in word:
+        if not word.startswith(self._install):
             return None
-        owner = self._locator.owner(word)
-        return None if owner is None else owner.name
+        parts = word[len(self._install) :].split(os.sep)
+        # merged or not, programs are in lib/PACKAGE
+        if 'lib' in parts[:-2]:
+            name = parts[parts.index('lib') + 1]
+            if name in self._needs:
+                return name
+        return None
 
     def _commanded(self, words: Iterable[str]) -> set[str]:
         """Return the packages whose programs a command of ROS 2 starts."""
@@ -332,7 +359,7 @@ class _Uses:
             if found is None:
                 return None
             word = found
-        return os.path.realpath(os.path.join(process.cwd, word))
+        return self._real(os.path.join(process.cwd, word))
 
     def _named(self, words: Iterable[str], cwd: str) -> set[str]:
         """Return the files that words name, behind all links."""
@@ -343,11 +370,43 @@ class _Uses:
                 if os.sep in part:
                     path = os.path.join(cwd, part)
                     if path not in self._files:
-                        self._files[path] = _file(path)
+                        self._files[path] = self._file(path)
                     real = self._files[path]
                     if real is not None:
                         found.add(real)
         return found
+
+    def _file(self, path: str) -> str | None:
+        """Return the file that a path names, if one may edit it."""
+        if len(path) > _LONGEST_PATH or not path.isprintable():
+            return None
+        real = self._real(path)
+        if not is_edited(real):
+            return None
+        if os.path.isfile(real):
+            return real
+        # one that may come
+        is_likely = '.' in os.path.basename(real) and not os.path.exists(real)
+        return (
+            real
+            if is_likely and os.path.isdir(os.path.dirname(real))
+            else None
+        )
+
+    def _real(self, path: str) -> str:
+        """Return what is behind all links, as `os.path.realpath` does."""
+        for _ in range(_LONGEST_CHAIN):
+            # most files are in few folders
+            folder, base = os.path.split(os.path.normpath(path))
+            if folder not in self._folders:
+                self._folders[folder] = os.path.realpath(folder)
+            path = os.path.join(self._folders[folder], base)
+            try:
+                target = os.readlink(path)
+            except OSError:
+                return path
+            path = os.path.join(os.path.dirname(path), target)
+        return os.path.realpath(path)
 
     def _values(
         self, parameters: Iterable[SetParameter], cwd: str
@@ -372,23 +431,6 @@ def _may_run_python(path: str) -> bool:
             return file.read(len(_ELF)) != _ELF
     except OSError:
         return True
-
-
-def _file(path: str) -> str | None:
-    """Return the file that a path names, if it is one that may be edited."""
-    if len(path) > _LONGEST_PATH or '\n' in path:
-        return None
-    real = os.path.realpath(path)
-    if not is_edited(real):
-        return None
-    if os.path.isfile(real):
-        return real
-    # it may come
-    has_suffix = '.' in os.path.basename(path)
-    is_there = os.path.lexists(real) or not os.path.isdir(
-        os.path.dirname(real)
-    )
-    return real if has_suffix and not is_there else None
 
 
 def _split(text: str) -> list[str]:

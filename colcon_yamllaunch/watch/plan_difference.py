@@ -190,6 +190,8 @@ def _relabelled(
             case Process():
                 key = entry.ros_name
                 name = None if entry.name is None else names[key]
+                if (entry.label, entry.name) == (labels[key], name):
+                    return entry
                 return replace(entry, label=labels[key], name=name)
             case Component():
                 return replace(entry, label=labels[entry.ros_name])
