@@ -47,8 +47,9 @@ SOME = 3
 PATIENCE = 15
 #: Seconds that a file may be empty or missing in the middle of being saved.
 TORN = 0.15
-#: Seconds that git may take for a checkout.
-CHECKOUT = 20.0
+#: Seconds without a change after which git does not write the work tree, but
+#: waits for its user, who writes the message of a commit.
+CHECKOUT = 3.0
 #: Events so many that the kernel may have dropped some.
 FLOOD = 1000
 #: Seconds between two looks at all files, and how many times as long as one
@@ -98,7 +99,8 @@ class Watcher:
         self._told: set[str] = set()
         self._is_polling = False
         self._due = clock() + PAUSE
-        self._stale_locks: set[str] = set()
+        # by the times at which git has made them
+        self._stale_locks: dict[str, int] = {}
         self._wakeup, waker = os.pipe()
         os.set_blocking(self._wakeup, False)
         os.set_blocking(waker, False)
@@ -123,6 +125,7 @@ class Watcher:
                     os.read(self._wakeup, _READ_SIZE)
                 self._take()
             elif self._clock() >= self._due:
+                self._wait_for_git()
                 self._say(self._look())
 
     def _read(self, data: bytes) -> None:
@@ -159,9 +162,10 @@ class Watcher:
             self._say(self._files.changes(paths), seen)
 
     def _collect(self, step: int) -> set[str]:
-        if self._notify is None:
-            return set()
         patience = max(PATIENCE, step)
+        if self._notify is None:
+            time.sleep(patience / 1000)
+            return set()
         found = self._notify.watch(4 * step, step, patience, None)
         if isinstance(found, str):
             return set()
@@ -171,16 +175,18 @@ class Watcher:
         """Wait until git has written what it is to write."""
         paths: set[str] = set()
         for lock in self._files.git_locks:
-            if lock in self._stale_locks:
-                continue
             deadline = self._clock() + CHECKOUT
-            while os.path.exists(lock):
-                if self._clock() > deadline:
-                    # left behind
-                    self._stale_locks.add(lock)
-                    break
-                paths |= self._collect(STEP)
+            while self._is_held(lock):
+                found = self._collect(STEP)
+                if found:
+                    paths |= found
+                    deadline = self._clock() + CHECKOUT
+                elif self._clock() > deadline:
+                    self._stale_locks[lock] = _written(lock)
         return paths
+
+    def _is_held(self, lock: str) -> bool:
+        return _written(lock) not in (0, self._stale_locks.get(lock))
 
     def _look(self) -> list[Change]:
         """Look at all files."""
@@ -262,6 +268,14 @@ class Watcher:
 
 #: What the library takes for no polling.
 _FALSE = ('', 'false', 'disable', 'disabled')
+
+
+def _written(path: str) -> int:
+    """Return when a file was written (nanoseconds), 0 if it is not there."""
+    try:
+        return os.stat(path).st_mtime_ns
+    except OSError:
+        return 0
 
 
 def _is_text(path: str) -> bool:

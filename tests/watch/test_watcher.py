@@ -139,6 +139,11 @@ def test_a_checkout_is_one_change(watched: Watched) -> None:
         time.sleep(0.05)
     lock.unlink()
     assert watched.told() == [f'new {name}' for name in 'abcdefgh']
+    # one that stays, as that of a commit whose message is being written
+    lock.touch()
+    watched.write('a', 'another')
+    assert watched.told() == ['changed a']
+    assert lock.exists()
 
 
 def test_what_is_watched_can_be_another(watched: Watched) -> None:

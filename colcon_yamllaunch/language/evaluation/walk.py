@@ -544,6 +544,7 @@ class Walk(Policy):
             if located is not None:
                 self.found_beside(file, written)
         if located is None:
+            self.inputs[candidate] = None
             attributes.fail('file', *self.no_launch_file(written, candidate))
         return located
 
