@@ -36,8 +36,9 @@ class _File(NamedTuple):
 
 
 class _Found(NamedTuple):
-    """A file that a look found."""
+    """A file that a look found, under a name that it is watched by."""
 
+    name: str
     real: str
     status: os.stat_result
 
@@ -74,11 +75,11 @@ class WatchedFiles:
         self._folders, self._files = tuple(folders), tuple(files)
         locks = {_git_lock(folder) for folder in self._folders}
         self.git_locks = tuple(sorted(locks - {''}))
-        return self._compare(self._look(), since)
+        return self._compare(since)
 
     def look_again(self) -> list[Change]:
         """Look at all files; return what changed."""
-        return self._compare(self._look(), None)
+        return self._compare(None)
 
     def changes(self, paths: Iterable[str]) -> list[Change]:
         """
@@ -121,12 +122,18 @@ class WatchedFiles:
             for name in self._single.get(path, ()):
                 yield name, path
 
-    def _compare(
-        self, found: dict[str, _Found], since: int | None
-    ) -> list[Change]:
+    def _compare(self, since: int | None) -> list[Change]:
+        """
+        Look at all files; return what changed.
+
+        :param since: As for :meth:`watch`; None when nothing else is watched
+        """
         changes = []
-        for name, (real, status) in found.items():
+        missing = set(self._known)
+        # one after the other, as thousands take memory
+        for name, real, status in self._look():
             is_new = name not in self._known
+            missing.discard(name)
             change = self._changed(name, real, status)
             if is_new and since is not None:
                 # not new, but not looked at before either
@@ -136,7 +143,7 @@ class WatchedFiles:
                     change = Change('changed', name, real)
             if change is not None:
                 changes.append(change)
-        for name in [name for name in self._known if name not in found]:
+        for name in missing:
             gone = self._known.pop(name)
             if since is None or self._is_wanted(name):
                 changes.append(Change('deleted', name, gone.real))
@@ -172,19 +179,18 @@ class WatchedFiles:
         kind = _kind(then, now)
         return None if kind is None else Change(kind, name, real)
 
-    def _look(self) -> dict[str, _Found]:
-        found: dict[str, _Found] = {}
+    def _look(self) -> Iterator[_Found]:
         self._names, self._single = {}, {}
         self._roots = set()
         for folder in self._folders:
             self._roots |= {folder, os.path.realpath(folder)}
-            found.update(self._below(folder))
+            yield from self._below(folder)
         for name in self._files:
             real = os.path.realpath(name)
             self._single.setdefault(real, set()).add(name)
             status = _status(name)
             if status is not None and not stat.S_ISDIR(status.st_mode):
-                found[name] = _Found(real, status)
+                yield _Found(name, real, status)
         self.places = frozenset(
             place
             for place in (
@@ -194,10 +200,9 @@ class WatchedFiles:
             )
             if os.path.isdir(place) and os.access(place, os.R_OK)
         )
-        return found
 
-    def _below(self, folder: str) -> Iterator[tuple[str, _Found]]:
-        """Iterate over the files of a package by their names."""
+    def _below(self, folder: str) -> Iterator[_Found]:
+        """Iterate over the files of a package."""
         pending = [(folder, os.path.realpath(folder))]
         seen: set[tuple[int, int]] = set()
         while pending:
@@ -219,7 +224,10 @@ class WatchedFiles:
                 elif not is_skipped_file(entry.name):
                     if entry.is_symlink():
                         self._single.setdefault(its_real, set()).add(its_name)
-                    yield its_name, _Found(its_real, status)
+                    if its_real == its_name:
+                        # one text instead of two
+                        its_real = its_name
+                    yield _Found(its_name, its_real, status)
 
 
 def _kind(then: Fingerprint | None, now: Fingerprint) -> Kind | None:

@@ -21,6 +21,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 import errno
 import fcntl
+import importlib.util
 import json
 import os
 import select
@@ -347,8 +348,17 @@ def _write(changes: list[Change], seen: int, notes: list[str]) -> None:
         data = data[os.write(sys.stdout.fileno(), data) :]
 
 
+def _import_less() -> None:
+    """Have the part of the library imported that is needed, and no other."""
+    spec = importlib.util.find_spec('watchfiles')
+    if spec is not None:
+        # its front imports asyncio and more, which takes 4 MiB
+        sys.modules['watchfiles'] = importlib.util.module_from_spec(spec)
+
+
 def main() -> None:
     """Watch until standard input is closed."""
+    _import_less()
     # Ctrl-C is for the launcher
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with suppress(BrokenPipeError):
