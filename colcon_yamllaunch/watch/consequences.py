@@ -116,7 +116,8 @@ class _Uses:
 
     def of_file(self, changes: Sequence[Change]) -> list[Consequence]:
         """Tell what follows from the change of one file, by all its names."""
-        first = changes[0]
+        # the name in a package tells more than where a link leads
+        first = next((c for c in changes if self._owner(c)), changes[0])
         found = dict.fromkeys(self._of_use(first))
         for change in changes:
             found.update(dict.fromkeys(self._of_package(change)))
@@ -159,13 +160,9 @@ class _Uses:
 
     def _of_package(self, change: Change) -> Iterator[Consequence]:
         """Tell what follows as the file belongs to packages."""
-        for folder in _folders_around(change.path):
-            package = self._packages.get(folder)
-            if package is not None:
-                # one may lie in another
-                relative = change.path[len(folder) + 1 :]
-                yield from self._of_source(change, package, relative)
-                break
+        package = self._owner(change)
+        if package is not None:
+            yield from self._of_source(change, package)
         readers = {
             name
             for path in (change.path, change.real)
@@ -176,10 +173,20 @@ class _Uses:
             reason = f'{_listed(names)} was built with it'
             yield Consequence(change, 'build', names, reason)
 
+    def _owner(self, change: Change) -> PackageUse | None:
+        """Return the package that has a file, by its name."""
+        folder = change.path
+        # one may lie in another
+        while folder := folder.rpartition(os.sep)[0]:
+            if folder in self._packages:
+                return self._packages[folder]
+        return None
+
     def _of_source(
-        self, change: Change, package: PackageUse, relative: str
+        self, change: Change, package: PackageUse
     ) -> Iterator[Consequence]:
         name = package.name
+        relative = change.path[len(package.path) + 1 :]
         is_live = relative in package.live
         if not is_live or change.kind == 'deleted':
             reason = f'{name} is built from it'
@@ -212,12 +219,6 @@ class _Uses:
         )
         if labels:
             yield Consequence(change, action, labels, reason)
-
-
-def _folders_around(path: str) -> Iterator[str]:
-    """Iterate over the folders that a path is in, inner ones first."""
-    while path := path.rpartition(os.sep)[0]:
-        yield path
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -206,6 +206,8 @@ def test_one_file_under_two_names_is_one_change() -> None:
         ('restart', ('triple',)),
         ('build', ('arm',)),
     ]
+    # by the name that tells more
+    assert {one.change.path for one in found} == {f'{ARM}/x.rviz'}
 
 
 def test_why_names_the_change_what_follows_and_the_reason() -> None:
