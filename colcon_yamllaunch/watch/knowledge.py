@@ -122,6 +122,12 @@ class Knowledge:
         return tuple(p.label for p in self.processes if p.label in names)
 
 
-def is_edited(path: str) -> bool:
-    """Tell whether a file may be edited, and does not come from installers."""
-    return os.path.isabs(path) and not path.startswith(_SYSTEM)
+def is_edited(path: str, own: tuple[str, ...] = ()) -> bool:
+    """
+    Tell whether a file may be edited, and does not come from installers.
+
+    :param own: What the paths of the workspace begin with, wherever that is
+    """
+    return os.path.isabs(path) and (
+        not path.startswith(_SYSTEM) or path.startswith(own)
+    )

@@ -80,6 +80,7 @@ def knowledge_of(
     """
     packages: list[Package] = []
     products: set[str] = set()
+    folders: list[Path] = []
     install = os.sep
     if workspace.root is not None:
         for base in (
@@ -91,7 +92,9 @@ def knowledge_of(
         install = f'{workspace.colcon.install_base}{os.sep}'
         names = closure(by_name.values(), wanted)
         packages = [by_name[name] for name in names]
-    uses = _Uses(plan, packages, libraries, environment, install)
+        folders = [workspace.root, *(package.path for package in packages)]
+    own = tuple(f'{os.path.realpath(p)}{os.sep}' for p in folders)
+    uses = _Uses(plan, packages, libraries, environment, install, own)
     read = [*(file.path for file in evaluation.files), *evaluation.inputs]
     return Knowledge(
         tuple(uses.all()),
@@ -113,10 +116,11 @@ def with_libraries(
 
     :param processes: Those that run, with their labels
     """
+    own = tuple(folder + os.sep for folder in knowledge.products)
     found = []
     for process in knowledge.processes:
         pid = processes.get(process.label)
-        mapped = mapped_files(pid) if pid else None
+        mapped = mapped_files(pid, own) if pid else None
         if mapped is not None:
             process = replace(
                 process,
@@ -236,9 +240,11 @@ class _Uses:
         libraries: Mapping[str, frozenset[str] | None],
         environment: Mapping[str, str],
         install: str,
+        own: tuple[str, ...],
     ) -> None:
         self._plan = plan
         self._install = install
+        self._own = own
         self._needs = {
             p.name: p.build_depends | p.run_depends for p in packages
         }
@@ -381,7 +387,7 @@ class _Uses:
         if len(path) > _LONGEST_PATH or not path.isprintable():
             return None
         real = self._real(path)
-        if not is_edited(real):
+        if not is_edited(real, self._own):
             return None
         if os.path.isfile(real):
             return real

@@ -10,7 +10,7 @@ from colcon_yamllaunch.watch.knowledge import is_edited
 _DELETED = ' (deleted)'
 
 
-def mapped_files(pid: int) -> frozenset[str] | None:
+def mapped_files(pid: int, own: tuple[str, ...] = ()) -> frozenset[str] | None:
     """
     Return the files that are mapped into a process, but for the system's.
 
@@ -19,6 +19,7 @@ def mapped_files(pid: int) -> frozenset[str] | None:
 
     :param pid: The process; what it started counts, too, as one that was
       started with a prefix or in a shell has nothing itself
+    :param own: What the paths of the workspace begin with
     """
     found: set[str] = set()
     is_known = False
@@ -35,7 +36,7 @@ def mapped_files(pid: int) -> frozenset[str] | None:
         for line in lines:
             path = line[line.find('/') :].rstrip('\n') if '/' in line else ''
             path = path.removesuffix(_DELETED)
-            if is_edited(path):
+            if is_edited(path, own):
                 found.add(path)
         pending += _children(current)
     return frozenset(found) if is_known else None

@@ -176,6 +176,20 @@ def test_what_the_plan_names(workspace: FakeWorkspace) -> None:
     assert set(known.files()) == only(known).files
 
 
+def test_a_workspace_may_be_where_installers_put_things(
+    workspace: FakeWorkspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # as in /opt/my_ws
+    system = f'{workspace.root}/'
+    monkeypatch.setattr('colcon_yamllaunch.watch.knowledge._SYSTEM', (system,))
+    workspace.build('arm')
+    file = workspace.file('src/arm/a.yaml')
+    known = learn(workspace, process('x', file, '/dev/null', '/etc/passwd'))
+    assert file in only(known).files
+    workspace.root = None
+    assert only(learn(workspace, process('x', file))).files == set()
+
+
 def test_modules_of_a_package_in_python(workspace: FakeWorkspace) -> None:
     # its share folder is linked by way of the build
     build = f'{workspace.root}/build/arm'
