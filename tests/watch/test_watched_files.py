@@ -6,10 +6,14 @@
 import os
 from pathlib import Path
 import shutil
+import tempfile
 import time
 
 from colcon_yamllaunch.watch.watched_files import WatchedFiles
+from hypothesis import given
+from hypothesis import strategies
 import pytest
+from support.random_cases import RANDOM
 
 
 class Tree:
@@ -250,3 +254,81 @@ def test_the_lock_of_git_is_found(tree: Tree) -> None:
     assert os.path.normpath(lock) == str(
         tree.root / 'other/worktrees/src/index.lock'
     )
+
+
+NAMES = strategies.sampled_from(['a.cpp', 'b.py', 'in/a.cpp', 'in/er/c.h'])
+EDITS = strategies.lists(
+    strategies.tuples(
+        strategies.sampled_from(['write', 'delete', 'move', 'mode', 'rmdir']),
+        NAMES,
+        NAMES,
+        strategies.sampled_from(['', 'one', 'two']),
+    ),
+    max_size=4,
+)
+
+
+def edit(folder: Path, what: str, name: str, other: str, text: str) -> None:
+    """Do something to files, as far as they are there."""
+    file, target = folder / name, folder / other
+    if what == 'write':
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+    elif what == 'rmdir':
+        shutil.rmtree(file.parent if file.parent != folder else folder / 'in')
+    elif what == 'delete':
+        file.unlink()
+    elif what == 'move':
+        file.rename(target)
+    else:
+        file.chmod(0o755)
+
+
+def now(folder: Path) -> dict[str, tuple[str, int]]:
+    return {
+        str(path): (path.read_text(), path.stat().st_mode)
+        for path in folder.rglob('*')
+        if path.is_file()
+    }
+
+
+@RANDOM
+@given(strategies.lists(EDITS, max_size=6))
+def test_what_is_told_is_what_happened(
+    rounds: list[list[tuple[str, str, str, str]]],
+) -> None:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name).resolve()
+        files = WatchedFiles()
+        files.watch([str(folder)], [], 0)
+        known = now(folder)
+        for edits in rounds:
+            paths: set[str] = set()
+            for what, file, other, text in edits:
+                try:
+                    edit(folder, what, file, other, text)
+                except OSError:
+                    continue
+                for path in (folder / file, folder / other):
+                    # as the kernel tells it of all folders that are watched
+                    paths |= {str(path), str(path.parent)} - {str(folder)}
+            if any(map(files.needs_look, paths)):
+                found = files.look_again()
+            else:
+                found = files.changes(paths)
+            is_now = now(folder)
+            differing = {
+                path
+                for path in known.keys() | is_now.keys()
+                if known.get(path) != is_now.get(path)
+            }
+            assert {c.path for c in found} == differing
+            assert len(found) == len(differing)
+            for change in found:
+                kinds = {
+                    'new': change.path not in known,
+                    'deleted': change.path not in is_now,
+                }
+                other_kinds = ('changed', 'mode')
+                assert kinds.get(change.kind, change.kind in other_kinds)
+            known = is_now
