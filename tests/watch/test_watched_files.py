@@ -312,6 +312,8 @@ def test_what_is_told_is_what_happened(
                 for path in (folder / file, folder / other):
                     # as the kernel tells it of all folders that are watched
                     paths |= {str(path), str(path.parent)} - {str(folder)}
+                if what == 'rmdir':
+                    paths.add(str(folder / 'in'))
             if any(map(files.needs_look, paths)):
                 found = files.look_again()
             else:
