@@ -96,9 +96,11 @@ class WatchedFiles:
 
     def needs_look(self, path: str) -> bool:
         """Tell whether an event may be about more than one file."""
-        return (
-            path in self._names or path in self._roots or os.path.isdir(path)
-        )
+        if path in self._names or path in self._roots:
+            return True
+        # folders beside single files are nobody's, as in /tmp
+        is_inside = os.path.dirname(path) in self._names
+        return is_inside and os.path.isdir(path)
 
     def is_torn(self, path: str) -> bool:
         """Tell whether a file looks as if somebody was just writing it."""

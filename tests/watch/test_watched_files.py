@@ -204,6 +204,20 @@ def test_files_go_by_the_names_that_are_watched(tree: Tree) -> None:
     assert 'changed src/arm/b.yaml' in tree.changes('elsewhere/deep/a.yaml')
 
 
+def test_folders_beside_a_single_file_are_nobodys(tree: Tree) -> None:
+    file = tree.write('elsewhere/a.yaml')
+    tree.watch(file)
+    for name, needs_look in (
+        ('elsewhere/more', False),
+        ('src/other', False),
+        ('src/arm/more', True),
+        ('src/arm', True),
+    ):
+        folder = tree.root / name
+        folder.mkdir(exist_ok=True)
+        assert tree.files.needs_look(str(folder)) == needs_look
+
+
 def test_links_in_circles_end(tree: Tree) -> None:
     tree.write('src/arm/a.cpp')
     (tree.package / 'loop').symlink_to(tree.package)
@@ -311,7 +325,8 @@ def test_what_is_told_is_what_happened(
                     continue
                 for path in (folder / file, folder / other):
                     # as the kernel tells it of all folders that are watched
-                    paths |= {str(path), str(path.parent)} - {str(folder)}
+                    inside = (path, *path.parents)
+                    paths.update(map(str, inside[: inside.index(folder)]))
                 if what == 'rmdir':
                     paths.add(str(folder / 'in'))
             if any(map(files.needs_look, paths)):
