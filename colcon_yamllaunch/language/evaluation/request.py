@@ -5,9 +5,11 @@
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
 from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
 from colcon_yamllaunch.language.vocabulary.package_lookup import Packages
@@ -31,6 +33,8 @@ class Request:
     :param exposed: Gives the actions and substitutions that packages bring
     :param host: Returns what reads launch files in Python; without it,
       `ros2 launch` runs them
+    :param trees: The launch files that were read before, by their paths; one
+      whose text is another now is read anew, and takes its place
     """
 
     name: str
@@ -42,3 +46,4 @@ class Request:
     log_folder: str = ''
     exposed: FindExposed = NothingExposed
     host: 'Callable[[], LaunchHost] | None' = None
+    trees: dict[str, LaunchFile] = field(default_factory=dict, compare=False)

@@ -44,6 +44,7 @@ from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
 from colcon_yamllaunch.language.tree.launch_tree import UNREADABLE
 from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.language.vocabulary.package_lookup import Exposed
 from colcon_yamllaunch.language.vocabulary.parameter_sections import (
     ParameterSections,
 )
@@ -182,6 +183,7 @@ class Walk(Policy):
         makers: Mapping[str, Maker],
     ) -> None:
         super().__init__(request)
+        self._trees = request.trees
         self._handlers = handlers
         self._makers = makers
         self.draft = PlanDraft()
@@ -352,7 +354,7 @@ class Walk(Policy):
             try:
                 source = read_source(path, name)
                 self.sources.append(source)
-                file = read_launch_file(source, self.exposed)
+                file = self._tree_of(path, source)
             except LaunchError as e:
                 self._broken[path] = e
             else:
@@ -369,6 +371,23 @@ class Walk(Policy):
             else:
                 self.read_in_part(problem, origin)
         return self.files[path]
+
+    def _tree_of(self, path: str, source: Source) -> LaunchFile:
+        known = self._trees.get(path)
+        if known is not None and known.source == source:
+            return known
+        has_asked = False
+
+        def exposed() -> Exposed:
+            nonlocal has_asked
+            has_asked = True
+            return self.exposed()
+
+        file = read_launch_file(source, exposed)
+        if not has_asked:
+            # what packages bring may be another the next time
+            self._trees[path] = file
+        return file
 
     def visit_all(self, entities: tuple[Entity, ...]) -> None:
         """Do some actions in order."""
