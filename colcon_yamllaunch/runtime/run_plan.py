@@ -13,6 +13,7 @@ from pathlib import Path
 import sys
 import time
 from typing import TextIO
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.errors import OutputError
@@ -54,6 +55,9 @@ from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
 from colcon_yamllaunch.runtime.streams.relay import Recorder
 from colcon_yamllaunch.runtime.streams.signals import caught
 
+if TYPE_CHECKING:
+    from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
+
 
 def run_plan(
     plan: Plan,
@@ -75,6 +79,7 @@ def run_plan(
     owner_of: OwnerOf = lambda _module, _package: None,
     parameters_of: ParametersOf = lambda process: process.parameters,
     identity: str = '',
+    changes: 'PlanChanges | None' = None,
     source: PlanSource | None = None,
 ) -> int:
     """
@@ -112,6 +117,8 @@ def run_plan(
     :param parameters_of: Tells which parameters a process is given, and where
     :param identity: The identity of the launch, see `launch_scan`; by default
       a new one
+    :param changes: Changes the plan while it runs, and keeps the launch from
+      ending when nothing runs; it is closed at the end
     :param source: Where more plan comes from while it runs, if anywhere
     :raises UserError: before anything is started, when the environment lacks
       what the plan needs
@@ -126,7 +133,12 @@ def run_plan(
         stack.callback(display.writer.close)
         environment = display.environment
         # before the guard, which is a child, too
-        adoption = Adoption(() if source is None else (source.pid,))
+        if changes is not None:
+            stack.callback(changes.close)
+        helpers = set() if changes is None else set(changes.pids)
+        if source is not None:
+            helpers.add(source.pid)
+        adoption = Adoption(helpers)
         stack.callback(adoption.end)
         buffering = LineBuffering(environment.get('PATH', os.defpath))
         settings = Settings(
@@ -204,6 +216,9 @@ def run_plan(
             source,
         )
         stack.callback(engine.close)
+        if changes is not None:
+            engine.change_by(changes, display.environment_for)
+        conditions.tell = engine.tell
         engine.start_client()
         for text in troubles:
             engine.tell(events.Warned(text))

@@ -10,6 +10,7 @@ the course of any launch can be replayed without a process.
 """
 
 from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Mapping
 from typing import Any
 
@@ -117,6 +118,26 @@ class Composition:
         """
         self._refuse_while_stopping()
         self._containers.replace(component)
+
+    def revise(self, component: Component) -> None:
+        """Have a component be another one when it is loaded next."""
+        self._containers.revise(component)
+
+    def reload_changed(
+        self, labels: Collection[str], processes: Collection[str]
+    ) -> tuple[str, ...]:
+        """
+        Load components anew after a change, and return their labels.
+
+        Lifecycle nodes get their states back. What was unloaded on request is
+        left alone.
+
+        :param processes: The labels of processes that are started anew, which
+          brings their components
+        """
+        if self.is_stopping:
+            return ()
+        return self._containers.reload_changed(labels, processes)
 
     def drop(self, label: str) -> None:
         """

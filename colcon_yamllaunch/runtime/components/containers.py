@@ -4,6 +4,7 @@
 """The course of components: what is loaded into which container, and when."""
 
 from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
@@ -139,6 +140,32 @@ class Containers:
         elif task.unique_id is None:
             self._succeed(task)
 
+    def revise(self, component: Component) -> None:
+        """Have a component be another one when it is loaded next."""
+        task = self.task(component.label)
+        is_same = component == task.component
+        task.successor = None if is_same else component
+        if task.unique_id is None and not task.is_due:
+            self._succeed(task)
+
+    def reload_changed(
+        self, labels: Collection[str], processes: Collection[str]
+    ) -> tuple[str, ...]:
+        """Load components anew after a change; see `Composition`."""
+        loaded = []
+        for task in self.tasks:
+            container = self._container_of(task)
+            is_left = task.label in self._dropped or not task.is_wanted
+            if task.label not in labels or is_left or not task.is_due:
+                continue
+            if not any(p.label in processes for p in container.providers):
+                if container.is_gone or self._given_up is not None:
+                    continue
+                self._tell(events.Requested(task.component, 'change'))
+                self._reload(task)
+            loaded.append(task.label)
+        return tuple(loaded)
+
     def drop(self, label: str) -> None:
         """Unload a component, and forget it then; see `Composition`."""
         task = self.task(label)
@@ -231,6 +258,9 @@ class Containers:
             raise RefusedError(self._given_up)
         self._tell(events.Requested(task.component, 'restart'))
         self._lifecycles.begins_anew(label)
+        self._reload(task)
+
+    def _reload(self, task: ComponentTask) -> None:
         if task.unique_id is None and task.phase != 'loading':
             task.is_wanted = True
             self._requests.cancel(task.request)

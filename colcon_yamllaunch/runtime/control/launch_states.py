@@ -119,6 +119,9 @@ class LaunchState(About):
     :param log_folder: The folder with its logs, if it writes any
     :param processes: Its processes, in the order of the plan
     :param components: Its components, likewise
+    :param watch: What came of the last change, if it goes on with its files
+      (`--watch`); empty before the first one
+    :param watch_failed: Whether that failed
     """
 
     pid: int
@@ -127,6 +130,8 @@ class LaunchState(About):
     log_folder: str | None
     processes: tuple[ProcessState, ...]
     components: tuple[ComponentState, ...] = ()
+    watch: str | None = None
+    watch_failed: bool = False
 
     def parts(self) -> Iterator[Part]:
         """Iterate over all that has a name, components below containers."""

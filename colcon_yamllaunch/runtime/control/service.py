@@ -70,9 +70,12 @@ class Service:
         self._clock = clock
         self._started = clock()
         self._viewers: dict[str, list[Viewer]] = {}
+        self._watched: events.Watched | None = None
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
+        if isinstance(event, events.Watched):
+            self._watched = event
         if isinstance(event, events.Started | events.Exited):
             for viewer in tuple(self._viewers.get(event.process.label, ())):
                 if isinstance(event, events.Started):
@@ -134,6 +137,8 @@ class Service:
             else str(self._log_folder),
             processes=tuple(map(self.state_of, self._supervisor.tasks)),
             components=self._components(),
+            watch=self._watch(),
+            watch_failed=self._watched is not None and self._watched.failed,
         )
 
     def state_of(self, task: Task) -> ProcessState:
@@ -175,6 +180,11 @@ class Service:
         self._engine.tell(
             events.Detached(self._supervisor.task(label).process)
         )
+
+    def _watch(self) -> str | None:
+        if not self._engine.is_changed:
+            return None
+        return '' if self._watched is None else self._watched.text
 
     def _stop(self, name: str) -> None:
         component = self._component(name)

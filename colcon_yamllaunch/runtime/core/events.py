@@ -31,6 +31,8 @@ Verbosity = Literal['quiet', 'normal', 'verbose']
 
 #: The label of the launcher's own lines.
 LAUNCHER = 'launch'
+#: That of its lines about what `--watch` does.
+WATCHER = 'watch'
 #: The name that messages of the launch file have, as in ROS 2.
 MESSENGER = 'launch.user'
 #: The severities of what is shown even to those who want it quiet.
@@ -52,6 +54,11 @@ class Event:
     def severity(self) -> str:
         """How severe it is, by the names that ROS 2 has for log messages."""
         return 'INFO'
+
+    @property
+    def label(self) -> str:
+        """The label of its lines."""
+        return LAUNCHER
 
     @abstractmethod
     def lines(self) -> tuple[str, ...]:
@@ -311,13 +318,17 @@ class Requested(Event):
     """
     Somebody asks to stop one process, or to start it anew.
 
-    For a component, that is to unload it, or to load it anew.
+    For a component, that is to unload it, or to load it anew. A `change` of
+    what it runs asks for the latter, too.
     """
 
     process: Process | Component
-    action: Literal['stop', 'restart']
+    action: Literal['stop', 'restart', 'change']
 
     def lines(self) -> tuple[str, ...]:
+        if self.action == 'change':
+            # what changed, and what comes of it, is told in one line
+            return ()
         return (f'{self.process.label}: {self.action} requested',)
 
     def record(self) -> dict[str, Any]:
@@ -649,6 +660,171 @@ class RosLost(Event):
 
     def record(self) -> dict[str, Any]:
         return {'event': 'ros_lost', 'reason': self.reason}
+
+
+@dataclass(frozen=True, slots=True)
+class Changed(Event):
+    """
+    Files were changed, and something follows from that.
+
+    :param files: Their paths
+    """
+
+    files: tuple[str, ...]
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'changed', 'files': list(self.files)}
+
+
+@dataclass(frozen=True, slots=True)
+class Built(Event):
+    """
+    Packages were built while the launch runs.
+
+    :param packages: Those that were built
+    :param seconds: How long that took, from the change on
+    :param failed: Whether the build failed
+    """
+
+    packages: tuple[str, ...]
+    seconds: float
+    failed: bool = False
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'built',
+            'packages': list(self.packages),
+            'seconds': round(self.seconds, 6),
+            'failed': self.failed,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Replanned(Event):
+    """
+    The launch files were evaluated anew, and the plan is another one now.
+
+    :param started: The labels of what is new
+    :param stopped: Those of what is gone
+    :param restarted: Those of what differs
+    """
+
+    started: tuple[str, ...]
+    stopped: tuple[str, ...]
+    restarted: tuple[str, ...]
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'replanned',
+            'started': list(self.started),
+            'stopped': list(self.stopped),
+            'restarted': list(self.restarted),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Restarted(Event):
+    """
+    A process runs, or a component is loaded, anew after a change.
+
+    :param seconds: How long that took, from the change on
+    """
+
+    process: Process | Component
+    seconds: float
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        seconds = round(self.seconds, 6)
+        return _record('restarted', self.process, seconds=seconds)
+
+
+@dataclass(frozen=True, slots=True)
+class Watched(Event):
+    """
+    What came of a change, or what is done about it.
+
+    :param text: That, in one line
+    :param failed: Whether it came to nothing, or the check failed
+    :param details: Lines that say why, as a build or an evaluation shows them
+    :param is_final: Whether nothing more follows from the change
+    """
+
+    text: str
+    failed: bool = False
+    details: str = ''
+    is_final: bool = True
+
+    @property
+    def severity(self) -> str:
+        return 'ERROR' if self.failed else 'INFO'
+
+    @property
+    def label(self) -> str:
+        return WATCHER
+
+    def lines(self) -> tuple[str, ...]:
+        return (self.text,)
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'watched',
+            'text': self.text,
+            'failed': self.failed,
+            'final': self.is_final,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Checked(Event):
+    """
+    What `--until` waits for was checked after a change.
+
+    :param passed: Whether all was seen, and nothing failed
+    :param missing: What was not seen
+    :param failures: What failed, a part of a sentence each
+    :param seconds: How long that took, from when all ran again
+    """
+
+    passed: bool
+    missing: tuple[str, ...]
+    failures: tuple[str, ...]
+    seconds: float
+
+    @property
+    def severity(self) -> str:
+        return 'INFO' if self.passed else 'ERROR'
+
+    @property
+    def label(self) -> str:
+        return WATCHER
+
+    def lines(self) -> tuple[str, ...]:
+        if self.passed:
+            return (f'green: all was seen ({self.seconds:.2f} s)',)
+        parts = [f"'{text}' was not seen" for text in self.missing]
+        what = ', '.join((*self.failures, *parts))
+        return (f'red: {what} ({self.seconds:.2f} s)',)
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'checked',
+            'passed': self.passed,
+            'missing': list(self.missing),
+            'failures': list(self.failures),
+            'seconds': round(self.seconds, 6),
+        }
 
 
 @dataclass(frozen=True, slots=True)

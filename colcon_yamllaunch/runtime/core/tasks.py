@@ -34,6 +34,7 @@ class Task:
     :param is_suspended: Whether its leader is stopped as Ctrl-Z does
     :param was_signalled: Whether the plan has sent it a signal that ends it
     :param successor: What it is when it starts next, if something else
+    :param is_kept_stopped: Whether it was stopped on request
     """
 
     number: int
@@ -48,3 +49,4 @@ class Task:
     is_suspended: bool = False
     was_signalled: bool = False
     successor: Process | None = None
+    is_kept_stopped: bool = False

@@ -72,6 +72,7 @@ from colcon_yamllaunch.runtime.streams.writer import Writer
 if TYPE_CHECKING:
     from colcon_yamllaunch.runtime.components.composition import Composition
     from colcon_yamllaunch.runtime.components.ros_link import RosLink
+    from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
     from colcon_yamllaunch.runtime.course.plan_feed import PlanFeed
 
 _STREAMS = ('stdout', 'stderr')
@@ -164,6 +165,9 @@ class Engine:
         self._ros = self._ros_link(plan) if plan.needs_ros else None
         #: Tell whether the plan may still grow, though nothing runs.
         self.reasons_to_wait: list[Callable[[], bool]] = []
+        self._changes: PlanChanges | None = None
+        self._variables = settings.environment
+        self._adapt: Callable[[Mapping[str, str]], Mapping[str, str]] = dict
         #: The course of the launch.
         self.supervisor = Supervisor(
             plan, self, settings.clock, self.composition
@@ -230,6 +234,72 @@ class Engine:
         else:
             self._composition_of(label).drop(label)
 
+    # what changes the plan while it runs; see `plan_changes.RunningLaunch`
+
+    def change_by(
+        self,
+        changes: 'PlanChanges',
+        adapt: Callable[[Mapping[str, str]], Mapping[str, str]],
+    ) -> None:
+        """
+        Have the plan changed while it runs.
+
+        :param adapt: Adds what is shown how to an environment
+        """
+        self._changes = changes
+        self._adapt = adapt
+        self.supervisor.outlasts_failures = True
+        self.reasons_to_wait.append(lambda: True)
+        self.listen(changes.handle)
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether the plan is changed while it runs."""
+        return self._changes is not None
+
+    def groups(self) -> Mapping[str, int]:
+        """Return the process groups of the processes that run, by label."""
+        return {
+            task.process.label: task.group
+            for task in self.supervisor.tasks
+            if task.group is not None
+        }
+
+    def revise(self, part: Process | Component) -> None:
+        """Have a part of the plan be another one from its next start on."""
+        more = Plan((part,))
+        if self._settings.tty:
+            more = with_terminals(more)
+        for process in more.processes():
+            self.supervisor.revise(process)
+        for component in more.components():
+            self._composition_of(component.label).revise(component)
+
+    def restart(self, labels: Collection[str]) -> tuple[str, ...]:
+        """Start processes and load components anew after a change."""
+        restarted = self.supervisor.restart_changed(labels)
+        if self.composition is not None:
+            reloaded = self.composition.reload_changed(labels, restarted)
+            restarted = (*restarted, *reloaded)
+        return restarted
+
+    def forget(self, entries: Iterable[Entry]) -> None:
+        """Do not do what has not been done yet, such as messages."""
+        self.supervisor.forget(entries)
+
+    def renew_environment(self, variables: Mapping[str, str]) -> None:
+        """Give processes that start from now on other variables."""
+        self._variables = self._adapt(variables)
+
+    def guard_group(self, group: int) -> None:
+        """Have a process group ended with the launch, however that ends."""
+        number = self.supervisor.client_number
+        self._guard.started(number, group, _CLIENT_TIMEOUTS)
+
+    def release_group(self, group: int) -> None:
+        """Take into account that nothing of a process group runs."""
+        self._guard.ended(group)
+
     def start_client(self) -> None:
         """Start the ROS client if one is needed; it comes up meanwhile."""
         if self._ros is not None:
@@ -252,11 +322,15 @@ class Engine:
                 self.watches.add(self._writer.descriptor, self._mind_screen, 0)
         if self._ros is not None:
             self._await_ros(self._ros)
+        if self._changes is not None:
+            self._changes.begin(self)
         self._conditions.begin()
         if self._feed is not None:
             self._feed.begin()
         while True:
             self._mind_conditions()
+            if self._changes is not None:
+                self._mind_changes(self._changes)
             if self._ros is not None:
                 self._ros.advance()
                 if self.supervisor.is_stopping:
@@ -271,6 +345,8 @@ class Engine:
             self.watches.wait(0.0 if more else self._seconds_to_wait())
         self.watches.remove(signals)
         self._end_ros()
+        if self._changes is not None:
+            self._changes.close()
         self._end_feed()
         self._cgroup.remove()
         self._relay.close()
@@ -420,7 +496,7 @@ class Engine:
         stdout: Channel,
         stderr: Channel,
     ) -> int:
-        environment = dict(self._settings.environment)
+        environment = dict(self._variables)
         for name, value in process.environment:
             if value is None:
                 environment.pop(name, None)
@@ -553,7 +629,14 @@ class Engine:
         """Return our children that are no processes of the plan."""
         client = 0 if self._ros is None else self._ros.pid
         host = 0 if self._feed is None else self._feed.pid
-        return {self._guard.pid, client, host}
+        changes = () if self._changes is None else self._changes.pids
+        return {self._guard.pid, client, host, *changes}
+
+    def _mind_changes(self, changes: 'PlanChanges') -> None:
+        if self.supervisor.is_stopping:
+            changes.hang_up()
+        else:
+            changes.advance()
 
     def _look_for_adopted(self) -> set[int]:
         """Return the children that we adopted, and tell the guard of them."""
@@ -582,6 +665,10 @@ class Engine:
             left_of_it = self._ros.seconds_to_wait()
             if left_of_it is not None:
                 wait = left_of_it if wait is None else min(wait, left_of_it)
+        if self._changes is not None and not self.supervisor.is_stopping:
+            until_due = self._changes.seconds_to_wait()
+            if until_due is not None:
+                wait = until_due if wait is None else min(wait, until_due)
         if self._feed is not None:
             left_of_it = self._feed.seconds_to_wait()
             if left_of_it is not None:
@@ -681,6 +768,8 @@ class Engine:
     def _reap(self) -> None:
         adopted = self._look_for_adopted()
         ours = self._children_of_ours()
+        if self._changes is not None:
+            ours.difference_update(self._changes.reaped_by_itself)
         for pid, number in suspended_children(ours):
             self.supervisor.suspended(pid, number)
         for pid, status in ended_children(ours | adopted):
@@ -692,6 +781,8 @@ class Engine:
             elif self._ros is not None and pid == self._ros.pid:
                 self._guard.ended(pid)
                 self._ros.ended(Outcome.from_status(status))
+            elif self._changes is not None and pid in self._changes.pids:
+                self._changes.ended(pid, Outcome.from_status(status))
             elif self._feed is not None and pid == self._feed.pid:
                 self._guard.ended(pid)
                 self._feed.ended(status)

@@ -55,6 +55,8 @@ class ExitConditions:
         self._failed: str | None = None
         self._timed_out = False
         self._stopping = False
+        #: Is told what is said while the launch runs.
+        self.tell: events.Listener = _tell_nobody
 
     def begin(self) -> None:
         """Count the time from now on."""
@@ -200,3 +202,7 @@ class ExitConditions:
             f"'{text}' was not seen before the launch ended after "
             f'{self._seconds:.1f} s (--until)'
         )
+
+
+def _tell_nobody(event: events.Event) -> None:
+    """Leave it at that."""

@@ -10,6 +10,7 @@ in. So the course of any launch can be replayed without a process.
 
 from collections import deque
 from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Sequence
@@ -158,6 +159,10 @@ class Supervisor:
         self._early_signals: dict[int, list[SignalProcess]] = {}
         # what is forgotten when it has ended
         self._dropped: set[int] = set()
+        # what is started anew after a change, in the order of the launch
+        self._queue: list[int] = []
+        #: Whether a failure ends no launch, as a change may mend it.
+        self.outlasts_failures = False
         #: Whether the launch is over.
         self.done = False
 
@@ -224,7 +229,7 @@ class Supervisor:
             'stopped' if asked and not failed else ending_of(outcome, asked)
         )
         seconds = self._clock() - task.started
-        step = after_exit(process, task.respawns, asked)
+        step = self._after_exit(task, asked=asked, failed=failed)
         delay = _delay_after(task, seconds) if step == 'respawn' else None
         self._host.tell(
             events.Exited(
@@ -293,6 +298,8 @@ class Supervisor:
         """
         task = self._asked_for(name, 'stop')
         self._restarting.discard(task.number)
+        if task.number in self._queue:
+            self._queue.remove(task.number)
         if self._composition is not None and task.group is None:
             # one that was to be respawned
             self._composition.ended(
@@ -370,6 +377,40 @@ class Supervisor:
             self._dropped.discard(task.number)
         task.successor = process
 
+    def revise(self, process: Process) -> None:
+        """
+        Have a process be another one from its next start on.
+
+        :param process: It has the label of a process of the plan
+        :raises RefusedError: when there is none
+        """
+        task = self.task(process.label)
+        is_same = process == task.process
+        task.successor = None if is_same else process
+
+    def restart_changed(self, labels: Collection[str]) -> tuple[str, ...]:
+        """
+        Start processes anew after a change, and return their labels.
+
+        It is their restart, but lifecycle nodes get their states back. Each
+        starts when those before it in the launch have started. What has not
+        been started yet, or was stopped on request, is left alone.
+        """
+        restarted = []
+        for task in self.tasks if not self.is_stopping else ():
+            label = task.process.label
+            is_left = task.is_kept_stopped or task.number in self._dropped
+            if label in labels and not is_left and self._is_begun(task):
+                self._host.tell(events.Requested(task.process, 'change'))
+                self._prepare_stop(task, is_anew=False)
+                self._restarting.add(task.number)
+                if task.number not in self._single_stops:
+                    self._single_stops[task.number] = self._stop_of([task])
+                if task.number not in self._queue:
+                    self._queue.append(task.number)
+                restarted.append(label)
+        return tuple(restarted)
+
     def drop(self, label: str) -> None:
         """
         Stop a process, and forget it once it has ended.
@@ -385,9 +426,19 @@ class Supervisor:
             self._forget(task)
             return
         self._restarting.discard(task.number)
+        if task.number in self._queue:
+            self._queue.remove(task.number)
         if task.number not in self._single_stops:
             self.stop_process(label)
         self._dropped.add(task.number)
+
+    def forget(self, entries: Iterable[Entry]) -> None:
+        """Do not do what has not been done yet, such as messages."""
+        unwanted = list(entries)
+        self._agenda = deque(_less(self._agenda, unwanted))
+        for key, (timer, handle) in self._timers.items():
+            left = tuple(_less(timer.entries, unwanted))
+            self._timers[key] = replace(timer, entries=left), handle
 
     def suspended(self, group: int, number: int | None) -> None:
         """
@@ -517,7 +568,7 @@ class Supervisor:
             task.ended = self._clock()
             task.ending = f'could not be started: {error}'
             # the program may just be written anew, or memory be short
-            step = after_exit(process, task.respawns, self.is_stopping)
+            step = self._after_exit(task, asked=self.is_stopping, failed=True)
             delay = _delay_after(task, 0.0) if step == 'respawn' else None
             self._host.tell(events.StartFailed(process, str(error), delay))
             if self._composition is not None:
@@ -545,6 +596,14 @@ class Supervisor:
             self._composition.started(process)
         for entry in self._early_signals.pop(task.number, ()):
             self._signal(entry)
+
+    def _after_exit(
+        self, task: Task, *, asked: bool, failed: bool
+    ) -> Literal['nothing', 'respawn', 'shutdown']:
+        process = task.process
+        if failed and self.outlasts_failures:
+            process = replace(process, on_exit_shutdown=False)
+        return after_exit(process, task.respawns, asked)
 
     def _respawn_later(
         self, task: Task, delay: float, *, is_clean: bool
@@ -610,13 +669,21 @@ class Supervisor:
         if not self._is_begun(task):
             raise RefusedError(f'{name} has not been started yet')
         self._host.tell(events.Requested(task.process, action))
+        self._prepare_stop(task, is_anew=action == 'restart')
+        task.is_kept_stopped = action == 'stop'
+        return task
+
+    def _prepare_stop(self, task: Task, *, is_anew: bool) -> None:
+        """
+        Get ready to stop a process on request.
+
+        :param is_anew: Whether its node begins as the launch file says
+        """
         if self._composition is not None:
-            is_anew = action == 'restart'
             self._composition.leaves(task.process, is_anew=is_anew)
         respawn = self._respawns.pop(task.number, None)
         if respawn is not None:
             respawn.cancel()
-        return task
 
     def _is_begun(self, task: Task) -> bool:
         """
@@ -679,6 +746,7 @@ class Supervisor:
         for single_stop in self._single_stops.values():
             single_stop.cancel()
         self._single_stops.clear()
+        self._queue.clear()
         self._stop = self._stop_of(self.tasks, whole=True)
         self._progress_later(self._stop)
 
@@ -716,11 +784,19 @@ class Supervisor:
         self._host.tell(event)
 
     def _end_single_stops(self) -> None:
-        for number, stop in tuple(self._single_stops.items()):
+        stops = self._single_stops
+        first = [n for n in self._queue if n in stops]
+        others = [n for n in stops if n not in first]
+        for number, stop in [(n, stops[n]) for n in (*first, *others)]:
             task = self._tasks[number]
             # one that cannot be started again may end the launch
             is_over = stop.is_over and not self.is_stopping
             if is_over and task.group is None:
+                if number in self._queue:
+                    if self._queue[0] != number:
+                        # those before it start first
+                        continue
+                    self._queue.remove(number)
                 stop.cancel()
                 stop.abandon()
                 del self._single_stops[number]
@@ -768,6 +844,18 @@ def _without(entries: Iterable[Entry], label: str) -> Iterator[Entry]:
         elif not (
             isinstance(entry, Process | Component) and entry.label == label
         ):
+            yield entry
+
+
+def _less(entries: Iterable[Entry], unwanted: list[Entry]) -> Iterator[Entry]:
+    """Return entries without some, each of which is taken out once."""
+    for entry in entries:
+        if isinstance(entry, Timer):
+            inner = tuple(_less(entry.entries, unwanted))
+            yield replace(entry, entries=inner)
+        elif entry in unwanted:
+            unwanted.remove(entry)
+        else:
             yield entry
 
 

@@ -239,7 +239,7 @@ class Logs:
         self._lock = lock_folder(self._folder)
 
     def _common_lines(self, event: events.Event) -> list[str]:
-        name, tag = events.LAUNCHER, f'[{events.LAUNCHER}]'
+        name, tag = event.label, f'[{event.label}]'
         if isinstance(event, events.Said):
             name = events.MESSENGER
             tag = f'[{event.level}] [{name}]:'

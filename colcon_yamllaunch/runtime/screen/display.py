@@ -42,10 +42,17 @@ class Display:
         if color is None:
             color = self.terminal and _wants_color(environment)
         self._color = color
+        self._is_plain = is_plain
         #: The environment, and what makes output show at once and in colour.
-        self.environment = _process_environment(environment, color, is_plain)
+        self.environment = self.environment_for(environment)
         #: Writes to the stream.
         self.writer = _writer(stream, self.descriptor)
+
+    def environment_for(
+        self, environment: Mapping[str, str]
+    ) -> dict[str, str]:
+        """Add to an environment what makes output show as the user likes."""
+        return _process_environment(environment, self._color, self._is_plain)
 
     def screen(
         self, processes: Iterable[Process], warn: Callable[[str], None]

@@ -36,11 +36,15 @@ class Presentation:
       signals that it is sent
     :param title: What the window is called, or None
     :param describe: Returns lines about a process that is started
+    :param watch: Whether the launch goes on with its files
+    :param bell: Whether a terminal rings when something of that fails
     """
 
     verbosity: events.Verbosity = 'normal'
     title: str | None = None
     describe: Callable[[Process], Iterable[str]] = lambda _: ()
+    watch: bool = False
+    bell: bool = False
 
 
 def present(
@@ -52,11 +56,27 @@ def present(
 ) -> events.Listener:
     """Return who shows what happens."""
     terminal = display.environment.get('TERM') if display.terminal else None
-    if presentation.title and terminal not in _WITHOUT_WINDOW:
-        title = ''.join(c for c in presentation.title if c.isprintable())
-        sequence = f'\x1b]2;{title}\x07'.encode(errors='replace')
-        display.writer.write(None, _SAVE + sequence)
+    has_title = presentation.title and terminal not in _WITHOUT_WINDOW
+    if has_title:
+        title = _title(presentation.title or '')
+        display.writer.write(None, _SAVE + title)
         stack.callback(_restore_title, display.writer)
+    show = _shown(presentation, screen, plan, display)
+    if presentation.watch and presentation.verbosity != 'verbose':
+        show = _without_restarts(show, screen)
+    if presentation.watch and display.terminal:
+        return _with_signs(
+            show,
+            display.writer,
+            presentation.title if has_title else None,
+            bell=presentation.bell,
+        )
+    return show
+
+
+def _shown(
+    presentation: Presentation, screen: Screen, plan: Plan, display: Display
+) -> events.Listener:
     if presentation.verbosity == 'quiet':
         return _quiet(screen.handle)
     if presentation.verbosity == 'verbose':
@@ -64,6 +84,68 @@ def present(
     if display.terminal:
         return StartTable(plan, size_of(display.descriptor), screen).handle
     return screen.handle
+
+
+def _title(text: str) -> bytes:
+    shown = ''.join(c for c in text if c.isprintable())
+    return f'\x1b]2;{shown}\x07'.encode(errors='replace')
+
+
+def _with_signs(
+    show: events.Listener, writer: Writer, title: str | None, *, bell: bool
+) -> events.Listener:
+    """Add what shows from afar how the last change went."""
+
+    def handle(event: events.Event) -> None:
+        show(event)
+        if not isinstance(event, events.Watched | events.Checked):
+            return
+        failed = event.severity != 'INFO'
+        is_final = not isinstance(event, events.Watched) or event.is_final
+        if title is not None:
+            sign = '✗' if failed else '✓' if is_final else '…'
+            writer.write(None, _title(f'{sign} {title}'))
+        if failed and bell:
+            writer.write(None, b'\a')
+
+    return handle
+
+
+def _without_restarts(
+    show: events.Listener, screen: Screen
+) -> events.Listener:
+    """Leave out what a line about a change tells in one."""
+    changed: set[str] = set()
+
+    def handle(event: events.Event) -> None:
+        match event:
+            case events.Requested():
+                label = event.process.label
+                if event.action == 'change':
+                    changed.add(label)
+                else:
+                    changed.discard(label)
+            case events.Exited(asked=True, failed=False):
+                if event.process.label in changed:
+                    screen.end_output(event.process)
+                    return
+            case events.Unloaded() if event.component.label in changed:
+                return
+            case events.Started() if event.process.label in changed:
+                changed.remove(event.process.label)
+                return
+            case events.Loaded() if event.component.label in changed:
+                changed.remove(event.component.label)
+                return
+            case events.StartFailed():
+                changed.discard(event.process.label)
+            case events.LoadFailed():
+                changed.discard(event.component.label)
+            case _:
+                pass
+        show(event)
+
+    return handle
 
 
 def _restore_title(writer: Writer) -> None:

@@ -70,14 +70,16 @@ class Screen:
         """Listen to an event."""
         self._folding.note(event)
         if isinstance(event, events.Exited):
-            self._show_rest(event.process)
+            self.end_output(event.process)
         if isinstance(event, events.Output):
             self._show_output(event)
         elif isinstance(event, events.Said):
             self._show_message(event)
         else:
+            if isinstance(event, events.Watched) and event.details:
+                self._show_text('', event.details)
             for line in event.lines():
-                self._show_own(line, event.severity)
+                self._show_own(line, event.severity, event.label)
         if isinstance(event, events.Exited | events.Ended):
             self._writer.flush()
 
@@ -109,16 +111,17 @@ class Screen:
             self._writer.write(None, b'\n')
             self._is_mid_line = False
 
+    def end_output(self, process: Process) -> None:
+        """Show what was held back of the output of a process that ended."""
+        for stream, data in self._folding.rest(process.label):
+            self._show_lines(process, stream, data)
+
     def _show_output(self, event: events.Output) -> None:
         process = event.process
         if event.stream in SHOWN[process.output]:
             data = normalised(event.data)
             data = self._folding.fold(process.label, event.stream, data)
             self._show_lines(process, event.stream, data)
-
-    def _show_rest(self, process: Process) -> None:
-        for stream, data in self._folding.rest(process.label):
-            self._show_lines(process, stream, data)
 
     def _show_lines(
         self, process: Process, stream: events.Stream, data: bytes
@@ -168,14 +171,16 @@ class Screen:
             for index, (label, name) in enumerate(self._names.items())
         }
 
-    def _show_own(self, line: str, severity: str) -> None:
+    def _show_own(
+        self, line: str, severity: str, name: str = events.LAUNCHER
+    ) -> None:
         # ^C stands at the start of the line that it was typed on
         start = '\r' if self._terminal else ''
         line = one_line(line)
-        label = f'[{events.LAUNCHER}]'.ljust(self._width + 3)
+        label = f'[{name}]'.ljust(self._width + 3)
         if self._layout is not None:
             label = ''
-            line = self._layout(events.LAUNCHER, severity, line)
+            line = self._layout(name, severity, line)
         if self._color:
             colour = _DIM if severity == 'INFO' else _ALARM
             line = f'{colour}{label}{line}{_RESET}'

@@ -52,6 +52,10 @@ def table(
         lines = table_lines(rows, widths, without_end, _RIGHT)
     if width is not None:
         title = without_end(title, width)
+    if launch.watch is not None:
+        last = f'last change: {launch.watch}' if launch.watch else 'no change'
+        line = one_line(f'watches its files; {last}')
+        lines.append(line if width is None else without_end(line, width - 2))
     return '\n'.join((title, *(_INDENT + line for line in lines)))
 
 

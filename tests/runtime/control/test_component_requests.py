@@ -45,6 +45,7 @@ class Controlled:
             remove_sink=lambda *_: None,
         )
         engine = SimpleNamespace(
+            is_changed=False,
             supervisor=self.history.supervisor,
             composition=self.composition,
             terminals=terminals,

@@ -3,6 +3,7 @@
 
 """Running launches as a table."""
 
+from dataclasses import replace
 import re
 from typing import Any
 
@@ -160,3 +161,14 @@ def test_durations(seconds: float, text: str) -> None:
 )
 def test_sizes(number: int, text: str) -> None:
     assert size(number) == text
+
+
+def test_a_launch_that_watches_has_a_line_about_its_last_change() -> None:
+    watching = replace(launch(process('a')), watch='')
+    last = table(watching, {}, None).split('\n')[-1]
+    assert last == '  watches its files; no change'
+    text = 'a.py changed: restarted a (0.12 s)'
+    watching = replace(launch(process('a')), watch=text)
+    last = table(watching, {}, None).split('\n')[-1]
+    assert last == f'  watches its files; last change: {text}'
+    assert all(len(x) <= 40 for x in table(watching, {}, 40).split('\n'))

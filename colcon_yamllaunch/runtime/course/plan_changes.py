@@ -1,0 +1,108 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What changes the plan of a launch that runs, and what it does that with."""
+
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Mapping
+from typing import Protocol
+
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.streams.watches import Watches
+
+
+class RunningLaunch(Protocol):
+    """A launch that runs, to who changes it."""
+
+    #: What the loop of the launch waits for.
+    watches: Watches
+
+    def groups(self) -> Mapping[str, int]:
+        """Return the process groups of the processes that run, by label."""
+
+    def extend(self, entries: Iterable[Entry]) -> None:
+        """
+        Take more into the plan.
+
+        :raises ValueError: when a label is taken
+        """
+
+    def revise(self, part: Process | Component) -> None:
+        """
+        Have a part of the plan be another one from its next start on.
+
+        :raises RefusedError: when there is none
+        """
+
+    def restart(self, labels: Collection[str]) -> tuple[str, ...]:
+        """
+        Start processes and load components anew after a change.
+
+        What was stopped on request stays so, and what was not started yet has
+        its time to come. Each begins when the one before has begun. Return
+        the labels of those that are started or loaded anew.
+        """
+
+    def drop(self, label: str) -> None:
+        """
+        Stop or unload a part of the plan, and forget it then.
+
+        :raises RefusedError: when there is none, or all is being stopped
+        """
+
+    def forget(self, entries: Iterable[Entry]) -> None:
+        """Do not do what has not been done yet, such as messages."""
+
+    def renew_environment(self, variables: Mapping[str, str]) -> None:
+        """Give processes that start from now on other variables."""
+
+    def tell(self, event: events.Event) -> None:
+        """Tell everybody who listens."""
+
+    def guard_group(self, group: int) -> None:
+        """Have a process group ended with the launch, however that ends."""
+
+    def release_group(self, group: int) -> None:
+        """Take into account that nothing of a process group runs."""
+
+
+class PlanChanges(Protocol):
+    """
+    Changes the plan of a launch that runs.
+
+    It is told all events in order. None of its methods waits, but the last.
+    """
+
+    @property
+    def pids(self) -> Collection[int]:
+        """The processes that it has started, children of ours."""
+
+    @property
+    def reaped_by_itself(self) -> Collection[int]:
+        """Those of them whose end it notices by itself."""
+
+    def begin(self, launch: RunningLaunch) -> None:
+        """Change a launch from now on."""
+
+    def handle(self, event: events.Event) -> None:
+        """Take note of what happened."""
+
+    def advance(self) -> None:
+        """Do what is due."""
+
+    def seconds_to_wait(self) -> float | None:
+        """Return the seconds until :meth:`advance` is to be called again."""
+
+    def ended(self, pid: int, outcome: Outcome) -> None:
+        """Take into account that one of its processes ended."""
+
+    def hang_up(self) -> None:
+        """Do nothing more, as the launch is being stopped."""
+
+    def close(self) -> None:
+        """End all that it has started, and wait for that."""

@@ -1,0 +1,97 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What a terminal gets of a launch that goes on with its files."""
+
+from contextlib import ExitStack
+from types import SimpleNamespace
+
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.screen.presentation import present
+from colcon_yamllaunch.runtime.screen.presentation import Presentation
+import pytest
+
+
+class Terminal:
+    """Takes note of what is shown and written."""
+
+    def __init__(self, **settings):
+        self.shown, self.written, self.ended = [], [], []
+        screen = SimpleNamespace(
+            handle=lambda event: self.shown.extend(event.lines()),
+            end_output=self.ended.append,
+        )
+        display = SimpleNamespace(
+            environment={'TERM': 'xterm'},
+            terminal=True,
+            descriptor=-1,
+            writer=SimpleNamespace(
+                write=lambda _, data: self.written.append(data.decode()),
+                flush=bool,
+            ),
+        )
+        presentation = Presentation(watch=True, **settings)
+        self.handle = present(
+            presentation, screen, Plan(), display, ExitStack()
+        )
+        self.written.clear()
+
+
+@pytest.fixture
+def restart(process):
+    talker = process('talker')
+    stopped = Outcome(signal=2)
+    return (
+        events.Requested(talker, 'change'),
+        events.Exited(talker, 7, stopped, 1.0, asked=True, failed=False),
+        events.Started(talker, 8),
+    )
+
+
+def test_a_restart_after_a_change_is_one_line(restart):
+    terminal = Terminal()
+    for event in restart:
+        terminal.handle(event)
+    assert terminal.shown == []
+    assert [p.label for p in terminal.ended] == ['talker']
+    terminal.handle(restart[2])
+    assert terminal.shown == ['talker: started, pid 8']
+
+
+def test_other_ends_and_starts_are_shown(restart, process):
+    terminal = Terminal()
+    terminal.handle(restart[1])
+    terminal.handle(restart[2])
+    terminal.handle(restart[0])
+    crash = Outcome(signal=11)
+    talker = process('talker')
+    terminal.handle(events.Exited(talker, 8, crash, 1.0, True, True))
+    terminal.handle(events.StartFailed(talker, 'there is no file'))
+    assert len(terminal.shown) == 4
+
+
+def test_all_of_a_restart_is_shown_to_who_wants_to_know(restart):
+    terminal = Terminal(verbosity='verbose')
+    terminal.handle(restart[1])
+    assert terminal.shown == ['talker: stopped after 1.0 s']
+
+
+def test_the_title_shows_how_the_last_change_went():
+    terminal = Terminal(title='demo')
+    terminal.handle(events.Watched('building', is_final=False))
+    terminal.handle(events.Watched('done'))
+    terminal.handle(events.Watched('failed', failed=True))
+    terminal.handle(events.Checked(True, (), (), 0.1))
+    assert terminal.written == [f'\x1b]2;{sign} demo\x07' for sign in '…✓✗✓']
+
+
+def test_the_bell_rings_when_asked_for():
+    silent, loud = Terminal(), Terminal(bell=True)
+    for terminal in (silent, loud):
+        terminal.handle(events.Watched('done'))
+        terminal.handle(events.Watched('failed', failed=True))
+        terminal.handle(events.Checked(False, ('one',), (), 0.1))
+    assert silent.written == []
+    assert loud.written == ['\a', '\a']
