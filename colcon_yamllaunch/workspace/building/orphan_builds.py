@@ -41,15 +41,17 @@ class BuildProcesses(Targets):
     :param build_base: The build folder whose builds are meant; without it,
       those that this process has started
     :param adoption: What knows the children of this process
+    :param builder: The process whose builds are meant, if it is another
     """
 
     def __init__(
         self,
         build_base: Path | None = None,
         adoption: Adoption | None = None,
+        builder: int | None = None,
     ) -> None:
         self._adoption = adoption
-        self._start, self._end = f'{os.getpid()}:', ''
+        self._start, self._end = f'{builder or os.getpid()}:', ''
         if build_base is not None:
             self._start, self._end = '', f':{build_base}'
 

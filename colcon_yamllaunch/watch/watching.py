@@ -1,0 +1,498 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The course of watching: from the change of a file to what runs anew.
+
+What follows from a change is decided in `consequences`. Whatever needs more
+than a restart is prepared by the worker, while everything runs on.
+"""
+
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from dataclasses import field
+from dataclasses import replace
+import os
+from pathlib import Path
+from typing import Any
+
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.core.tasks import RefusedError
+from colcon_yamllaunch.runtime.course.plan_changes import RunningLaunch
+from colcon_yamllaunch.watch.build_effects import touched_by
+from colcon_yamllaunch.watch.changes import Batch
+from colcon_yamllaunch.watch.consequences import consequences
+from colcon_yamllaunch.watch.consequences import Steps
+from colcon_yamllaunch.watch.consequences import steps
+from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.learning import with_libraries
+from colcon_yamllaunch.watch.plan_difference import plan_difference
+from colcon_yamllaunch.watch.watch_reasons import why_lines
+from colcon_yamllaunch.watch.watcher_link import WatcherLink
+from colcon_yamllaunch.watch.worker import Announced
+from colcon_yamllaunch.watch.worker import Failed
+from colcon_yamllaunch.watch.worker import Job
+from colcon_yamllaunch.watch.worker import Prepared
+from colcon_yamllaunch.watch.worker_link import WorkerLink
+
+#: Files that a line names before it only counts.
+_FILES_SHOWN = 3
+_HAPPENED = {'new': 'added', 'deleted': 'deleted'}
+_AS_BEFORE = 'everything runs on as before'
+_WHAT_FAILED = {
+    'build': 'the build failed',
+    'plan': 'it cannot be launched so',
+}
+
+
+@dataclass(slots=True, eq=False)
+class _Round:
+    """
+    A change, or several that count as one, and what has come of it.
+
+    :param since: When it was noticed first, by the clock that never goes back
+    :param files: What was changed, with how
+    :param late: What is started anew when all is built, whatever that brings
+    :param waits: The labels of what is to come up yet
+    :param has_job: Whether the worker is at it
+    """
+
+    since: float
+    files: Mapping[str, str]
+    late: set[str] = field(default_factory=set)
+    waits: set[str] = field(default_factory=set)
+    has_job: bool = False
+    built: tuple[str, ...] = ()
+    started: tuple[str, ...] = ()
+    stopped: tuple[str, ...] = ()
+    restarted: tuple[str, ...] = ()
+    failed: tuple[str, ...] = ()
+
+    @property
+    def is_over(self) -> bool:
+        return not (self.has_job or self.waits)
+
+
+class Watching:
+    """
+    Has a launch run what its files say; see `PlanChanges`.
+
+    :param plan: What runs
+    :param knowledge: What that uses
+    :param built: What its builds were, see `build_effects`
+    :param log: The file for what the child that watches has to say, or None
+    :param since_ns: When these files were read at the earliest, by the clock
+      of the files
+    :param clock: Returns seconds that never go back
+    :param why: Whether to say of each change what follows from it, and why
+    :param cwd: The folder that paths are shown from
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        knowledge: Knowledge,
+        built: Mapping[str, Any],
+        worker: WorkerLink,
+        log: Path | None,
+        *,
+        since_ns: int,
+        clock: Callable[[], float],
+        why: bool,
+        cwd: str,
+    ) -> None:
+        self._plan = plan
+        self._knowledge = knowledge
+        self._built = built
+        self._worker = worker
+        self._log = log
+        self._watcher: WatcherLink | None = None
+        self._since_ns = since_ns
+        self._clock = clock
+        self._why = why
+        self._cwd = cwd
+        self._launch: RunningLaunch | None = None
+        self._rounds: list[_Round] = []
+        # what is owed from jobs that failed
+        self._late: set[str] = set()
+        # what could not be started as things were
+        self._unstarted: set[str] = set()
+        self._group = 0
+        self._labels: set[str] = set()
+
+    @property
+    def pids(self) -> Collection[int]:
+        """The processes that it has started, children of ours."""
+        return {*self.reaped_by_itself, self._worker.pid} - {0}
+
+    @property
+    def reaped_by_itself(self) -> Collection[int]:
+        """Those of them whose end it notices by itself."""
+        return () if self._watcher is None else {self._watcher.pid} - {0}
+
+    def begin(self, launch: RunningLaunch) -> None:
+        """Change a launch from now on."""
+        self._launch = launch
+        self._watcher = WatcherLink(
+            launch.watches,
+            self._take,
+            lambda text: launch.tell(events.Warned(text)),
+            self._clock,
+            self._log,
+        )
+        self._watcher.start()
+        self._watch(self._since_ns)
+        launch.guard_group(self._worker.pid)
+        self._worker.closing = launch.watches.remove
+        launch.watches.add(self._worker.descriptor, self._take_child)
+
+    def handle(self, event: events.Event) -> None:
+        """Take note of what happened."""
+        match event:
+            case events.Started() | events.Loaded():
+                self._came_up(event, failed=False)
+            case events.StartFailed() | events.LoadFailed():
+                self._came_up(event, failed=True)
+            case events.Dropped():
+                self._gone(event.process.label)
+            case events.Requested(action='stop'):
+                self._stopped(event.process.label)
+            case _:
+                return
+
+    def advance(self) -> None:
+        """Do what is due."""
+        if self._watcher is not None:
+            self._watcher.advance()
+        for done in [r for r in self._rounds if r.is_over]:
+            self._rounds.remove(done)
+            self._tell_of(done)
+
+    def seconds_to_wait(self) -> float | None:
+        """Return the seconds until :meth:`advance` is to be called again."""
+        if any(r.is_over for r in self._rounds):
+            return 0.0
+        if self._watcher is None:
+            return None
+        return self._watcher.seconds_to_wait()
+
+    def ended(self, pid: int, outcome: Outcome) -> None:
+        """Take into account that one of its processes ended."""
+        if self._launch is None or pid != self._worker.pid:
+            return
+        self._launch.release_group(pid)
+        self._worker.lost()
+        self._job_ended()
+        for one in self._rounds:
+            one.has_job = False
+        self._launch.tell(
+            events.Warned(
+                f'what builds for --watch {outcome}: from now on only what '
+                'needs no build and no new plan is restarted'
+            )
+        )
+
+    def hang_up(self) -> None:
+        """Do nothing more, as the launch is being stopped."""
+        self._rounds.clear()
+        self._worker.cancel()
+
+    def close(self) -> None:
+        """End all that it has started, and wait for that."""
+        pid = self._worker.pid
+        if self._watcher is not None:
+            self._watcher.close()
+        self._worker.close()
+        if self._launch is not None and pid:
+            self._launch.release_group(pid)
+            self._job_ended()
+
+    # from the change to the steps
+
+    def _take(self, batch: Batch) -> None:
+        launch = self._the_launch
+        found = consequences(batch.changes, self._knowledge)
+        wanted = steps(found, self._knowledge)
+        if self._why:
+            for line in why_lines(found, self._cwd):
+                text = line.removeprefix(f'[{events.WATCHER}] ')
+                launch.tell(events.Watched(text, is_final=False))
+        if wanted.is_empty:
+            return
+        acted = [one.change for one in found if one.action != 'ignore']
+        files = {self._shown(c.path): c.kind for c in acted}
+        launch.tell(
+            events.Changed(tuple(dict.fromkeys(c.path for c in acted)))
+        )
+        current = _Round(batch.seen_ns / 1e9, files)
+        self._rounds.append(current)
+        self._do(wanted, current)
+
+    def _do(self, wanted: Steps, current: _Round) -> None:
+        if not (wanted.build or wanted.replan or wanted.after_build):
+            self._restart(wanted.restart, current)
+            return
+        # what the job brings may be what a restart needs
+        late = {*wanted.after_build, *wanted.restart, *self._late}
+        current.late |= late
+        self._late = set()
+        self._ask(current)
+
+    def _ask(self, current: _Round) -> None:
+        """Have the launch prepared again; what is prepared now is void."""
+        for other in self._rounds:
+            if other.has_job:
+                other.has_job = False
+                current.late |= other.late
+                current.files = {**other.files, **current.files}
+                current.waits |= other.waits
+                current.restarted = _joined(other.restarted, current.restarted)
+                current.failed = _joined(other.failed, current.failed)
+                self._rounds.remove(other)
+                break
+        self._job_ended()
+        self._learn_libraries()
+        libraries = {p.label: p.libraries for p in self._knowledge.processes}
+        try:
+            self._worker.ask(Job(self._built, libraries))
+        except OSError:
+            # the user was told
+            self._late |= current.late
+            return
+        current.has_job = True
+        for descriptor in self._worker.job_descriptors:
+            watches = self._the_launch.watches
+            watches.add(descriptor, self._take_answers)
+
+    def _restart(self, labels: Iterable[str], current: _Round) -> None:
+        restarted = self._the_launch.restart(tuple(labels))
+        current.waits.update(restarted)
+        current.restarted = _joined(current.restarted, restarted)
+
+    # from the answer of the worker to what runs
+
+    def _take_child(self, _: int) -> None:
+        for group in self._worker.take_children():
+            self._job_ended()
+            self._group = group
+            self._the_launch.guard_group(group)
+
+    def _take_answers(self, _: int) -> None:
+        current = next((r for r in self._rounds if r.has_job), None)
+        try:
+            for message in self._worker.take():
+                if current is not None:
+                    self._answered(message, current)
+        except EOFError:
+            if current is not None:
+                self._fail(Failed('plan'), current)
+
+    def _answered(self, message: object, current: _Round) -> None:
+        match message:
+            case Announced():
+                text = f'{_happened(current.files)}: {message.text}'
+                self._the_launch.tell(events.Watched(text, is_final=False))
+            case Prepared():
+                self._end_job(current)
+                with suppress(RefusedError):
+                    self._apply(message, current)
+            case Failed():
+                self._fail(message, current)
+
+    def _end_job(self, current: _Round) -> None:
+        current.has_job = False
+        self._worker.forget()
+        self._job_ended()
+
+    def _job_ended(self) -> None:
+        if self._group and self._launch is not None:
+            self._launch.release_group(self._group)
+        self._group = 0
+
+    def _fail(self, failure: Failed, current: _Round) -> None:
+        written = self._worker.written.decode(errors='replace').rstrip()
+        self._end_job(current)
+        self._late |= current.late
+        is_plan = failure.what == 'plan'
+        self._knowledge = replace(self._knowledge, is_plan_broken=is_plan)
+        seconds = self._clock() - current.since
+        if not is_plan:
+            self._the_launch.tell(
+                events.Built(failure.packages, seconds, failed=True)
+            )
+        text = (
+            f'{_happened(current.files)}: {_WHAT_FAILED[failure.what]}, '
+            f'{_AS_BEFORE} ({seconds:.2f} s)'
+        )
+        if current in self._rounds:
+            self._rounds.remove(current)
+        self._the_launch.tell(
+            events.Watched(text, failed=True, details=written)
+        )
+
+    def _apply(self, prepared: Prepared, current: _Round) -> None:
+        """
+        Have run what a launch that begins now would run.
+
+        :raises RefusedError: when all is being stopped
+        """
+        launch = self._the_launch
+        if prepared.packages:
+            seconds = self._clock() - current.since
+            launch.tell(events.Built(prepared.packages, seconds))
+            current.built = _joined(current.built, prepared.packages)
+        launch.renew_environment(prepared.environment)
+        touched = touched_by(prepared.changed, self._knowledge)
+        new = plan_difference(self._plan, prepared.plan, self._labels)
+        differs = set(new.differs)
+        anew = {*touched, *current.late, *self._unstarted}
+        anew -= {*differs, *new.gone}
+        if not new.is_empty:
+            started = _labels(new.new)
+            launch.tell(events.Replanned(started, new.gone, new.differs))
+            current.started = _joined(current.started, started)
+            current.stopped = _joined(current.stopped, new.gone)
+        current.waits.update(new.gone)
+        for label in new.gone:
+            launch.drop(label)
+        launch.forget(new.dropped)
+        kept = {*new.same, *differs}
+        begun = [p for p in _parts(new.plan.entries) if p.label in kept]
+        for part in begun:
+            launch.revise(part)
+        wanted = [p.label for p in begun if p.label in differs | anew]
+        self._restart(wanted, current)
+        launch.extend(new.new)
+        current.waits |= _labels_at_once(new.new)
+        self._plan = new.plan
+        self._built = prepared.built
+        self._knowledge = prepared.knowledge
+        self._watch(prepared.since_ns)
+
+    # what comes up
+
+    def _came_up(
+        self,
+        event: events.Started
+        | events.StartFailed
+        | events.Loaded
+        | events.LoadFailed,
+        *,
+        failed: bool,
+    ) -> None:
+        part = (
+            event.component
+            if isinstance(event, events.Loaded | events.LoadFailed)
+            else event.process
+        )
+        label = part.label
+        self._labels.add(label)
+        self._unstarted.discard(label)
+        if failed:
+            self._unstarted.add(label)
+        for one in self._rounds:
+            if label not in one.waits:
+                continue
+            one.waits.discard(label)
+            if failed:
+                one.failed = _joined(one.failed, (label,))
+            elif label in one.restarted:
+                seconds = self._clock() - one.since
+                self._the_launch.tell(events.Restarted(part, seconds))
+
+    def _gone(self, label: str) -> None:
+        for one in self._rounds:
+            one.waits.discard(label)
+
+    def _stopped(self, label: str) -> None:
+        for one in self._rounds:
+            if label not in one.stopped:
+                one.waits.discard(label)
+                one.restarted = _without(one.restarted, (label,))
+
+    def _tell_of(self, done: _Round) -> None:
+        """Tell what came of a change."""
+        parts = [
+            f'{what} {_listed(names)}'
+            for what, names in (
+                ('built', done.built),
+                ('stopped', done.stopped),
+                ('started', _without(done.started, done.failed)),
+                ('restarted', _without(done.restarted, done.failed)),
+                ('could not start', done.failed),
+            )
+            if names
+        ]
+        seconds = self._clock() - done.since
+        what = ', '.join(parts) or 'nothing that runs differs'
+        text = f'{_happened(done.files)}: {what} ({seconds:.2f} s)'
+        self._the_launch.tell(events.Watched(text, failed=bool(done.failed)))
+
+    # what is waited for
+
+    @property
+    def _the_launch(self) -> RunningLaunch:
+        assert self._launch is not None
+        return self._launch
+
+    def _watch(self, since_ns: int) -> None:
+        known = self._knowledge
+        assert self._watcher is not None
+        self._watcher.watch(known.folders(), known.files(), since_ns)
+
+    def _learn_libraries(self) -> None:
+        groups = self._the_launch.groups()
+        self._knowledge = with_libraries(self._knowledge, groups)
+
+    def _shown(self, path: str) -> str:
+        return os.path.basename(path)
+
+
+def _parts(entries: Iterable[Entry]) -> list[Process | Component]:
+    plan = Plan(tuple(entries))
+    return [*plan.processes(), *plan.components()]
+
+
+def _labels(entries: Iterable[Entry]) -> tuple[str, ...]:
+    return tuple(part.label for part in _parts(entries))
+
+
+def _labels_at_once(entries: Iterable[Entry]) -> set[str]:
+    """Return the labels of what begins now, and not behind a timer."""
+    return {e.label for e in entries if isinstance(e, Process)}
+
+
+def _joined(first: tuple[str, ...], second: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys((*first, *second)))
+
+
+def _without(names: Iterable[str], others: Iterable[str]) -> tuple[str, ...]:
+    left = set(others)
+    return tuple(name for name in names if name not in left)
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    shown = ', '.join(names[: limits.NAMES_SHOWN])
+    more = len(names) - limits.NAMES_SHOWN
+    return f'{shown} and {more} more' if more > 0 else shown
+
+
+def _happened(files: Mapping[str, str]) -> str:
+    """Say which files were changed."""
+    names = list(files)
+    kinds = {_HAPPENED.get(kind, 'changed') for kind in files.values()}
+    what = kinds.pop() if len(kinds) == 1 else 'changed'
+    if len(names) <= _FILES_SHOWN:
+        return f'{", ".join(names)} {what}'
+    first = ', '.join(names[: _FILES_SHOWN - 1])
+    return f'{first} and {len(names) - _FILES_SHOWN + 1} more {what}'
