@@ -82,6 +82,7 @@ class LaunchOptions:
     tty: bool = False
     no_color: bool = False
     log_limit: int | None = LOG_LIMIT
+    watch: str | None = None
     until: tuple[LinePattern, ...] = ()
     timeout: float | None = None
     for_: float | None = None
@@ -253,6 +254,11 @@ def _refuse_unclear(options: LaunchOptions) -> None:
                 "FILE, or '--' after the paths."
             )
         raise UserError(f'{reason} Usage: {usage}')
+    if options.watch is not None and options.timeout and not options.until:
+        raise UserError(
+            '--watch goes on until it is stopped: with it, --timeout is for '
+            'what --until waits for'
+        )
     if options.until or options.timeout is None or options.for_ is None:
         return
     raise UserError(

@@ -40,6 +40,9 @@ Completer = Literal[
 
 #: The format of what is shown to people.
 TEXT = 'text'
+#: How `--watch` tells that something failed: by its lines, or aloud, too.
+WATCH_SILENTLY = 'silent'
+WATCH_WITH_BELL = 'bell'
 #: The value of `--log-limit` for no limit.
 NO_LIMIT = 'none'
 
@@ -224,7 +227,8 @@ _LAUNCH_BUILD = (
     Option(
         '--why',
         'Say of each package that the launch needs why it is built or not, '
-        'and what needs it; with --plan or --no-build: why it would be',
+        'and what needs it; with --plan or --no-build: why it would be; with '
+        '--watch: what follows from each change, and why',
         excludes=_not('--show-args', '--check', '--schema'),
     ),
     Option(
@@ -271,6 +275,32 @@ _PREFIX = (
         'Use the prefix for executables whose name matches from its start',
         Value('REGEX', 'nothing'),
         excludes=_MADE_ALREADY,
+    ),
+)
+_WATCH = (
+    Option(
+        '--watch',
+        'Go on with the files: when one is saved, build and evaluate what '
+        'depends on it, and start anew what runs it; --watch=bell rings when '
+        'that fails. With --until: check after each change',
+        Value(
+            'HOW',
+            'choices',
+            arity='choice',
+            choices=(WATCH_SILENTLY, WATCH_WITH_BELL),
+        ),
+        excludes={
+            **_RUNS_NONE,
+            **_not(
+                '--from-plan',
+                error='{one} goes with a launch file: {other} runs a plan '
+                'that was made already',
+            ),
+            **_not(
+                '--for',
+                error='{one} goes on until it is stopped, {other} for a time',
+            ),
+        },
     ),
 )
 _ENDING = (
@@ -424,6 +454,7 @@ SECTIONS = (
     Section('Building', ('launch',), _LAUNCH_BUILD),
     Section('What is shown and kept', ('launch',), _SHOWN),
     Section('Running', ('launch',), _PREFIX),
+    Section('Going on with the files', ('launch',), _WATCH),
     Section('Ending by itself, as in CI', ('launch',), _ENDING),
     Section('Running launches', ('launch',), _SESSIONS),
     Section('options', ('create',), _CREATE),

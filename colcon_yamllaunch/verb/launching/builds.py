@@ -54,6 +54,11 @@ class Builds:
         self._explained: set[str] = set()
         self._has_decided = False
 
+    @property
+    def names(self) -> list[str]:
+        """The packages that were built."""
+        return list(self._built)
+
     def update(
         self,
         wanted: Collection[str],

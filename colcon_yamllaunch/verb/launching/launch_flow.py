@@ -3,6 +3,7 @@
 
 """What `colcon launch` does, step by step."""
 
+from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -28,6 +29,7 @@ from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.syntax.diagnostics import shown_position
+from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
 from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
 from colcon_yamllaunch.runtime.control.launch_states import About
@@ -54,6 +56,7 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.language.evaluation.launch_host import Growing
     from colcon_yamllaunch.ros.host_link import HostLink
     from colcon_yamllaunch.runtime.core.plan_source import PlanSource
+    from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
     from colcon_yamllaunch.verb.launching.builds import Builds
 
 #: How often what a build brought may make more packages necessary.
@@ -65,13 +68,22 @@ _BEHIND = (
     'colcon_yamllaunch.runtime.run_plan',
 )
 
+#: Makes what changes the plan while it runs, of the launch, its plan and the
+#: environment of that.
+MakeChanges = Callable[['LaunchFlow', Plan, Mapping[str, str]], 'PlanChanges']
 
-class _GiveUpError(Exception):
-    """The launch ends here; the user was told why."""
 
-    def __init__(self, returncode: int) -> None:
+class GiveUpError(Exception):
+    """
+    The launch ends here; the user was told why.
+
+    :param is_build: Whether that is a build
+    """
+
+    def __init__(self, returncode: int, *, is_build: bool = False) -> None:
         super().__init__()
         self.returncode = returncode
+        self.is_build = is_build
 
 
 class LaunchFlow:
@@ -79,6 +91,9 @@ class LaunchFlow:
     One launch.
 
     :param log_folder: The folder for the logs, or None to keep none
+    :param announce: Is called with a line that the user should see at once;
+      by default it is said, unless the user wants it quiet
+    :param is_again: Whether the launch runs already
     """
 
     def __init__(
@@ -87,6 +102,9 @@ class LaunchFlow:
         cwd: Path,
         environment: Mapping[str, str],
         log_folder: Path | None,
+        announce: Callable[[str], None] | None = None,
+        *,
+        is_again: bool = False,
     ) -> None:
         if options.attach is not None:
             # what few launches need is imported where it is needed
@@ -109,7 +127,7 @@ class LaunchFlow:
             workspace_root(options.workspace, options.positionals),
             options.build_args,
             environment,
-            (lambda _: None) if self._options.quiet else say_line,
+            announce or (_say_nothing if options.quiet else say_line),
             ' '.join(['colcon launch', *options.positionals]),
             runs=options.runs,
         )
@@ -119,9 +137,16 @@ class LaunchFlow:
         self._host_environment: Mapping[str, str] = {}
         # what makes more of the plan while it runs
         self._growing: Growing | None = None
+        self._is_again = is_again
+        #: The launch files that have been read.
+        self.trees: dict[str, LaunchFile] = {}
+        #: What was evaluated last, and what is needed for it.
+        self.evaluation: Evaluation | None = None
+        self.wanted: set[str] = set()
 
     @cached_property
-    def _builds(self) -> 'Builds':
+    def builds(self) -> 'Builds':
+        """The builds of this launch."""
         from colcon_yamllaunch.verb.launching.builds import Builds
 
         return Builds(
@@ -145,14 +170,20 @@ class LaunchFlow:
             for name in _BEHIND:
                 import_module(name)
 
-    def run(self, plan_run: PlanRun) -> int:
-        """Do it, and return the exit code."""
+    def run(
+        self, plan_run: PlanRun, changes: MakeChanges | None = None
+    ) -> int:
+        """
+        Do it, and return the exit code.
+
+        :param changes: Makes what changes the plan while it runs
+        """
         with locked(self._log_folder), self._workspace.lock:
             try:
-                plan, environment = self._prepare()
-            except _GiveUpError as e:
+                plan, environment = self.prepare()
+            except GiveUpError as e:
                 return e.returncode
-            return self._run(plan, environment, plan_run)
+            return self._run(plan, environment, plan_run, changes)
 
     def close(self) -> None:
         """End the process that reads launch files in Python, if it runs."""
@@ -188,7 +219,11 @@ class LaunchFlow:
             return self._run(plan, self._process_environment(), plan_run)
 
     def _run(
-        self, plan: Plan, environment: Mapping[str, str], plan_run: PlanRun
+        self,
+        plan: Plan,
+        environment: Mapping[str, str],
+        plan_run: PlanRun,
+        changes: MakeChanges | None = None,
     ) -> int:
         # one that this waited for may have started them meanwhile
         self._tell_of_doubled_nodes(plan, environment)
@@ -217,6 +252,7 @@ class LaunchFlow:
             lambda module, user: self.locator.undeclared_owner(module, user),
             self._workspace.lock.release,
             identity,
+            None if changes is None else changes(self, plan, environment),
             source,
         )
 
@@ -235,7 +271,7 @@ class LaunchFlow:
         self, plan: Plan, environment: Mapping[str, str]
     ) -> None:
         """Warn of nodes that another launch of the user runs already."""
-        if not has_sockets(self._environment):
+        if self._is_again or not has_sockets(self._environment):
             return
         from colcon_yamllaunch.verb.sessions import doubled_nodes
 
@@ -255,11 +291,14 @@ class LaunchFlow:
         title = ' '.join(self._options.positionals)
         return About(title, target.package, target.path, str(self.cwd))
 
-    def _prepare(self) -> tuple[Plan, Mapping[str, str]]:
+    def prepare(self) -> tuple[Plan, Mapping[str, str]]:
         """
         Evaluate and build until nothing more is needed.
 
         Return the plan, and the environment for its processes.
+
+        :raises GiveUpError: when there can be no launch
+        :raises UserError: when there can be none either
         """
         built: set[str] = set()
         is_final = self._options.no_build or self._workspace.root is None
@@ -286,6 +325,8 @@ class LaunchFlow:
                 break
         self._tell_of_build(target, evaluation)
         self._stop_at_errors(target, evaluation)
+        self.evaluation = evaluation
+        self.wanted = self._wanted(target, evaluation)
         self.report(evaluation.diagnostics)
         self._check_before_start(evaluation)
         self._growing = evaluation.growing
@@ -301,6 +342,11 @@ class LaunchFlow:
         return path_target(positionals, self.cwd) or package_target(
             positionals, self.locator, self._workspace.broken_manifests
         )
+
+    @property
+    def workspace(self) -> WorkspaceSession:
+        """The workspace, as far as it has been built and sourced."""
+        return self._workspace
 
     @property
     def locator(self) -> PackageLocator:
@@ -343,6 +389,7 @@ class LaunchFlow:
             log_folder=self._log_dir,
             exposed=self._find_exposed(),
             host=lambda: self._open_host(environment),
+            trees=self.trees,
         )
 
     def _open_host(self, environment: Mapping[str, str]) -> 'HostLink':
@@ -435,7 +482,7 @@ class LaunchFlow:
             self._host.release()
         output = io.StringIO()
         with redirect_stdout(output) if self._options.quiet else nullcontext():
-            update = self._builds.update(
+            update = self.builds.update(
                 wanted, Path(target.name).name, look_first
             )
         if update.returncode:
@@ -443,7 +490,7 @@ class LaunchFlow:
             if self._options.quiet:
                 # as without --quiet, with the colours of the compiler
                 print(output.getvalue().rstrip(), file=sys.stderr, flush=True)
-            raise _GiveUpError(update.returncode)
+            raise GiveUpError(update.returncode, is_build=True)
         if update.changed:
             # it may have imported what is another now
             self.close()
@@ -454,7 +501,7 @@ class LaunchFlow:
             return
         if not self._options.no_build:
             if not self._options.quiet:
-                self._builds.tell()
+                self.builds.tell()
         elif self._options.why:
             self.explain(target, evaluation)
 
@@ -466,7 +513,7 @@ class LaunchFlow:
     def explain(self, target: Target, evaluation: Evaluation) -> None:
         """Say what would be built for the launch, and why."""
         wanted = self._wanted(target, evaluation)
-        self._builds.explain(wanted, Path(target.name).name)
+        self.builds.explain(wanted, Path(target.name).name)
 
     def _needed(self, target: Target, evaluation: Evaluation) -> set[str]:
         """Return the packages of the workspace that the launch names."""
@@ -493,10 +540,14 @@ class LaunchFlow:
 
         self.report(diagnostics)
         annotate(diagnostics, self._environment)
-        raise _GiveUpError(1)
+        raise GiveUpError(1)
 
     def report(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Show problems to the user."""
         text = render(diagnostics, str(self.cwd))
         if text:
             say(text)
+
+
+def _say_nothing(line: str) -> None:
+    """Leave it at that."""

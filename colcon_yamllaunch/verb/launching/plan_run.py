@@ -28,8 +28,10 @@ from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.record.failures import OwnerOf
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.cli.option_table import WATCH_WITH_BELL
 
 if TYPE_CHECKING:
+    from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
     from colcon_yamllaunch.runtime.record.junit import JUnitReport
     from colcon_yamllaunch.runtime.record.log_store import LogStore
 
@@ -78,6 +80,7 @@ class PlanRun:
         owner_of: OwnerOf,
         when_started: Callable[[], None],
         identity: str = '',
+        changes: 'PlanChanges | None' = None,
         source: PlanSource | None = None,
     ) -> int:
         """
@@ -93,6 +96,7 @@ class PlanRun:
         :param when_started: Is called when all processes were started that
           wait for nothing
         :param identity: The identity that the launch has already, if any
+        :param changes: Changes the plan while it runs
         :param source: Where more plan comes from while it runs, if anywhere
         """
         self._when_started = when_started
@@ -116,13 +120,13 @@ class PlanRun:
             tty=options.tty,
             log_limit=options.log_limit,
             log_store=log_store,
-            conditions=ExitConditions(
-                options.until, options.timeout, options.for_
-            ),
+            conditions=self._conditions(),
             presentation=Presentation(
                 'quiet' if options.quiet else verbosity,
                 f'{self._title} - colcon launch',
                 self._describe,
+                watch=options.watch is not None,
+                bell=options.watch == WATCH_WITH_BELL,
             ),
             about=about,
             attach=attach,
@@ -130,6 +134,7 @@ class PlanRun:
             owner_of=owner_of,
             parameters_of=_parameters_of,
             identity=identity,
+            changes=changes,
             source=source,
         )
         if self._ended is not None and self._ended.exit_code:
@@ -140,6 +145,14 @@ class PlanRun:
 
             annotate(failures_of(self._ended), self._environment)
         return code
+
+    def _conditions(self) -> ExitConditions:
+        options = self._options
+        if options.watch is None:
+            return ExitConditions(options.until, options.timeout, options.for_)
+        from colcon_yamllaunch.runtime.course.check_rounds import CheckRounds
+
+        return CheckRounds(options.until, options.timeout)
 
     @contextmanager
     def reported(self) -> Iterator[None]:

@@ -1,0 +1,162 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What `colcon launch --watch` adds to a launch, and what its worker does."""
+
+from collections.abc import Mapping
+from contextlib import redirect_stdout
+from dataclasses import replace
+from importlib import import_module
+import io
+import logging
+from pathlib import Path
+import time
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
+from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.launching.launch_flow import GiveUpError
+from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
+from colcon_yamllaunch.watch.build_effects import changed_by_build
+from colcon_yamllaunch.watch.build_effects import records
+from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.learning import knowledge_of
+from colcon_yamllaunch.watch.watcher_link import is_installed
+from colcon_yamllaunch.watch.watcher_link import MISSING
+from colcon_yamllaunch.watch.watching import Watching
+from colcon_yamllaunch.watch.worker import Announced
+from colcon_yamllaunch.watch.worker import Failed
+from colcon_yamllaunch.watch.worker import Job
+from colcon_yamllaunch.watch.worker import Prepared
+from colcon_yamllaunch.watch.worker import Tell
+from colcon_yamllaunch.watch.worker_link import WorkerLink
+from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
+
+logger = logging.getLogger('colcon.colcon_yamllaunch')
+
+#: The log of what watches files, in the folder with the logs of the launch.
+WATCHER_LOG = 'watcher.log'
+#: What a build takes, and few launches have loaded when they begin.
+_FOR_BUILDS = ('colcon_yamllaunch.workspace.colcon.colcon_adapter',)
+
+
+class WatchFlow:
+    """
+    A launch that goes on with its files.
+
+    :raises UserError: when what watches files is not installed
+    """
+
+    def __init__(
+        self,
+        options: LaunchOptions,
+        cwd: Path,
+        environment: Mapping[str, str],
+        log_folder: Path | None,
+    ) -> None:
+        if not is_installed():
+            raise UserError(MISSING)
+        # of each job only that which went wrong is shown
+        self._options = replace(options, quiet=True, force=False, why=False)
+        self._why = options.why
+        self._cwd = cwd
+        self._environment = environment
+        self._log_folder = log_folder
+        self._since_ns = time.time_ns()
+        self._trees: dict[str, LaunchFile] = {}
+
+    def begin(
+        self, flow: LaunchFlow, plan: Plan, environment: Mapping[str, str]
+    ) -> Watching:
+        """Return what changes the plan of a launch that is about to run."""
+        # the worker does not read again what has not changed
+        self._trees = flow.trees
+        knowledge = self._knowledge_of(flow, plan, environment, {})
+        names = [package.name for package in knowledge.packages]
+        log = self._log_folder and self._log_folder / WATCHER_LOG
+        return Watching(
+            plan,
+            knowledge,
+            records(flow.workspace, names),
+            WorkerLink(self._prepare, _warm_up, _clean_up),
+            log or None,
+            since_ns=self._since_ns,
+            clock=time.monotonic,
+            why=self._why,
+            cwd=str(self._cwd),
+        )
+
+    def _prepare(self, job: Job, tell: Tell) -> Prepared | Failed:
+        """Prepare the launch as one that begins now; in a child."""
+        since_ns = time.time_ns()
+        flow = None
+        try:
+            flow = LaunchFlow(
+                self._options,
+                self._cwd,
+                self._environment,
+                self._log_folder,
+                lambda text: tell(Announced(text)),
+                is_again=True,
+            )
+            flow.trees.update(self._trees)
+            with flow.workspace.lock:
+                return self._prepared(flow, job, since_ns)
+        except GiveUpError as e:
+            built = () if flow is None else tuple(flow.builds.names)
+            return Failed('build' if e.is_build else 'plan', built)
+        except UserError as e:
+            say(f'colcon launch: error: {e}')
+            return Failed('plan')
+        except Exception as e:
+            # a defect of ours, as in `messages.report_errors`
+            logger.debug('unexpected exception', exc_info=True)
+            say(f'colcon launch: internal error: {type(e).__name__}: {e}')
+            return Failed('plan')
+
+    def _prepared(self, flow: LaunchFlow, job: Job, since_ns: int) -> Prepared:
+        plan, environment = flow.prepare()
+        knowledge = self._knowledge_of(flow, plan, environment, job.libraries)
+        names = {p.name for p in knowledge.packages} | job.built.keys()
+        built = records(flow.workspace, names)
+        return Prepared(
+            plan,
+            environment,
+            knowledge,
+            built,
+            changed_by_build(job.built, built),
+            tuple(flow.builds.names),
+            since_ns,
+        )
+
+    def _knowledge_of(
+        self,
+        flow: LaunchFlow,
+        plan: Plan,
+        environment: Mapping[str, str],
+        libraries: Mapping[str, frozenset[str] | None],
+    ) -> Knowledge:
+        assert flow.evaluation is not None
+        return knowledge_of(
+            plan,
+            flow.evaluation,
+            flow.workspace,
+            flow.wanted,
+            libraries,
+            environment,
+        )
+
+
+def _warm_up() -> None:
+    """Load what a build takes."""
+    # what it says is nobody's business
+    with redirect_stdout(io.StringIO()):
+        for name in _FOR_BUILDS:
+            import_module(name)
+
+
+def _clean_up(pid: int) -> None:
+    """End what a job left running."""
+    BuildProcesses(builder=pid).end()

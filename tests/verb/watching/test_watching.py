@@ -1,0 +1,156 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""`colcon launch --watch`, with processes that really run."""
+
+from collections import Counter
+import os
+from pathlib import Path
+import signal
+
+import pytest
+from support.watched import make_flow
+from support.watched import MORE
+from support.watched import wait_until
+from support.watched import Watched
+
+BROKEN, MENDED = "printt('talk says three", "print('talk says two"
+MORE_OF_IT = '- executable: {cmd: sleep 999, name: further}\n'
+
+
+@pytest.fixture
+def flow(user):
+    make_flow(user)
+    return user
+
+
+def is_running(pid):
+    try:
+        stat = Path(f'/proc/{pid}/stat').read_text(encoding='ascii')
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return stat.rpartition(') ')[2][0] not in 'ZX'
+
+
+def test_each_change_has_just_its_consequence(flow):
+    w = Watched(flow).watches()
+    counts = Counter({'talk': 1, 'loop': 1, 'other': 1, 'more-4': 1})
+
+    def expect(line, *labels):
+        w.says(rf'\[watch\] +{line} \(\d+\.\d\d s\)')
+        counts.update(labels)
+        assert w.starts() == counts
+
+    # a script that is linked: nothing is built
+    w.save('scripts/talk.py', 'says one', 'says two')
+    expect('talk.py changed: restarted talk', 'talk')
+    w.says('talk says two')
+    # a library that is mapped into one of two programs
+    w.save('src/word.c', '"one"', '"two"')
+    expect('word.c changed: built flow, restarted loop', 'loop')
+    w.says('loop says two')
+    # a program
+    w.save('src/other.c', '"one"', '"two"')
+    expect('other.c changed: built flow, restarted other', 'other')
+    w.says('other says two')
+    # a parameter file
+    w.save('config/talk.yaml', '1', '2')
+    expect('talk.yaml changed: restarted talk', 'talk')
+    w.says('value: 2')
+    # a launch file: what is new, gone and different
+    w.save('launch/demo.yaml', 'name: talk\n', 'name: talk\n    args: more\n')
+    expect('demo.yaml changed: restarted talk', 'talk')
+    w.save('launch/more.yaml', MORE, MORE + MORE_OF_IT)
+    expect('more.yaml changed: started further-5', 'further-5')
+    w.save('launch/more.yaml', MORE_OF_IT, '')
+    expect('more.yaml changed: stopped further-5')
+    # a launch file with a mistake, and the cure
+    before = w.running()
+    w.save('launch/demo.yaml', 'exec: loop', 'exec: lop')
+    w.says("error: .*'lop'")
+    expect('demo.yaml changed: it cannot be launched so, .* as before')
+    w.save('launch/demo.yaml', 'exec: lop', 'exec: loop')
+    expect('demo.yaml changed: nothing that runs differs')
+    # a build that fails, and the cure
+    w.save('src/word.c', 'return', 'retrun')
+    w.says('word.c:1:.*error')
+    expect('word.c changed: the build failed, .* as before')
+    assert w.running() == before
+    w.save('src/word.c', 'retrun "two"', 'return "six"')
+    expect('word.c changed: built flow, restarted loop', 'loop')
+    w.says('loop says six')
+    status = flow.launch('--status')
+    assert 'word.c changed: built flow, restarted loop' in status
+    assert w.launch.interrupt() == 0
+    kinds = ('changed', 'built', 'replanned', 'restarted')
+    assert {e['event'] for e in w.events(*kinds)} == set(kinds)
+    assert 'Traceback' not in w.launch.output
+
+
+def test_nothing_is_left_when_the_launcher_is_killed_in_a_build(flow):
+    w = Watched(flow).watches()
+    before = w.running()
+    slow = 'execute_process(COMMAND sleep 1000)\n'
+    w.save('CMakeLists.txt', 'add_library', f'{slow}add_library')
+    w.says('building 1 package')
+    launcher = w.launch.process.pid
+    # that of the build beside the one of the launch
+    wait_until(lambda: len(_children_of(launcher, 'sleep')) == 2)
+    pids = _descendants(launcher)
+    assert pids.issuperset(before.values())
+    os.kill(launcher, signal.SIGKILL)
+    wait_until(lambda: not any(map(is_running, pids)))
+
+
+def test_a_change_during_a_build_begins_it_anew(flow):
+    w = Watched(flow).watches()
+    slow = 'execute_process(COMMAND sleep 1000)\n'
+    w.save('CMakeLists.txt', 'add_library', f'{slow}add_library')
+    w.says('building 1 package')
+    w.save('src/word.c', '"one"', '"two"')
+    w.says('word.c.* changed: building 1 package')
+    w.save('CMakeLists.txt', slow, '')
+    w.says(r'\[watch\] .*word.c.* changed: built flow, restarted loop')
+    w.says('loop says two')
+    assert w.launch.interrupt() == 0
+
+
+def test_a_check_follows_each_change(flow):
+    w = Watched(flow, '--until', 'talk says (one|two)', '--until', 'loop says')
+    w.says(r'\[watch\] +green: all was seen')
+    w.save('scripts/talk.py', 'says one', 'says three')
+    w.says('talk says three')
+    w.save('scripts/talk.py', 'print(', 'printt(')
+    w.says(
+        r'\[watch\] +red: talk exited with code 1, '
+        r"'talk says \(one\|two\)' was not seen"
+    )
+    w.save('scripts/talk.py', BROKEN, MENDED)
+    w.says(r'\[watch\] +green: all was seen')
+    assert w.launch.interrupt() == 0
+
+
+def _descendants(pid):
+    found, pending = set(), [pid]
+    while pending:
+        parent = pending.pop()
+        try:
+            path = Path(f'/proc/{parent}/task/{parent}/children')
+            children = {int(word) for word in path.read_text().split()}
+        except FileNotFoundError:
+            continue
+        pending += children
+        found |= children
+    return found
+
+
+def _children_of(pid, name):
+    found = set()
+    for child in _descendants(pid):
+        try:
+            comm = Path(f'/proc/{child}/comm').read_text().strip()
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        if comm == name:
+            found.add(child)
+    return found
