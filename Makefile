@@ -68,7 +68,8 @@ fuzz: $(VENV)/.test-dependencies $(VENV)/.installed
 		tests/workspace/freshness/test_freshness_properties.py
 
 soak: $(VENV)/.test-dependencies $(VENV)/.installed
-	SOAK_MINUTES=$(MINUTES) $(BIN)/pytest -n 2 tests/runtime/test_soak.py
+	SOAK_MINUTES=$(MINUTES) $(BIN)/pytest -n 2 tests/runtime/test_soak.py \
+		tests/verb/watching/test_random_edits.py
 
 clean:
 	rm -rf build dist *.egg-info $(COLCON_PRODUCTS)
