@@ -5,9 +5,11 @@
 
 import signal
 
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core.events import Requested
 from colcon_yamllaunch.runtime.core.events import Said
 from colcon_yamllaunch.runtime.core.events import ShuttingDown
@@ -185,3 +187,52 @@ def test_lifecycle_nodes_get_their_states_back(history, process):
     says(h, 'unconfigured', None)
     (request,) = h.open('change_state')
     assert request['transition'] == 'configure'
+
+
+@pytest.fixture
+def box(history, process):
+    """Return a launch with a container and two components in it."""
+    container = process('box-1', node_name='/box', is_container=True)
+    made = history(container, component('a'), component('b'))
+    made.ready('/box')
+    made.loads(1, 2)
+    return made
+
+
+def component(label, **more):
+    position = Position('/ws/demo.yaml', 7, 9)
+    kind = ('demo', 'demo::A', '/box')
+    return Component(label, *kind, position, name=label, **more)
+
+
+def reloads(h, labels, processes=()):
+    loaded = h.composition.reload_changed(labels, processes)
+    h.turn()
+    return loaded
+
+
+def test_a_component_that_differs_is_loaded_anew(box):
+    box.composition.revise(component('a', namespace='/other'))
+    assert reloads(box, ['a']) == ('a',)
+    assert box.answer('unload')['unique_id'] == 1
+    (load,) = box.open('load')
+    assert (load['name'], load['namespace']) == ('a', '/other')
+
+
+def test_a_container_that_is_started_anew_gets_its_components_back(box):
+    assert restarts(box, 'box-1') == ('box-1',)
+    box.composition.revise(component('a', namespace='/other'))
+    assert reloads(box, ['a'], ['box-1']) == ('a',)
+    assert box.open('unload') == []
+    box.there('/box', there=False)
+    box.exit('box-1', STOPPED)
+    box.there('/box')
+    spaces = {r['name']: r['namespace'] for r in box.open('load')}
+    assert spaces == {'a': '/other', 'b': ''}
+
+
+def test_a_component_that_a_user_unloaded_stays_so(box):
+    box.composition.unload('a')
+    box.turn()
+    box.answer('unload')
+    assert reloads(box, ['a']) == ()
