@@ -63,9 +63,9 @@ CODE = """\
 int main() {{
   timespec now;
   clock_gettime(CLOCK_REALTIME, &now);
-  printf("runs since %ld.%09ld\\n", now.tv_sec, now.tv_nsec);
+  printf("runs since %ld.%09ld ({number})\\n", now.tv_sec, now.tv_nsec);
   fflush(stdout);
-  while (true) pause();  // {number}
+  while (true) pause();
 }}
 """
 CMAKE = """\
@@ -288,6 +288,9 @@ def measure_quiet(root: Path, _runs: int) -> Iterator[Row]:
     write_launch(root, 'node.py')
     command = ['colcon', 'launch', 'flow', 'demo.yaml', '--build-all']
     build.run(root, ['colcon', 'build', '--symlink-install'])
+    with running(root, command) as launch:
+        # what is remembered from now on
+        launch.next_stamp(1)
     memory = []
     for watch in ([], ['--watch']):
         with running(root, [*command, *watch]) as launch:
