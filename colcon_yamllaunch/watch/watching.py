@@ -125,6 +125,8 @@ class Watching:
         self._rounds: list[_Round] = []
         # what is owed from jobs that failed
         self._late: set[str] = set()
+        # whether the last job failed
+        self._is_owed = False
         # what could not be started as things were
         self._unstarted: set[str] = set()
         self._group = 0
@@ -235,11 +237,15 @@ class Watching:
             events.Changed(tuple(dict.fromkeys(c.path for c in acted)))
         )
         current = _Round(batch.seen_ns / 1e9, files)
+        is_open = self._is_owed or any(r.has_job for r in self._rounds)
         self._rounds.append(current)
-        self._do(wanted, current)
+        # what comes or goes may be what a build has missed
+        must_ask = is_open and any(c.kind != 'changed' for c in acted)
+        self._do(wanted, current, must_ask=must_ask)
 
-    def _do(self, wanted: Steps, current: _Round) -> None:
-        if not (wanted.build or wanted.replan or wanted.after_build):
+    def _do(self, wanted: Steps, current: _Round, *, must_ask: bool) -> None:
+        needs_job = wanted.build or wanted.replan or wanted.after_build
+        if not (needs_job or must_ask):
             self._restart(wanted.restart, current)
             return
         # what the job brings may be what a restart needs
@@ -322,6 +328,7 @@ class Watching:
     def _fail(self, failure: Failed, current: _Round) -> None:
         written = self._worker.written.decode(errors='replace').rstrip()
         self._end_job(current)
+        self._is_owed = True
         self._late |= current.late
         is_plan = failure.what == 'plan'
         self._knowledge = replace(self._knowledge, is_plan_broken=is_plan)
@@ -347,6 +354,7 @@ class Watching:
         :raises RefusedError: when all is being stopped
         """
         launch = self._the_launch
+        self._is_owed = False
         if prepared.packages:
             seconds = self._clock() - current.since
             launch.tell(events.Built(prepared.packages, seconds))

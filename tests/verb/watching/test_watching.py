@@ -76,11 +76,18 @@ def test_each_change_has_just_its_consequence(flow):
     w.says('word.c:1:.*error')
     expect('word.c changed: the build failed, .* as before')
     assert w.running() == before
+    # what was missing when the build failed comes back
+    script = flow.root / 'src/flow/scripts/talk.py'
+    script.rename(script.with_name('kept'))
+    w.says(r'\[watch\] +.*talk.py.* as before')
+    script.with_name('kept').rename(script)
+    w.says(r'\[watch\] +.*talk.py.* as before.*\n(.*\n)*.*talk.py.*as before')
     w.save('src/word.c', 'retrun "two"', 'return "six"')
-    expect('word.c changed: built flow, restarted loop', 'loop')
+    line = 'word.c changed: built flow, restarted talk, loop'
+    expect(line, 'talk', 'loop')
     w.says('loop says six')
     status = flow.launch('--status')
-    assert 'word.c changed: built flow, restarted loop' in status
+    assert line in status
     assert w.launch.interrupt() == 0
     kinds = ('changed', 'built', 'replanned', 'restarted')
     assert {e['event'] for e in w.events(*kinds)} == set(kinds)
