@@ -203,8 +203,9 @@ class _Uses:
             and relative.endswith(_PYTHON_SUFFIX)
             and os.path.dirname(relative) in package.module_folders
         ):
-            what = 'a new' if change.kind == 'new' else 'no more a'
-            reason = f'it is {what} Python module of {name}'
+            is_new = change.kind == 'new'
+            what = 'it is a new' if is_new else 'it was a'
+            reason = f'{what} Python module of {name}'
             late: Action = 'restart after build'
             yield from self._of_importers(change, late, name, reason)
 
