@@ -229,6 +229,12 @@ class HostLink:
             self._guard.dismiss()
             self._guard = None
 
+    def disown(self) -> None:
+        """Have nothing to do with it, in a fork of its launcher."""
+        self.pid = 0
+        self._is_over = self._is_entrusted = True
+        self._close_pipes()
+
     def reaped(self) -> None:
         """Take note that somebody waited for it."""
         self.pid = 0

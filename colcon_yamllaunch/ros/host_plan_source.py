@@ -57,6 +57,8 @@ class HostPlanSource:
         self._link = link
         self._growing = growing
         self._number = number
+        # what is restarted after a change, and whether its end was kept back
+        self._changed: dict[str, bool] = {}
 
     @property
     def descriptor(self) -> int:
@@ -86,6 +88,15 @@ class HostPlanSource:
     def handle(self, event: events.Event) -> None:
         """See `PlanSource`."""
         match event:
+            case events.Requested(action='change'):
+                self._changed[event.process.label] = False
+            case events.Started() if self._changed.pop(
+                event.process.label, False
+            ):
+                return
+            case events.Exited() if event.process.label in self._changed:
+                # what waits for its end does not wait for this
+                self._changed[event.process.label] = True
             case events.Started():
                 self._tell_of(event.process, 'start', pid=event.pid)
             case events.Exited(outcome=outcome):

@@ -93,6 +93,7 @@ class Watching:
     :param log: The file for what the child that watches has to say, or None
     :param since_ns: When these files were read at the earliest, by the clock
       of the files
+    :param grown_from: See :class:`.Prepared`
     :param clock: Returns seconds that never go back
     :param why: Whether to say of each change what follows from it, and why
     :param cwd: The folder that paths are shown from
@@ -107,6 +108,7 @@ class Watching:
         log: Path | None,
         *,
         since_ns: int,
+        grown_from: Mapping[str, str] | None,
         clock: Callable[[], float],
         why: bool,
         cwd: str,
@@ -118,6 +120,8 @@ class Watching:
         self._log = log
         self._watcher: WatcherLink | None = None
         self._since_ns = since_ns
+        self._grown_from = grown_from
+        self._begins_anew = False
         self._clock = clock
         self._why = why
         self._cwd = cwd
@@ -131,6 +135,11 @@ class Watching:
         self._unstarted: set[str] = set()
         self._group = 0
         self._labels: set[str] = set()
+
+    @property
+    def begins_anew(self) -> bool:
+        """Whether the launch is to be run anew, as it has ended for that."""
+        return self._begins_anew and not self._the_launch.is_interrupted
 
     @property
     def pids(self) -> Collection[int]:
@@ -355,13 +364,17 @@ class Watching:
         """
         launch = self._the_launch
         self._is_owed = False
+        new = plan_difference(self._plan, prepared.plan, self._labels)
+        is_other = prepared.grown_from != self._grown_from
+        if is_other or (prepared.grown_from and not new.is_empty):
+            self._begin_anew(current)
+            return
         if prepared.packages:
             seconds = self._clock() - current.since
             launch.tell(events.Built(prepared.packages, seconds))
             current.built = _joined(current.built, prepared.packages)
         launch.renew_environment(prepared.environment)
         touched = touched_by(prepared.changed, self._knowledge)
-        new = plan_difference(self._plan, prepared.plan, self._labels)
         differs = set(new.differs)
         anew = {*touched, *current.late, *self._unstarted}
         anew -= {*differs, *new.gone}
@@ -386,6 +399,24 @@ class Watching:
         self._built = prepared.built
         self._knowledge = prepared.knowledge
         self._watch(prepared.since_ns)
+
+    def _begin_anew(self, current: _Round) -> None:
+        """
+        End the launch, to run it anew.
+
+        What has grown already, and what event handlers remember, is not to
+        be told from what the other handlers would have done.
+        """
+        seconds = self._clock() - current.since
+        text = (
+            f'{_happened(current.files)}: the launch begins anew, as there '
+            f'are event handlers in Python ({seconds:.2f} s)'
+        )
+        if current in self._rounds:
+            self._rounds.remove(current)
+        self._begins_anew = True
+        self._the_launch.tell(events.Watched(text))
+        self._the_launch.stop('it begins anew')
 
     # what comes up
 

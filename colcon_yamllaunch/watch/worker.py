@@ -84,6 +84,8 @@ class Prepared:
       processes were started with
     :param packages: The packages that the job has built
     :param since_ns: When it began, by the clock of the files
+    :param grown_from: The files that it was made from, with their contents,
+      if it grows while it runs
     """
 
     plan: Plan
@@ -93,6 +95,7 @@ class Prepared:
     changed: Mapping[str, str]
     packages: tuple[str, ...]
     since_ns: int
+    grown_from: Mapping[str, str] | None = None
 
 
 @dataclass(frozen=True, slots=True)

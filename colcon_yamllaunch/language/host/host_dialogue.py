@@ -432,6 +432,9 @@ class Intake:
         path = self._walk.source_path(str(message['path']))
         self._walk.note_python(path)
 
+    def _read(self, message: HostMessage) -> None:
+        self._walk.inputs[str(message['path'])] = None
+
     def _warning(self, message: HostMessage) -> None:
         self._walk.warn(str(message['text']), self._position(message))
 
@@ -543,6 +546,7 @@ _TAKERS: Mapping[str, Callable[[Intake, HostMessage], None]] = {
     'package': Intake._package,
     'executable': Intake._executable,
     'file': Intake._file,
+    'read': Intake._read,
     'warning': Intake._warning,
     'argument': Intake._declares,
     'value': Intake._value,

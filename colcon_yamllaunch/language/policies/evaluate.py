@@ -59,6 +59,7 @@ class Evaluation(Checked):
     plan: Plan
     inputs: tuple[str, ...] = ()
     has_run_programs: bool = False
+    growing: 'Growing | None' = None
 
 
 def evaluate(request: Request, *, runs: bool = True) -> Evaluation:

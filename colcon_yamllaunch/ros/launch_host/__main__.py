@@ -115,6 +115,8 @@ What is told, in the order in which a launch is to do it:
      "position": […]}
     {"say": "file", "path": "/…/b.launch.py"}
         another launch file in Python that was read
+    {"say": "read", "path": "/…/helpers.py"}
+        a module that launch files have imported, unless it is installed
     {"say": "warning", "text": "…", "position": […]}
     {"say": "include", "ask": 1, "path": "/…/b.launch.yaml", "scope": SCOPE,
      "position": […]}
@@ -162,6 +164,7 @@ from host_entries import install_logging
 import host_events
 import host_extensions
 from host_packages import run_later
+from host_packages import tell_modules
 import host_timers
 from host_visit import Visitor
 
@@ -197,6 +200,7 @@ def main() -> None:
     events = host_events.install(visitor, entries)
     host_timers.install(visitor, events)
     host_extensions.install(visitor)
+    tell_modules(visitor)
     visitor.run()
 
 

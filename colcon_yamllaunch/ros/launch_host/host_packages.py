@@ -29,6 +29,9 @@ _PACKAGE = '_launch_host_package'
 #: All messages of ROS import it, for arrays that launch files hardly ever
 #: have, and that takes a fifth of the time that `launch_ros` takes.
 RUN_LATER = 'numpy'
+#: Folders of what is installed, and what the paths of Python begin with.
+_INSTALLED = ('site-packages', 'dist-packages')
+_PREFIXES = (sys.prefix, sys.base_prefix)
 
 
 class _Finder(MetaPathFinder):
@@ -306,3 +309,31 @@ class Packages:
             return path
 
         cls.perform = told_perform
+
+
+def tell_modules(visitor: Visitor) -> None:
+    """Have it told before each `done` which modules were imported."""
+    own = set(sys.modules)
+    told = set(own)
+
+    def tell() -> None:
+        for name in set(sys.modules) - told:
+            told.add(name)
+            path = getattr(sys.modules.get(name), '__file__', None)
+            if isinstance(path, str) and _is_edited(path):
+                visitor.say('read', path=path)
+
+    def forget() -> None:
+        told.intersection_update(own)
+
+    visitor.before_done.append(tell)
+    visitor.forget.append(forget)
+
+
+def _is_edited(path: str) -> bool:
+    """Tell whether somebody may edit a module, and not an installer."""
+    real = os.path.realpath(path)
+    return not (
+        any(name in real.split(os.sep) for name in _INSTALLED)
+        or real.startswith(tuple(p + os.sep + 'lib' for p in _PREFIXES))
+    )

@@ -291,6 +291,15 @@ class Engine:
         """Give processes that start from now on other variables."""
         self._variables = self._adapt(variables)
 
+    def stop(self, reason: str) -> None:
+        """Begin to end the launch; see `Supervisor.stop`."""
+        self.supervisor.stop(reason, drop_timers=True)
+
+    @property
+    def is_interrupted(self) -> bool:
+        """Whether a signal has ended the launch, or hurried its end."""
+        return self._stopped_by_signal
+
     def guard_group(self, group: int) -> None:
         """Have a process group ended with the launch, however that ends."""
         number = self.supervisor.client_number

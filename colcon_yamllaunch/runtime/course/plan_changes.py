@@ -61,6 +61,13 @@ class RunningLaunch(Protocol):
     def renew_environment(self, variables: Mapping[str, str]) -> None:
         """Give processes that start from now on other variables."""
 
+    def stop(self, reason: str) -> None:
+        """Begin to end the launch; see `Supervisor.stop`."""
+
+    @property
+    def is_interrupted(self) -> bool:
+        """Whether a signal has ended the launch, or hurried its end."""
+
     def tell(self, event: events.Event) -> None:
         """Tell everybody who listens."""
 

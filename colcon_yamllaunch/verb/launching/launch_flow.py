@@ -191,6 +191,12 @@ class LaunchFlow:
             self._host.close()
             self._host = None
 
+    def disown_host(self) -> None:
+        """Have nothing to do with that process, in a fork of this one."""
+        if self._host is not None:
+            self._host.disown()
+            self._host = None
+
     def run_saved(self, path: Path, plan_run: PlanRun) -> int:
         """
         Run a saved plan in the environment of the workspace.

@@ -59,11 +59,11 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
     cwd = Path.cwd()
     if not options.inspects:
         need_proc()
-    changes = None
+    watch = None
     if options.watch is not None:
         from colcon_yamllaunch.verb.launching.watch_flow import WatchFlow
 
-        changes = WatchFlow(options, cwd, environment, log_folder).begin
+        watch = WatchFlow(options, cwd, environment, log_folder)
     plan_run = PlanRun(options, cwd, environment)
     with plan_run.reported():
         flow = LaunchFlow(options, cwd, environment, log_folder)
@@ -73,7 +73,10 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
                 # a launch that runs does without all that this imports
                 from colcon_yamllaunch.verb.launching import inspect_launch
 
-            return inspect(flow, options)
-        if options.from_plan is not None:
-            return flow.run_saved(options.from_plan, plan_run)
-        return flow.run(plan_run, changes)
+                return inspect_launch.inspect(flow, options)
+            if options.from_plan is not None:
+                return flow.run_saved(options.from_plan, plan_run)
+            code = flow.run(plan_run, None if watch is None else watch.begin)
+    if watch is not None and watch.begins_anew:
+        watch.begin_anew()
+    return code

@@ -4,13 +4,19 @@
 """What `colcon launch --watch` adds to a launch, and what its worker does."""
 
 from collections.abc import Mapping
+from contextlib import closing
 from contextlib import redirect_stdout
+from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
 import io
 import logging
+import os
 from pathlib import Path
+import signal
+import sys
 import time
+from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -66,6 +72,8 @@ class WatchFlow:
         self._log_folder = log_folder
         self._since_ns = time.time_ns()
         self._trees: dict[str, LaunchFile] = {}
+        self._watching: Watching | None = None
+        self._sigint = signal.getsignal(signal.SIGINT)
 
     def begin(
         self, flow: LaunchFlow, plan: Plan, environment: Mapping[str, str]
@@ -76,17 +84,36 @@ class WatchFlow:
         knowledge = self._knowledge_of(flow, plan, environment, {})
         names = [package.name for package in knowledge.packages]
         log = self._log_folder and self._log_folder / WATCHER_LOG
-        return Watching(
+
+        def warm_up() -> None:
+            flow.disown_host()
+            _warm_up()
+
+        self._watching = Watching(
             plan,
             knowledge,
             records(flow.workspace, names),
-            WorkerLink(self._prepare, _warm_up, _clean_up),
+            WorkerLink(self._prepare, warm_up, _clean_up),
             log or None,
             since_ns=self._since_ns,
+            grown_from=_grown_from(flow),
             clock=time.monotonic,
             why=self._why,
             cwd=str(self._cwd),
         )
+        return self._watching
+
+    @property
+    def begins_anew(self) -> bool:
+        """Whether the launch has ended to be run anew."""
+        return self._watching is not None and self._watching.begins_anew
+
+    def begin_anew(self) -> NoReturn:
+        """Run the same command again, in the place of this process."""
+        sys.stdout.flush()
+        sys.stderr.flush()
+        signal.signal(signal.SIGINT, self._sigint)
+        os.execv(sys.executable, sys.orig_argv)
 
     def _prepare(self, job: Job, tell: Tell) -> Prepared | Failed:
         """Prepare the launch as one that begins now; in a child."""
@@ -102,7 +129,7 @@ class WatchFlow:
                 is_again=True,
             )
             flow.trees.update(self._trees)
-            with flow.workspace.lock:
+            with closing(flow), flow.workspace.lock:
                 return self._prepared(flow, job, since_ns)
         except GiveUpError as e:
             built = () if flow is None else tuple(flow.builds.names)
@@ -129,6 +156,7 @@ class WatchFlow:
             changed_by_build(job.built, built),
             tuple(flow.builds.names),
             since_ns,
+            _grown_from(flow),
         )
 
     def _knowledge_of(
@@ -147,6 +175,21 @@ class WatchFlow:
             libraries,
             environment,
         )
+
+
+def _grown_from(flow: LaunchFlow) -> Mapping[str, str] | None:
+    """Return what a plan that grows was made from, see `Prepared`."""
+    evaluation = flow.evaluation
+    if evaluation is None or evaluation.growing is None:
+        return None
+    # few launches have event handlers in Python
+    import hashlib
+
+    files: dict[str, str] = {}
+    for path in (*(f.path for f in evaluation.files), *evaluation.inputs):
+        with suppress(OSError):
+            files[path] = hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    return files
 
 
 def _warm_up() -> None:
