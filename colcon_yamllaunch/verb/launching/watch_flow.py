@@ -8,6 +8,7 @@ from contextlib import closing
 from contextlib import redirect_stdout
 from contextlib import suppress
 from dataclasses import replace
+import gc
 from importlib import import_module
 import io
 import logging
@@ -45,7 +46,10 @@ logger = logging.getLogger('colcon.colcon_yamllaunch')
 #: The log of what watches files, in the folder with the logs of the launch.
 WATCHER_LOG = 'watcher.log'
 #: What a build takes, and few launches have loaded when they begin.
-_FOR_BUILDS = ('colcon_yamllaunch.workspace.colcon.colcon_adapter',)
+_FOR_BUILDS = (
+    'colcon_yamllaunch.workspace.colcon.colcon_adapter',
+    'ctypes',
+)
 
 
 class WatchFlow:
@@ -87,7 +91,7 @@ class WatchFlow:
 
         def warm_up() -> None:
             flow.disown_host()
-            _warm_up()
+            _warm_up(flow)
 
         self._watching = Watching(
             plan,
@@ -192,12 +196,18 @@ def _grown_from(flow: LaunchFlow) -> Mapping[str, str] | None:
     return files
 
 
-def _warm_up() -> None:
+def _warm_up(flow: LaunchFlow) -> None:
     """Load what a build takes."""
     # what it says is nobody's business
     with redirect_stdout(io.StringIO()):
         for name in _FOR_BUILDS:
             import_module(name)
+        if flow.workspace.root is not None:
+            # it was understood when the launch began
+            with suppress(UserError):
+                flow.workspace.colcon.warm_up()
+    # so that no job touches all of it
+    gc.freeze()
 
 
 def _clean_up(pid: int) -> None:

@@ -20,8 +20,10 @@ from collections.abc import Sequence
 from contextlib import contextmanager
 from contextlib import redirect_stderr
 from contextlib import redirect_stdout
+from contextlib import suppress
 from glob import glob
 from glob import has_magic
+import importlib
 import io
 from itertools import starmap
 import json
@@ -30,11 +32,13 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+from tempfile import TemporaryDirectory
 import threading
 from typing import Any
 
 from colcon_core import command
 from colcon_core import location
+from colcon_core.environment import create_environment_scripts_only
 from colcon_core.executor import execute_jobs
 from colcon_core.executor import OnError
 from colcon_core.package_descriptor import PackageDescriptor
@@ -261,6 +265,25 @@ class Colcon:
                 raise WorkspaceError(str(e)) from e
             except OSError as e:
                 raise WorkspaceError(f'cannot build: {e}') from e
+
+    def warm_up(self) -> None:
+        """
+        Do in vain what each build does, as colcon keeps some of it.
+
+        That is the version of CMake, and templates as they were read. It
+        also loads what a build takes.
+        """
+        with TemporaryDirectory() as name, self._in_root():
+            # what fails here fails in the build, which tells of it
+            with suppress(Exception):
+                package = PackageDescriptor(name)
+                package.name = 'package'
+                create_environment_scripts_only(Path(name), package)
+                self._verb._create_prefix_scripts(name, False)
+            with suppress(Exception):
+                importlib.import_module('colcon_cmake.task.cmake.build')
+                cmake = importlib.import_module('colcon_cmake.task.cmake')
+                cmake.get_cmake_version()
 
     def _parse(self) -> Any:
         parser = command.create_parser(_NO_VARIABLES)

@@ -132,6 +132,10 @@ class CachedColcon:
             'metadata': self._metadata.get(name, _NO_METADATA),
         }
 
+    def warm_up(self) -> None:
+        """Load what a build takes; see `Colcon.warm_up`."""
+        self._ask().warm_up()
+
     def mark(self) -> None:
         """
         Mark the build and install folders as colcon's, with their layout.
