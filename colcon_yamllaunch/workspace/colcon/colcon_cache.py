@@ -17,6 +17,7 @@ import json
 import os
 from pathlib import Path
 from typing import Any
+from typing import ClassVar
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.fingerprint import are_settled
@@ -63,6 +64,9 @@ class CachedColcon:
       what is learned without is not kept
     :raises UserError: when `colcon build` does not take them
     """
+
+    #: colcon as a process before a fork has asked it, and for what.
+    _warm: 'ClassVar[tuple[Colcon, str] | None]' = None
 
     def __init__(
         self,
@@ -133,8 +137,16 @@ class CachedColcon:
         }
 
     def warm_up(self) -> None:
-        """Load what a build takes; see `Colcon.warm_up`."""
-        self._ask().warm_up()
+        """
+        Load what a build takes, for forks of this process.
+
+        A fork that is about the same workspace need not ask colcon again for
+        what its arguments mean; see `Colcon.warm_up`, too.
+        """
+        colcon = self._ask()
+        colcon.warm_up()
+        if self._key is not None:
+            CachedColcon._warm = colcon, self._depends_on()
 
     def mark(self) -> None:
         """
@@ -199,10 +211,26 @@ class CachedColcon:
                 Colcon,
             )
 
-            self._colcon = Colcon(
+            self._colcon = self._warm_one() or Colcon(
                 self.root, self._build_arguments, runs=self._runs
             )
         return self._colcon
+
+    def _warm_one(self) -> 'Colcon | None':
+        """Return what :meth:`warm_up` has kept, if it still holds."""
+        if CachedColcon._warm is None or not self._cache:
+            return None
+        colcon, depends_on = CachedColcon._warm
+        is_same = (
+            depends_on == self._depends_on()
+            and colcon.merge_install == self.merge_install
+        )
+        return colcon if is_same else None
+
+    def _depends_on(self) -> str:
+        """Return all that colcon's idea of the arguments depends on."""
+        named = self._named()['named']
+        return json.dumps([str(self.root), self._runs, self._key, named])
 
     def _find(self) -> None:
         index = PackageIndex(
