@@ -7,8 +7,9 @@ Record a real run in a terminal and write it as an animated SVG.
 
     python .ci/picture.py docs/launch.svg
 
-Two launches of sample_ws are recorded in a copy of it: one that builds, and
-one after an edit that needs no build. Long waits are shortened.
+A launch of sample_ws is recorded in a copy of it: it builds, and goes on with
+its files. While it runs, a script and a source in C++ are edited. Long waits
+are shortened.
 """
 
 from collections.abc import Iterator
@@ -31,8 +32,12 @@ import termios
 import time
 
 SAMPLE_WS = Path(__file__).resolve().parents[1] / 'sample_ws'
-COMMAND = ('colcon', 'launch', 'my_pkg', 'demo.yaml')
-EDIT = ('sed', '-i', 's/Publishing/Sending/', 'src/my_pkg/scripts/counter.py')
+COMMAND = ('colcon', 'launch', '--watch', 'my_pkg', 'demo.yaml')
+#: What is replaced while it runs: in which file, and by what.
+EDITS = (
+    ('src/my_pkg/scripts/counter.py', 'Publishing', 'Sending'),
+    ('flow/src/pump.cpp', 'Pumped', 'Moved'),
+)
 PROMPT = '\x1b[1;32m~/sample_ws$\x1b[0m '
 #: The terminal, in characters.
 COLUMNS, ROWS = 88, 24
@@ -40,7 +45,7 @@ COLUMNS, ROWS = 88, 24
 LONGEST_WAIT = 0.7
 #: Seconds that typing a word takes, and that the film stands at its end.
 TYPING, REST = 0.15, 4.0
-#: How often the listener speaks before Ctrl-C.
+#: How often the listener speaks before each edit, and before Ctrl-C.
 MESSAGES = 3
 #: Seconds until the messages are there, or the end after Ctrl-C.
 PATIENCE = 300.0
@@ -101,10 +106,6 @@ def main() -> int:
 def _film(workspace: Path) -> Iterator[Chunk]:
     yield from _type(*COMMAND)
     yield from _record(workspace)
-    yield from _type(*EDIT)
-    subprocess.run(EDIT, cwd=workspace, check=True)
-    yield from _type(*COMMAND)
-    yield from _record(workspace)
     yield Chunk(0.3, PROMPT)
 
 
@@ -133,7 +134,7 @@ def _record(workspace: Path) -> Iterator[Chunk]:
     )
     os.close(child_end)
     try:
-        yield from _watch(terminal, launch)
+        yield from _watch(terminal, launch, workspace)
     finally:
         launch.kill()
         launch.wait()
@@ -141,8 +142,9 @@ def _record(workspace: Path) -> Iterator[Chunk]:
 
 
 def _watch(
-    terminal: int, launch: 'subprocess.Popen[bytes]'
+    terminal: int, launch: 'subprocess.Popen[bytes]', workspace: Path
 ) -> Iterator[Chunk]:
+    edits, new = list(EDITS), ''
     heard, last = 0, time.monotonic()
     deadline = last + PATIENCE
     while select.select([terminal], [], [], deadline - time.monotonic())[0]:
@@ -154,9 +156,20 @@ def _watch(
         yield Chunk(now - last, text)
         last = now
         heard += text.count('which double is')
-        if heard >= MESSAGES:
+        if heard >= MESSAGES and edits:
             heard = -(10**6)
-            yield Chunk(0.4, '^C\n')
+            path, old, new = edits.pop(0)
+            yield Chunk(
+                0.4, f'\x1b[2m# saved {path}: {new}, not {old}\x1b[0m\n'
+            )
+            file = workspace / path
+            file.write_text(file.read_text().replace(old, new))
+            last = time.monotonic()
+        elif heard < 0 and new in text:
+            heard = 0
+        elif heard >= MESSAGES:
+            heard, new = -(10**6), '^C'
+            yield Chunk(0.4, f'{new}\n')
             launch.send_signal(signal.SIGINT)
     raise SystemExit('the launch did not do what the picture shows')
 
@@ -225,7 +238,7 @@ def draw(lines: list[Line]) -> str:
     return f"""\
 <svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" \
 width="{width}" height="{height}" role="img" \
-aria-label="A terminal: colcon launch my_pkg demo.yaml, twice">
+aria-label="A terminal: colcon launch --watch my_pkg demo.yaml">
 <style>
 text {{ font: 14px ui-monospace, Menlo, Consolas, 'DejaVu Sans Mono', \
 monospace; fill: {FOREGROUND}; white-space: pre; }}
