@@ -34,11 +34,13 @@ import subprocess
 import sys
 from tempfile import TemporaryDirectory
 import threading
+import time
 from typing import Any
 
 from colcon_core import command
 from colcon_core import location
 from colcon_core.environment import create_environment_scripts_only
+from colcon_core.event_handler import get_event_handler_extensions
 from colcon_core.executor import execute_jobs
 from colcon_core.executor import OnError
 from colcon_core.package_descriptor import PackageDescriptor
@@ -378,6 +380,7 @@ class Colcon:
             if args.continue_on_error
             else OnError.interrupt
         )
+        _count_from_now(context)
         rc = execute_jobs(context, jobs, on_error=on_error)
         # also after a failed build, as colcon does
         self._verb._create_prefix_scripts(
@@ -431,6 +434,14 @@ class Colcon:
                 yield
             finally:
                 os.chdir(previous)
+
+
+def _count_from_now(context: Any) -> None:
+    """Have the summary of a build count its time from now on."""
+    for handler in get_event_handler_extensions(context=context).values():
+        if hasattr(handler, '_start_time'):
+            # that is when the arguments were understood
+            handler._start_time = time.monotonic()
 
 
 def _text(value: Any) -> str:
