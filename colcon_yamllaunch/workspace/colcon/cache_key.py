@@ -84,7 +84,12 @@ def cache_key(
         'variables': _variables(environment),
         'extensions': extensions,
         # an installed or removed distribution shows in its folder
-        'installed': fingerprints(path for path in sys.path if path),
+        'installed': fingerprints(
+            path
+            for path in sys.path
+            # setuptools adds what is its own when colcon imports it
+            if path and not path.endswith('setuptools/_vendor')
+        ),
         'files': fingerprints(files),
     }
 
