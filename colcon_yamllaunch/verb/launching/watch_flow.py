@@ -206,8 +206,19 @@ def _warm_up(flow: LaunchFlow) -> None:
             # it was understood when the launch began
             with suppress(UserError):
                 flow.workspace.colcon.warm_up()
+    gc.collect()
     # so that no job touches all of it
     gc.freeze()
+    _trim()
+
+
+def _trim() -> None:
+    """Give the memory back that only loading has taken."""
+    import ctypes
+
+    # of the C library of GNU; most of it was for the compiler of Python
+    with suppress(AttributeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def _clean_up(pid: int) -> None:
