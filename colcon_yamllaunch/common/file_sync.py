@@ -8,6 +8,23 @@ from contextlib import suppress
 import os
 from pathlib import Path
 
+# what is written later, or None if all is written at once
+_put_off: list[Path] | None = None
+
+
+def put_off() -> None:
+    """Have all disks wait for :func:`catch_up` from now on."""
+    global _put_off
+    _put_off = []
+
+
+def catch_up() -> None:
+    """Write what was put off."""
+    global _put_off
+    folders, _put_off = _put_off, None
+    if folders:
+        sync_file_systems(folders)
+
 
 def sync_file_systems(folders: Iterable[Path]) -> None:
     """
@@ -15,6 +32,9 @@ def sync_file_systems(folders: Iterable[Path]) -> None:
 
     Folders on the same disk count once. Where this cannot be done, nothing is.
     """
+    if _put_off is not None:
+        _put_off.extend(folders)
+        return
     # this takes some milliseconds, and few launches build
     import ctypes
 

@@ -20,6 +20,7 @@ worker.
 from collections.abc import Callable
 from collections.abc import Mapping
 from contextlib import suppress
+import gc
 import os
 import pickle
 import select
@@ -31,6 +32,8 @@ from typing import Any
 from typing import Literal
 from typing import NoReturn
 
+from colcon_yamllaunch.common.file_sync import catch_up
+from colcon_yamllaunch.common.file_sync import put_off
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.watch.knowledge import Knowledge
@@ -209,6 +212,9 @@ def _do(prepare: Prepare, request: int, answer: int, output: int) -> NoReturn:
     """Do a job in a child, which ends with it."""
     try:
         os.setpgid(0, 0)
+        # it ends soon, and nobody is to wait for the disks
+        gc.disable()
+        put_off()
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.default_int_handler)
         for stream in (1, 2):
@@ -227,5 +233,8 @@ def _do(prepare: Prepare, request: int, answer: int, output: int) -> NoReturn:
         sys.stderr.flush()
         tell(prepared)
     finally:
-        os._exit(0)
+        try:
+            catch_up()
+        finally:
+            os._exit(0)
     raise AssertionError

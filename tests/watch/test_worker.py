@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 
+from colcon_yamllaunch.common import file_sync
 from colcon_yamllaunch.watch.worker_link import WorkerLink
 import pytest
 
@@ -61,6 +62,44 @@ def messages(worker):
             found.extend(worker.take())
         except EOFError:
             return found
+
+
+def test_disks_are_waited_for_after_the_answer(make_worker, monkeypatch):
+    written, done = os.pipe()
+    told, answered = os.pipe()
+
+    def catch_up():
+        os.read(told, 1)
+        os.write(done, b'w')
+
+    name = 'colcon_yamllaunch.watch.worker.catch_up'
+    monkeypatch.setattr(name, catch_up)
+    link = make_worker(lambda request, tell: 'answer')
+    link.ask('something')
+    select.select(link.job_descriptors, (), (), DEADLINE)
+    assert list(link.take()) == ['answer']
+    os.write(answered, b'a')
+    assert os.read(written, 1) == b'w'
+    for descriptor in (written, done, told, answered):
+        os.close(descriptor)
+
+
+def test_what_is_put_off_is_caught_up_with(tmp_path, monkeypatch):
+    opened = []
+    monkeypatch.setattr(file_sync, '_put_off', None)
+
+    def refuse(path, _):
+        opened.append(path)
+        raise OSError
+
+    monkeypatch.setattr(os, 'open', refuse)
+    file_sync.put_off()
+    file_sync.sync_file_systems([tmp_path])
+    assert opened == []
+    file_sync.catch_up()
+    assert opened == [tmp_path]
+    file_sync.catch_up()
+    assert opened == [tmp_path]
 
 
 def test_a_job_is_answered(make_worker):
