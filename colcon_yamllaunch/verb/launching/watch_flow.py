@@ -47,7 +47,11 @@ logger = logging.getLogger('colcon.colcon_yamllaunch')
 WATCHER_LOG = 'watcher.log'
 #: What a build takes, and few launches have loaded when they begin.
 _FOR_BUILDS = (
+    'colcon_yamllaunch.verb.launching.builds',
+    'colcon_yamllaunch.verb.launching.preflight',
     'colcon_yamllaunch.workspace.colcon.colcon_adapter',
+    'colcon_yamllaunch.workspace.freshness.build_inputs',
+    'colcon_yamllaunch.workspace.packages.install_rules',
     'ctypes',
 )
 

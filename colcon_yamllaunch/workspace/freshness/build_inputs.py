@@ -31,22 +31,25 @@ _NINJA_HEADER = 16
 _NINJA_NO_PATH = 0x80000000
 #: Patterns are not compiled here, as each launch imports this module and few
 #: need them. A path in a command, as far as it has nothing unusual in it.
-_PATH = r'(?<![\w./$}-])/[^\s:"\'\\;$()]+'
+_PATH = re.compile(r'(?<![\w./$}-])/[^\s:"\'\\;$()]+')
 #: The same in a list of CMake.
-_QUOTED = r'"(/[^"\n]+)"'
+_QUOTED = re.compile(r'"(/[^"\n]+)"')
 #: A word of a rule, for make and for Ninja; they escape what separates words.
-_MAKE_WORD = r'(?:[^\s\\]|\\.)+'
-_NINJA_WORD = r'(?:[^\s$|:]|\$.)+'
+_MAKE_WORD = re.compile(r'(?:[^\s\\]|\\.)+')
+_NINJA_WORD = re.compile(r'(?:[^\s$|:]|\$.)+')
+#: What make takes for itself in a word, and the commands of a rule.
+_MAKE_ESCAPE = re.compile(r'\\([\s#:\\])')
+_MAKE_COMMAND = re.compile(r'(?m)^\t.*$')
 #: Commands of CMake that read files without writing it down (`file`), or run
 #: programs that may.
-_READING = (
+_READING = re.compile(
     r'(?i)\b((?:file|execute_process|configure_file|add_custom_\w+)\s*\([^)]*)'
 )
 #: Packages that CMake looks for, and variables of the environment that it
 #: reads.
-_FINDING = r'(?i)\bfind_(?:package|dependency)\s*\(\s*"?([\w.+-]+)'
-_FOUND = r'(?m)^([\w.+-]+)_DIR:PATH='
-_VARIABLE = r'\bENV(?:\{|\s+"?)(\w+)'
+_FINDING = re.compile(r'(?i)\bfind_(?:package|dependency)\s*\(\s*"?([\w.+-]+)')
+_FOUND = re.compile(r'(?m)^([\w.+-]+)_DIR:PATH=')
+_VARIABLE = re.compile(r'\bENV(?:\{|\s+"?)(\w+)')
 #: What a shell keeps for itself.
 _OF_SHELLS = frozenset(('PWD', 'OLDPWD', 'SHLVL', '_'))
 #: Tools and libraries of the machine: what is below comes from installers.
@@ -65,7 +68,7 @@ class BuildInputs:
         self._commands = '\n'.join(
             command
             for path in _own_cmake_files(source)
-            for command in re.findall(_READING, _text(path))
+            for command in _READING.findall(_text(path))
         )
         compiled: list[str] = []
         configured: list[str] = []
@@ -108,7 +111,7 @@ class BuildInputs:
         :param own: Folders whose files are looked after in another way
         """
         is_own = _below((*_system(), *map(str, own)))
-        found = {*re.findall(_PATH, self._all), *self._paths}
+        found = {*_PATH.findall(self._all), *self._paths}
         return [
             Path(path)
             for path in sorted(set(map(os.path.normpath, found)))
@@ -123,11 +126,11 @@ class BuildInputs:
         those that say where a package is.
         """
         texts = self._cmake_texts()
-        found = set(re.findall(_FOUND, _text(self._build / 'CMakeCache.txt')))
+        found = set(_FOUND.findall(_text(self._build / 'CMakeCache.txt')))
         variables = set()
         for text in texts:
-            found.update(re.findall(_FINDING, text))
-            variables.update(re.findall(_VARIABLE, text))
+            found.update(_FINDING.findall(text))
+            variables.update(_VARIABLE.findall(text))
         for name in found:
             # see find_package() of CMake, and its policies 74 and 144
             variables |= {f'{name}_DIR', f'{name}_ROOT'}
@@ -187,12 +190,11 @@ def _read(path: Path) -> tuple[str, list[str]]:
         raw = _text(path)
         if path.name == 'build.ninja':
             lines = [w for w in raw.splitlines() if w.startswith('build ')]
-            found = re.findall(_NINJA_WORD, '\n'.join(lines))
+            found = _NINJA_WORD.findall('\n'.join(lines))
             words = [re.sub(r'\$(.)', r'\1', word) for word in found]
         else:
-            # commands begin with a tab
-            rules = re.sub(r'(?m)^\t.*$', '', raw)
-            words = [*_make_words(rules), *re.findall(_QUOTED, raw)]
+            rules = _MAKE_COMMAND.sub('', raw)
+            words = [*_make_words(rules), *_QUOTED.findall(raw)]
         text = raw.replace('\\ ', ' ').replace('\\#', '#')
         text = text.replace('$ ', ' ').replace('$$', '$')
     return text, [word for word in words if word.startswith('/')]
@@ -204,10 +206,8 @@ def _make_words(text: str) -> list[str]:
         # most files, and by far the fastest way
         return [word.removesuffix(':') for word in text.split()]
     return [
-        re.sub(r'\\([\s#:\\])', r'\1', word)
-        .replace('$$', '$')
-        .removesuffix(':')
-        for word in re.findall(_MAKE_WORD, text)
+        _MAKE_ESCAPE.sub(r'\1', word).replace('$$', '$').removesuffix(':')
+        for word in _MAKE_WORD.findall(text)
     ]
 
 
