@@ -12,6 +12,7 @@ of colcon's own build verb, for exactly the packages that are asked for:
 would insist on them.
 """
 
+from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
@@ -66,6 +67,8 @@ _INSTALL_MODE = {'CMAKE_INSTALL_MODE': 'ABS_SYMLINK_OR_COPY'}
 #: a plain list of recursive categories for no restriction at all.
 _DIRECT = ('build', 'run')
 _RECURSIVE = {'build': _DIRECT, 'run': _DIRECT}
+#: Seconds that a build takes about until it waits for compilers.
+_HEAD_START = 0.06
 #: What colcon's build verb must have for a build within this process.
 _HELPERS = ('_create_paths', '_get_jobs', '_create_prefix_scripts')
 #: A group of extensions that is empty: nobody reads what the parser would say
@@ -381,11 +384,13 @@ class Colcon:
             else OnError.interrupt
         )
         _count_from_now(context)
-        rc = execute_jobs(context, jobs, on_error=on_error)
-        # also after a failed build, as colcon does
-        self._verb._create_prefix_scripts(
-            str(self.install_base), args.merge_install
-        )
+        # also for a failed build, as colcon does; they depend on no package
+        with _beside(
+            self._verb._create_prefix_scripts,
+            str(self.install_base),
+            args.merge_install,
+        ):
+            rc = execute_jobs(context, jobs, on_error=on_error)
         done = list(jobs.values())
         return BuildResult(_exit_code(rc), _succeeded(done), _failed(done))
 
@@ -434,6 +439,33 @@ class Colcon:
                 yield
             finally:
                 os.chdir(previous)
+
+
+@contextmanager
+def _beside(
+    function: Callable[..., object], *arguments: object
+) -> Iterator[None]:
+    """
+    Call a function while the block waits for programs.
+
+    It is called in any case, at the end of the block at the latest, but for a
+    block that raises before.
+    """
+    called = threading.Lock()
+
+    def call() -> None:
+        if called.acquire(blocking=False):
+            function(*arguments)
+
+    timer = threading.Timer(_HEAD_START, call)
+    timer.start()
+    try:
+        yield
+        timer.cancel()
+        call()
+    finally:
+        timer.cancel()
+        timer.join()
 
 
 def _count_from_now(context: Any) -> None:
