@@ -4,8 +4,7 @@
 """What the file system told: changes of files, as plain data."""
 
 from typing import Literal
-
-from colcon_yamllaunch.common.frozen import dataclass
+from typing import NamedTuple
 
 #: What happened to a file; `mode` is that it can be run now, or no more.
 Kind = Literal['new', 'changed', 'deleted', 'mode']
@@ -13,8 +12,7 @@ Kind = Literal['new', 'changed', 'deleted', 'mode']
 KINDS: tuple[Kind, ...] = ('new', 'changed', 'deleted', 'mode')
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
+class Change(NamedTuple):
     """
     A file that is not as it was.
 
@@ -31,8 +29,7 @@ class Change:
     real: str
 
 
-@dataclass(frozen=True, slots=True)
-class Batch:
+class Batch(NamedTuple):
     """
     Changes that count as one, such as those of a checkout.
 

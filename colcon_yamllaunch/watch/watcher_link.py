@@ -84,7 +84,8 @@ class WatcherLink:
         try:
             self.pid = os.posix_spawn(
                 sys.executable,
-                [sys.executable, '-c', code],
+                # it is told where modules are
+                [sys.executable, '-S', '-c', code],
                 os.environ,
                 file_actions=[
                     (os.POSIX_SPAWN_DUP2, its_input, 0),
