@@ -6,9 +6,11 @@
 from typing import Literal
 from typing import NamedTuple
 
-#: What happened to a file; `mode` is that it can be run now, or no more.
-Kind = Literal['new', 'changed', 'deleted', 'mode']
+#: What happened to a file; `mode` is that it can be run now, or no more, and
+#: `again` that it was written or moved and is as it was.
+Kind = Literal['new', 'changed', 'deleted', 'mode', 'again']
 
+#: What makes a file another one than it was.
 KINDS: tuple[Kind, ...] = ('new', 'changed', 'deleted', 'mode')
 
 

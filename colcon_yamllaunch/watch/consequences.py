@@ -7,14 +7,17 @@ What follows from changes of files; `docs/watching.md` has the table.
 Nothing is looked at here but what is given, and nothing is done.
 """
 
+from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Sequence
+from dataclasses import replace
 import os
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.changes import Kind
 from colcon_yamllaunch.watch.knowledge import Knowledge
 from colcon_yamllaunch.watch.knowledge import PackageUse
 
@@ -23,6 +26,8 @@ from colcon_yamllaunch.watch.knowledge import PackageUse
 Action = Literal['ignore', 'restart', 'build', 'restart after build', 'replan']
 
 _PYTHON_SUFFIX = '.py'
+#: What a file may have been for a moment that is as it was.
+_MEANWHILE: tuple[Kind, ...] = ('changed', 'deleted')
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +83,34 @@ def consequences(
     found: list[Consequence] = []
     for same in by_file.values():
         found += uses.of_file(same)
+    return tuple(found)
+
+
+def missed(
+    again: Iterable[Change],
+    knowledge: Knowledge,
+    *,
+    young: Collection[str],
+    has_looked: bool,
+) -> tuple[Consequence, ...]:
+    """
+    Tell what follows for who may have read files while they were others.
+
+    :param again: Files that are as they were, but were written or away
+    :param young: The labels of what may have read its files meanwhile
+    :param has_looked: Whether the launch may have been prepared meanwhile
+    """
+    found: dict[Consequence, None] = {}
+    for change in again:
+        as_others = [replace(change, kind=kind) for kind in _MEANWHILE]
+        for one in consequences(as_others, knowledge):
+            names = tuple(
+                name
+                for name in one.names
+                if one.action == 'build' or name in young
+            )
+            if has_looked if one.action in ('build', 'replan') else names:
+                found[replace(one, change=change, names=names)] = None
     return tuple(found)
 
 

@@ -16,6 +16,7 @@ _HAPPENED = {
     'changed': 'changed',
     'deleted': 'was deleted',
     'mode': 'can be run now, or no more',
+    'again': 'is as before, but was not for a moment',
 }
 
 

@@ -5,7 +5,8 @@
 What the files that are watched were like, and what became of them.
 
 A change is another content, so nothing follows from saving a file as it was,
-nor from what an editor makes for a moment beside it.
+nor from what an editor makes for a moment beside it. But who read a file while
+that was being saved may have read something else, so these are noted, too.
 """
 
 from collections.abc import Iterable
@@ -60,6 +61,7 @@ class WatchedFiles:
         self.places: frozenset[str] = frozenset()
         #: What is there while git changes files that are watched.
         self.git_locks: tuple[str, ...] = ()
+        self._again: list[Change] = []
 
     def watch(
         self, folders: Iterable[str], files: Iterable[str], since: int
@@ -93,6 +95,11 @@ class WatchedFiles:
             if change is not None:
                 found.append(change)
         return sorted(found, key=lambda change: change.path)
+
+    def take_again(self) -> list[Change]:
+        """Return what was found as it was, but written since, just once."""
+        again, self._again = self._again, []
+        return again
 
     def needs_look(self, path: str) -> bool:
         """Tell whether an event may be about more than one file."""
@@ -179,7 +186,11 @@ class WatchedFiles:
         now = with_content(Path(name), now, then)
         self._known[name] = _File(real, now)
         kind = _kind(then, now)
-        return None if kind is None else Change(kind, name, real)
+        if kind is not None:
+            return Change(kind, name, real)
+        if then is not None and then.ctime != now.ctime:
+            self._again.append(Change('again', name, real))
+        return None
 
     def _look(self) -> Iterator[_Found]:
         self._names, self._single = {}, {}

@@ -79,7 +79,8 @@ class Watcher:
     Watches what it is told to.
 
     :param source: The descriptor that says what
-    :param tell: Is called with changes, when they were noticed, and notes
+    :param tell: Is called with changes, those of the kind `again` among them,
+      when they were noticed, and notes
     :param clock: Returns seconds that never go back
     """
 
@@ -263,8 +264,9 @@ class Watcher:
 
     def _say(self, changes: list[Change], seen: int = 0) -> None:
         notes, self._notes = self._notes, []
-        if changes or notes:
-            self._tell(changes, seen or time.monotonic_ns(), notes)
+        told = [*changes, *self._files.take_again()]
+        if told or notes:
+            self._tell(told, seen or time.monotonic_ns(), notes)
 
 
 #: What the library takes for no polling.

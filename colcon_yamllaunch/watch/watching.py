@@ -31,7 +31,10 @@ from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.course.plan_changes import RunningLaunch
 from colcon_yamllaunch.watch.build_effects import touched_by
 from colcon_yamllaunch.watch.changes import Batch
+from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.consequences import Consequence
 from colcon_yamllaunch.watch.consequences import consequences
+from colcon_yamllaunch.watch.consequences import missed
 from colcon_yamllaunch.watch.consequences import Steps
 from colcon_yamllaunch.watch.consequences import steps
 from colcon_yamllaunch.watch.knowledge import Knowledge
@@ -47,7 +50,10 @@ from colcon_yamllaunch.watch.worker_link import WorkerLink
 
 #: Files that a line names before it only counts.
 _FILES_SHOWN = 3
-_HAPPENED = {'new': 'added', 'deleted': 'deleted'}
+#: How long what was started, or has failed, may have read files before a
+#: change of them was noticed (seconds).
+_READING = 3.0
+_HAPPENED = {'new': 'added', 'deleted': 'deleted', 'again': 'saved again'}
 _AS_BEFORE = 'everything runs on as before'
 _WHAT_FAILED = {
     'build': 'the build failed',
@@ -133,6 +139,10 @@ class Watching:
         self._is_owed = False
         # what could not be started as things were
         self._unstarted: set[str] = set()
+        # when each part was started, loaded or ended by itself last
+        self._read_at: dict[str, float] = {}
+        # when the launch was prepared last
+        self._prepared_at = clock()
         self._group = 0
         self._labels: set[str] = set()
 
@@ -174,6 +184,8 @@ class Watching:
                 self._came_up(event, failed=False)
             case events.StartFailed() | events.LoadFailed():
                 self._came_up(event, failed=True)
+            case events.Exited(asked=False):
+                self._read_at[event.process.label] = self._clock()
             case events.Dropped():
                 self._gone(event.process.label)
             case events.Requested(action='stop'):
@@ -232,7 +244,13 @@ class Watching:
 
     def _take(self, batch: Batch) -> None:
         launch = self._the_launch
-        found = consequences(batch.changes, self._knowledge)
+        seen = batch.seen_ns / 1e9
+        changes = [c for c in batch.changes if c.kind != 'again']
+        again = [c for c in batch.changes if c.kind == 'again']
+        found = (
+            *consequences(changes, self._knowledge),
+            *self._missed(again, seen),
+        )
         wanted = steps(found, self._knowledge)
         if self._why:
             for line in why_lines(found, self._cwd):
@@ -245,12 +263,26 @@ class Watching:
         launch.tell(
             events.Changed(tuple(dict.fromkeys(c.path for c in acted)))
         )
-        current = _Round(batch.seen_ns / 1e9, files)
+        current = _Round(seen, files)
         is_open = self._is_owed or any(r.has_job for r in self._rounds)
         self._rounds.append(current)
         # what comes or goes may be what a build has missed
         must_ask = is_open and any(c.kind != 'changed' for c in acted)
         self._do(wanted, current, must_ask=must_ask)
+
+    def _missed(
+        self, again: Collection[Change], seen: float
+    ) -> tuple[Consequence, ...]:
+        """Tell what follows from files that were others for a moment."""
+        since = seen - _READING
+        is_open = any(r.has_job for r in self._rounds)
+        return missed(
+            again,
+            self._knowledge,
+            young={n for n, at in self._read_at.items() if at >= since}
+            | self._unstarted,
+            has_looked=is_open or self._prepared_at >= since,
+        )
 
     def _do(self, wanted: Steps, current: _Round, *, must_ask: bool) -> None:
         needs_job = wanted.build or wanted.replan or wanted.after_build
@@ -326,6 +358,7 @@ class Watching:
 
     def _end_job(self, current: _Round) -> None:
         current.has_job = False
+        self._prepared_at = self._clock()
         self._worker.forget()
         self._job_ended()
 
@@ -436,6 +469,7 @@ class Watching:
         )
         label = part.label
         self._labels.add(label)
+        self._read_at[label] = self._clock()
         self._unstarted.discard(label)
         if failed:
             self._unstarted.add(label)

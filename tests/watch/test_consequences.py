@@ -9,6 +9,7 @@ from pathlib import PurePosixPath
 from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.changes import KINDS
 from colcon_yamllaunch.watch.consequences import consequences
+from colcon_yamllaunch.watch.consequences import missed
 from colcon_yamllaunch.watch.consequences import Steps
 from colcon_yamllaunch.watch.consequences import steps
 from colcon_yamllaunch.watch.knowledge import Knowledge
@@ -228,6 +229,52 @@ def test_why_names_the_change_what_follows_and_the_reason() -> None:
         '[watch] src/arm/urdf/mesh.stl changed: nothing to do, as nothing in '
         'the launch uses it',
     ]
+
+
+@pytest.mark.parametrize(
+    ('path', 'young', 'has_looked', 'expected'),
+    [
+        # who runs for long has read it as it is
+        (f'{ARM}/scripts/double.py', (), False, Steps()),
+        (f'{ARM}/config/all.yaml', ('bag', 'motor'), False, Steps()),
+        # who has just begun may have read another one
+        (
+            f'{ARM}/config/all.yaml',
+            ('bag', 'double'),
+            False,
+            Steps(restart=('double',)),
+        ),
+        (
+            f'{ARM}/scripts/double.py',
+            ('double', 'triple'),
+            False,
+            Steps(restart=('double',)),
+        ),
+        (
+            f'{ARM}/arm/pose.py',
+            ('triple',),
+            False,
+            Steps(after_build=('triple',)),
+        ),
+        # and so may a build and an evaluation
+        (f'{ARM}/src/a.cpp', (), False, Steps()),
+        (f'{ARM}/src/a.cpp', (), True, Steps(frozenset(('arm',)))),
+        (LAUNCH, (), False, Steps()),
+        (LAUNCH, (), True, Steps(frozenset(('arm',)), replan=True)),
+        # a link to it could not be installed
+        (f'{ARM}/urdf/mesh.stl', (), True, Steps(frozenset(('arm',)))),
+        ('/home/me/notes.txt', ('bag',), True, Steps()),
+    ],
+)
+def test_a_file_that_was_another_one_for_a_moment(
+    path: str, young: tuple[str, ...], has_looked: bool, expected: Steps
+) -> None:
+    change = Change('again', path, path)
+    found = missed([change], KNOWLEDGE, young=young, has_looked=has_looked)
+    assert steps(found, KNOWLEDGE) == expected
+    assert {one.change for one in found} <= {change}
+    for line in why_lines(found):
+        assert 'is as before, but was not for a moment' in line
 
 
 PATHS = strategies.sampled_from(

@@ -85,6 +85,30 @@ def test_saving_the_same_content_is_no_change(tree: Tree) -> None:
     assert tree.again() == []
 
 
+def test_who_read_a_file_while_it_was_saved_is_not_forgotten(
+    tree: Tree,
+) -> None:
+    a, b = tree.write('src/arm/a.cpp', 'one'), tree.write('src/arm/b.cpp')
+    past = time.time() - 60
+    for file in (a, b):
+        os.utime(file, (past, past))
+    tree.watch()
+    # ticks of the clock go by until the file system has another time
+    before = a.stat().st_ctime_ns
+    while a.stat().st_ctime_ns == before:
+        # as some editors do it, and scripts
+        kept = a.rename(a.with_name('a.cpp~'))
+        a.write_text('one')
+        kept.unlink()
+    assert tree.changes('src/arm/a.cpp') == []
+    assert tree.changes('src/arm/b.cpp') == []
+    again = tree.files.take_again()
+    assert [(c.kind, c.path) for c in again] == [('again', str(a))]
+    assert tree.files.take_again() == []
+    assert tree.again() == []
+    assert tree.files.take_again() == []
+
+
 @pytest.mark.parametrize(
     'name',
     [

@@ -127,6 +127,17 @@ def test_changes_are_told(watched: Watched) -> None:
     assert watched.warnings == []
 
 
+def test_a_file_that_was_away_is_told(watched: Watched) -> None:
+    watched.start()
+    # ticks of the clock go by until the file system has another time
+    path = watched.folder / 'first'
+    before = path.stat().st_ctime_ns
+    while path.stat().st_ctime_ns == before:
+        path.rename(path.with_name('first~'))
+        path.with_name('first~').rename(path)
+    assert watched.told() == ['again first']
+
+
 def test_a_checkout_is_one_change(watched: Watched) -> None:
     git = watched.folder / '.git'
     git.mkdir()

@@ -17,6 +17,17 @@ from support.watched import Watched
 BROKEN, MENDED = "printt('talk says three", "print('talk says two"
 MORE_OF_IT = '- executable: {cmd: sleep 999, name: further}\n'
 
+#: Saves the parameter file of a script, as it is, while that starts.
+AWAY = """\
+import os, sys
+if os.path.exists('{flag}'):
+    os.remove('{flag}')
+    os.rename('{file}', '{file}~')
+    print('talk found nothing', flush=True)
+    os.rename('{file}~', '{file}')
+    sys.exit(1)
+"""
+
 
 @pytest.fixture
 def flow(user):
@@ -92,6 +103,21 @@ def test_each_change_has_just_its_consequence(flow):
     kinds = ('changed', 'built', 'replanned', 'restarted')
     assert {e['event'] for e in w.events(*kinds)} == set(kinds)
     assert 'Traceback' not in w.launch.output
+
+
+def test_who_read_a_file_while_it_was_saved_reads_it_again(flow):
+    w = Watched(flow).watches()
+    # what starts finds its parameter file away, which comes back as it was
+    w.save('scripts/talk.py', 'says one', 'says two')
+    w.says('talk says two')
+    flag, file = flow.root / 'flag', flow.root / 'src/flow/config/talk.yaml'
+    flag.touch()
+    away = AWAY.format(flag=flag, file=file)
+    w.save('scripts/talk.py', 'import signal', f'{away}import signal')
+    w.says('talk found nothing')
+    w.says(r'\[watch\] +talk.yaml saved again: restarted talk')
+    w.says('talk says two value: 1')
+    assert w.launch.interrupt() == 0
 
 
 def test_nothing_is_left_when_the_launcher_is_killed_in_a_build(flow):
