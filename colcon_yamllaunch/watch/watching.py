@@ -139,6 +139,10 @@ class Watching:
         self._is_owed = False
         # what could not be started as things were
         self._unstarted: set[str] = set()
+        # when each process failed that has not been started since
+        self._crashed: dict[str, float] = {}
+        # since when builds may have been under way that came to no good end
+        self._unsure_since: float | None = None
         # when each part was started, loaded or ended by itself last
         self._read_at: dict[str, float] = {}
         # when the launch was prepared last
@@ -185,7 +189,10 @@ class Watching:
             case events.StartFailed() | events.LoadFailed():
                 self._came_up(event, failed=True)
             case events.Exited(asked=False):
-                self._read_at[event.process.label] = self._clock()
+                label = event.process.label
+                self._read_at[label] = self._clock()
+                if event.failed:
+                    self._crashed[label] = self._clock()
             case events.Dropped():
                 self._gone(event.process.label)
             case events.Requested(action='stop'):
@@ -308,6 +315,8 @@ class Watching:
                 self._rounds.remove(other)
                 break
         self._job_ended()
+        if self._unsure_since is None:
+            self._unsure_since = self._clock()
         self._learn_libraries()
         libraries = {p.label: p.libraries for p in self._knowledge.processes}
         try:
@@ -410,6 +419,7 @@ class Watching:
         touched = touched_by(prepared.changed, self._knowledge)
         differs = set(new.differs)
         anew = {*touched, *current.late, *self._unstarted}
+        anew |= self._failed_in_builds()
         anew -= {*differs, *new.gone}
         if not new.is_empty:
             started = _labels(new.new)
@@ -432,6 +442,21 @@ class Watching:
         self._built = prepared.built
         self._knowledge = prepared.knowledge
         self._watch(prepared.since_ns)
+
+    def _failed_in_builds(self) -> set[str]:
+        """
+        Return what has failed while builds were under way.
+
+        It may have missed what comes out as it was before.
+        """
+        since, self._unsure_since = self._unsure_since, None
+        return {
+            use.label
+            for use in self._knowledge.processes
+            if use.packages
+            and since is not None
+            and self._crashed.get(use.label, 0.0) >= since
+        }
 
     def _begin_anew(self, current: _Round) -> None:
         """
@@ -470,6 +495,7 @@ class Watching:
         label = part.label
         self._labels.add(label)
         self._read_at[label] = self._clock()
+        self._crashed.pop(label, None)
         self._unstarted.discard(label)
         if failed:
             self._unstarted.add(label)
