@@ -13,6 +13,7 @@ from collections.abc import Callable
 import os
 from pathlib import Path
 import random
+import re
 import time
 
 import pytest
@@ -220,8 +221,10 @@ def test_what_runs_is_what_a_fresh_launch_would_run(user):
             assert w.launch.process.poll() is None, w.launch.output
             time.sleep(0.02)
         wait_until(is_all)
-    assert 'Traceback' not in w.launch.output
-    assert 'internal error' not in w.launch.output
+    # but for the script, which may begin while its file is away
+    output = re.sub(r'^\[talk\].*', '', w.launch.output, flags=re.M)
+    assert 'Traceback' not in output
+    assert 'internal error' not in output
     w.launch.interrupt()
 
 
