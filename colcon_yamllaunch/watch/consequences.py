@@ -102,7 +102,7 @@ def missed(
     """
     found: dict[Consequence, None] = {}
     for change in again:
-        as_others = [replace(change, kind=kind) for kind in _MEANWHILE]
+        as_others = [change._replace(kind=kind) for kind in _MEANWHILE]
         for one in consequences(as_others, knowledge):
             names = tuple(
                 name
