@@ -22,6 +22,7 @@ from contextlib import contextmanager
 from contextlib import redirect_stderr
 from contextlib import redirect_stdout
 from contextlib import suppress
+from functools import partial
 from glob import glob
 from glob import has_magic
 import importlib
@@ -102,6 +103,7 @@ class Colcon:
         self._verb.VERB_NAME = 'build'
         self._selected: dict[str, Any] = {}
         self._discovered: set[Any] | None = None
+        self._is_warm = False
         with self._in_root():
             self._args = self._parse()
         self._folders = Identification(
@@ -276,8 +278,10 @@ class Colcon:
         Do in vain what each build does, as colcon keeps some of it.
 
         That is the version of CMake, and templates as they were read. It
-        also loads what a build takes.
+        also loads what a build takes. The builds of forks then take a short
+        cut, too, which others need not.
         """
+        self._is_warm = True
         with TemporaryDirectory() as name, self._in_root():
             # what fails here fails in the build, which tells of it
             with suppress(Exception):
@@ -383,14 +387,20 @@ class Colcon:
             if args.continue_on_error
             else OnError.interrupt
         )
-        _count_from_now(context)
-        # also for a failed build, as colcon does; they depend on no package
-        with _beside(
+        # also after a failed build, as colcon does
+        create_scripts = partial(
             self._verb._create_prefix_scripts,
             str(self.install_base),
             args.merge_install,
-        ):
+        )
+        if self._is_warm:
+            _count_from_now(context)
+            # they depend on no package
+            with _beside(create_scripts):
+                rc = execute_jobs(context, jobs, on_error=on_error)
+        else:
             rc = execute_jobs(context, jobs, on_error=on_error)
+            create_scripts()
         done = list(jobs.values())
         return BuildResult(_exit_code(rc), _succeeded(done), _failed(done))
 
@@ -442,9 +452,7 @@ class Colcon:
 
 
 @contextmanager
-def _beside(
-    function: Callable[..., object], *arguments: object
-) -> Iterator[None]:
+def _beside(function: Callable[[], object]) -> Iterator[None]:
     """
     Call a function while the block waits for programs.
 
@@ -455,7 +463,7 @@ def _beside(
 
     def call() -> None:
         if called.acquire(blocking=False):
-            function(*arguments)
+            function()
 
     timer = threading.Timer(_HEAD_START, call)
     timer.start()

@@ -29,8 +29,7 @@ _WRITTEN = {*_COMPILED, *_CONFIGURED, *_RULES, _NINJA_DEPENDENCIES}
 #: sizes; the highest bit tells those that are no paths (ninja, deps_log.h).
 _NINJA_HEADER = 16
 _NINJA_NO_PATH = 0x80000000
-#: Patterns are not compiled here, as each launch imports this module and few
-#: need them. A path in a command, as far as it has nothing unusual in it.
+#: A path in a command, as far as it has nothing unusual in it.
 _PATH = re.compile(r'(?<![\w./$}-])/[^\s:"\'\\;$()]+')
 #: The same in a list of CMake.
 _QUOTED = re.compile(r'"(/[^"\n]+)"')
