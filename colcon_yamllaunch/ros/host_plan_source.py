@@ -57,8 +57,8 @@ class HostPlanSource:
         self._link = link
         self._growing = growing
         self._number = number
-        # what is restarted after a change, and whether its end was kept back
-        self._changed: dict[str, bool] = {}
+        # what is restarted after a change, with its end, which is kept back
+        self._changed: dict[str, events.Exited | None] = {}
 
     @property
     def descriptor(self) -> int:
@@ -89,14 +89,19 @@ class HostPlanSource:
         """See `PlanSource`."""
         match event:
             case events.Requested(action='change'):
-                self._changed[event.process.label] = False
+                self._changed.setdefault(event.process.label, None)
+            case events.Requested() | events.StartFailed():
+                # it is not the change any more that it ends for
+                kept = self._changed.pop(event.process.label, None)
+                if kept is not None:
+                    self.handle(kept)
             case events.Started() if self._changed.pop(
-                event.process.label, False
+                event.process.label, None
             ):
                 return
             case events.Exited() if event.process.label in self._changed:
                 # what waits for its end does not wait for this
-                self._changed[event.process.label] = True
+                self._changed[event.process.label] = event
             case events.Started():
                 self._tell_of(event.process, 'start', pid=event.pid)
             case events.Exited(outcome=outcome):

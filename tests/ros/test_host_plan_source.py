@@ -121,6 +121,28 @@ def test_what_happens_to_its_processes(played):
     assert played.told(events.Warned('trouble')) == []
 
 
+def test_a_restart_after_a_change_is_no_end(played):
+    outcome = Outcome(signal=signal.SIGINT)
+    ended = events.Exited(TALKER, 12, outcome, 1.0, True, False, None)
+    changed = events.Requested(TALKER, 'change')
+    assert played.told(changed) == []
+    assert played.told(ended) == []
+    # another change before it has begun anew
+    assert played.told(changed) == []
+    assert played.told(events.Started(TALKER, 13)) == []
+    # one that ended before begins anew for all
+    assert played.told(changed) == []
+    assert len(played.told(events.Started(TALKER, 14))) == 1
+    # what makes an end of it after all is told with it
+    assert played.told(changed) == []
+    assert played.told(ended) == []
+    (told,) = played.told(events.Requested(TALKER, 'stop'))
+    assert told['type'] == 'exit'
+    assert played.told(changed) == []
+    assert played.told(events.Requested(TALKER, 'stop')) == []
+    assert len(played.told(ended)) == 1
+
+
 def test_what_they_write(played):
     played.source.output('talker-1', 'stderr', b'one\xff\n')
     played.source.output('o-2', 'stderr', b'two\n')
