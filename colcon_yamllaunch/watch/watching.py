@@ -433,7 +433,7 @@ class Watching:
         kept = {*new.same, *differs}
         begun = [p for p in _parts(new.plan.entries) if p.label in kept]
         for part in begun:
-            launch.revise(part)
+            launch.revise(part, at_once=part.label not in differs)
         wanted = [p.label for p in begun if p.label in differs | anew]
         self._restart(wanted, current)
         launch.extend(new.new)

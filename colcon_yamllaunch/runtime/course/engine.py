@@ -265,13 +265,13 @@ class Engine:
             if task.group is not None
         }
 
-    def revise(self, part: Process | Component) -> None:
+    def revise(self, part: Process | Component, *, at_once: bool) -> None:
         """Have a part of the plan be another one from its next start on."""
         more = Plan((part,))
         if self._settings.tty:
             more = with_terminals(more)
         for process in more.processes():
-            self.supervisor.revise(process)
+            self.supervisor.revise(process, at_once=at_once)
         for component in more.components():
             self._composition_of(component.label).revise(component)
 

@@ -32,10 +32,12 @@ class RunningLaunch(Protocol):
         :raises ValueError: when a label is taken
         """
 
-    def revise(self, part: Process | Component) -> None:
+    def revise(self, part: Process | Component, *, at_once: bool) -> None:
         """
         Have a part of the plan be another one from its next start on.
 
+        :param at_once: Whether it would be started as what runs was, so that
+          what follows from the end of that, and its time-outs, are new now
         :raises RefusedError: when there is none
         """
 

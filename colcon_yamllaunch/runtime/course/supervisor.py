@@ -377,16 +377,21 @@ class Supervisor:
             self._dropped.discard(task.number)
         task.successor = process
 
-    def revise(self, process: Process) -> None:
+    def revise(self, process: Process, *, at_once: bool) -> None:
         """
         Have a process be another one from its next start on.
 
         :param process: It has the label of a process of the plan
+        :param at_once: Whether it would be started as what runs was, so that
+          what follows from the end of that, and its time-outs, are new now
         :raises RefusedError: when there is none
         """
         task = self.task(process.label)
         is_same = process == task.process
         task.successor = None if is_same else process
+        if at_once:
+            # all else is told when it starts
+            task.process = process
 
     def restart_changed(self, labels: Collection[str]) -> tuple[str, ...]:
         """

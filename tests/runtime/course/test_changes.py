@@ -150,17 +150,28 @@ def test_a_revised_process_is_another_one_from_its_next_start_on(
     history, process
 ):
     h = history(process('a'))
-    h.supervisor.revise(process('a', respawn=True))
+    h.supervisor.revise(process('a', respawn=True), at_once=False)
     assert not h.supervisor.task('a').process.respawn
     restarts(h, 'a')
     h.exit('a', STOPPED)
     assert h.supervisor.task('a').process.respawn
 
 
+def test_what_the_launcher_does_with_it_is_new_at_once(history, process):
+    h = history(process('a'))
+    h.supervisor.revise(process('a', respawn=True), at_once=True)
+    h.exit('a', Outcome(code=1))
+    assert h.started() == ['a', 'a']
+    # and no more
+    h.supervisor.revise(process('a'), at_once=True)
+    h.exit('a', Outcome(code=1))
+    assert h.started() == ['a', 'a']
+
+
 def test_a_revision_is_taken_back(history, process):
     h = history(process('a'))
-    h.supervisor.revise(process('a', respawn=True))
-    h.supervisor.revise(process('a'))
+    h.supervisor.revise(process('a', respawn=True), at_once=False)
+    h.supervisor.revise(process('a'), at_once=False)
     restarts(h, 'a')
     h.exit('a', STOPPED)
     assert not h.supervisor.task('a').process.respawn
