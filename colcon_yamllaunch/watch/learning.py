@@ -7,7 +7,6 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import lru_cache
 import os
 from pathlib import Path
@@ -26,7 +25,6 @@ from colcon_yamllaunch.watch.knowledge import is_edited
 from colcon_yamllaunch.watch.knowledge import Knowledge
 from colcon_yamllaunch.watch.knowledge import PackageUse
 from colcon_yamllaunch.watch.knowledge import ProcessUse
-from colcon_yamllaunch.watch.mapped_files import mapped_files
 from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 from colcon_yamllaunch.workspace.freshness.build_record import (
     DamagedRecordError,
@@ -104,32 +102,6 @@ def knowledge_of(
         is_plan_broken=bool(evaluation.errors),
         products=tuple(sorted(products)),
     )
-
-
-def with_libraries(
-    knowledge: Knowledge, processes: Mapping[str, int]
-) -> Knowledge:
-    """
-    Return what is known once it was looked what is mapped into processes.
-
-    What was mapped into one that has ended is kept.
-
-    :param processes: Those that run, with their labels
-    """
-    own = tuple(folder + os.sep for folder in knowledge.products)
-    found = []
-    for process in knowledge.processes:
-        pid = processes.get(process.label)
-        mapped = mapped_files(pid, own) if pid else None
-        if mapped is not None:
-            process = replace(
-                process,
-                libraries=mapped,
-                may_run_python=process.may_run_python
-                or any('/libpython' in path for path in mapped),
-            )
-        found.append(process)
-    return replace(knowledge, processes=tuple(found))
 
 
 def record_of(workspace: Workspace, name: str) -> Record | None:

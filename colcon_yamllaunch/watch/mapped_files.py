@@ -3,9 +3,12 @@
 
 """Which files are mapped into a process: its program and its libraries."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 import os
 
 from colcon_yamllaunch.watch.knowledge import is_edited
+from colcon_yamllaunch.watch.knowledge import Knowledge
 
 _DELETED = ' (deleted)'
 
@@ -40,6 +43,32 @@ def mapped_files(pid: int, own: tuple[str, ...] = ()) -> frozenset[str] | None:
                 found.add(path)
         pending += _children(current)
     return frozenset(found) if is_known else None
+
+
+def with_libraries(
+    knowledge: Knowledge, processes: Mapping[str, int]
+) -> Knowledge:
+    """
+    Return what is known once it was looked what is mapped into processes.
+
+    What was mapped into one that has ended is kept.
+
+    :param processes: Those that run, with their labels
+    """
+    own = tuple(folder + os.sep for folder in knowledge.products)
+    found = []
+    for process in knowledge.processes:
+        pid = processes.get(process.label)
+        mapped = mapped_files(pid, own) if pid else None
+        if mapped is not None:
+            process = replace(
+                process,
+                libraries=mapped,
+                may_run_python=process.may_run_python
+                or any('/libpython' in path for path in mapped),
+            )
+        found.append(process)
+    return replace(knowledge, processes=tuple(found))
 
 
 def _children(pid: int) -> list[int]:

@@ -10,12 +10,13 @@ import importlib.util
 import json
 import os
 from pathlib import Path
-import select
 import signal
 import sys
 from typing import Any
 
 from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.streams.json_pipes import JsonPipes
 from colcon_yamllaunch.runtime.streams.watches import Watches
 from colcon_yamllaunch.watch.changes import Batch
 from colcon_yamllaunch.watch.changes import Change
@@ -58,15 +59,13 @@ class WatcherLink:
         clock: Callable[[], float],
         log: Path | None = None,
     ) -> None:
-        self._watches = watches
+        self._pipes = JsonPipes(watches, self._read, log)
         self._take = take
         self._warn = warn
         self._clock = clock
-        self._log = log
         #: The process, or 0 while there is none.
         self.pid = 0
-        self._input = self._output = -1
-        self._unsent = self._unread = b''
+        self._is_wanted = True
         self._request: dict[str, Any] | None = None
         self._heard = 0
         self._begun = 0.0
@@ -77,9 +76,7 @@ class WatcherLink:
         """Start the process; it comes up while the caller goes on."""
         self._due = None
         self._begun = self._clock()
-        its_input, self._input = os.pipe()
-        self._output, its_output = os.pipe()
-        error = self._open_log()
+        streams = self._pipes.open()
         code = _START.format([path for path in sys.path if path], PROGRAM)
         try:
             self.pid = os.posix_spawn(
@@ -88,9 +85,8 @@ class WatcherLink:
                 [sys.executable, '-S', '-c', code],
                 os.environ,
                 file_actions=[
-                    (os.POSIX_SPAWN_DUP2, its_input, 0),
-                    (os.POSIX_SPAWN_DUP2, its_output, 1),
-                    (os.POSIX_SPAWN_DUP2, error, 2),
+                    (os.POSIX_SPAWN_DUP2, descriptor, standard)
+                    for standard, descriptor in enumerate(streams)
                 ],
                 # Ctrl-C is not for it
                 setpgroup=0,
@@ -98,18 +94,14 @@ class WatcherLink:
                 setsigdef=(signal.SIGPIPE,),
             )
         except OSError as e:
-            self._close_pipes()
+            self._pipes.close()
             self._lost(f'could not be started: {e.strerror}')
             return
         finally:
-            for descriptor in (its_input, its_output, error):
+            for descriptor in streams:
                 os.close(descriptor)
-        os.set_blocking(self._input, False)
-        os.set_blocking(self._output, False)
-        self._watches.add(self._output, self._readable)
-        self._watches.add(self._input, lambda _: self._write(), 0)
         if self._request is not None:
-            self._send()
+            self._pipes.send(self._request)
 
     def watch(
         self, folders: Iterable[str], files: Iterable[str], since: int
@@ -125,7 +117,7 @@ class WatcherLink:
             'files': list(files),
             'since': since,
         }
-        self._send()
+        self._pipes.send(self._request)
 
     def advance(self) -> None:
         """Start the process again when that is due."""
@@ -138,14 +130,26 @@ class WatcherLink:
             return None
         return max(0.0, self._due - self._clock())
 
+    def ended(self, outcome: Outcome) -> None:
+        """Take into account that the process ended."""
+        self.pid = 0
+        # what it said last counts
+        self._read()
+        self._pipes.close()
+        if self._is_wanted:
+            self._lost(str(outcome))
+
+    def hang_up(self) -> None:
+        """Have the process end, as nothing is to follow from changes."""
+        self._due = None
+        self._is_wanted = False
+        self._pipes.close()
+
     def close(self) -> None:
         """End the process."""
-        self._due = None
-        self._close_pipes()
+        self.hang_up()
         if self.pid:
-            with suppress(ProcessLookupError):
-                # it has nothing to put in order
-                os.kill(self.pid, signal.SIGKILL)
+            self._kill()
             with suppress(ChildProcessError):
                 os.waitpid(self.pid, 0)
         self.pid = 0
@@ -168,61 +172,19 @@ class WatcherLink:
             self._request['since'] = self._heard
 
     def _last_words(self) -> str:
-        if self._log is None:
-            return ''
-        with suppress(OSError):
-            text = self._log.read_bytes()[-limits.TAIL_BYTES :]
-            lines = text.decode(errors='replace').split('\n')
-            last = next((s for s in reversed(lines) if s.strip()), '')
-            return f' ({last.strip()}; see {self._log})' if last else ''
-        return ''
+        last = self._pipes.last_line()
+        return f' ({last})' if last else ''
 
-    def _open_log(self) -> int:
-        if self._log is not None:
-            with suppress(OSError):
-                flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
-                return os.open(self._log, flags, 0o666)
-        return os.open(os.devnull, os.O_WRONLY | os.O_CLOEXEC)
+    def _kill(self) -> None:
+        with suppress(ProcessLookupError):
+            # it has nothing to put in order
+            os.kill(self.pid, signal.SIGKILL)
 
-    def _close_pipes(self) -> None:
-        for descriptor in (self._input, self._output):
-            if descriptor != -1:
-                self._watches.remove(descriptor)
-                os.close(descriptor)
-        self._input = self._output = -1
-        self._unsent = self._unread = b''
-
-    def _send(self) -> None:
-        if self._input != -1:
-            self._unsent += json.dumps(self._request).encode() + b'\n'
-            self._write()
-
-    def _write(self) -> None:
-        try:
-            while self._unsent:
-                count = os.write(self._input, self._unsent)
-                self._unsent = self._unsent[count:]
-        except BlockingIOError:
-            pass
-        except OSError:
-            # its end is noticed soon
-            self._unsent = b''
-        self._watches.change(
-            self._input, select.EPOLLOUT if self._unsent else 0
-        )
-
-    def _readable(self, _: int) -> None:
-        try:
-            data = os.read(self._output, limits.READ_SIZE)
-        except BlockingIOError:
-            return
-        if not data:
-            self.close()
-            self._lost('ended')
-            return
-        *lines, self._unread = (self._unread + data).split(b'\n')
-        for line in lines:
+    def _read(self) -> None:
+        for line in self._pipes.read():
             self._take_line(line)
+        if self._pipes.is_at_end and self.pid:
+            self._kill()
 
     def _take_line(self, line: bytes) -> None:
         message = json.loads(line)

@@ -18,6 +18,7 @@ from dataclasses import field
 from dataclasses import replace
 import os
 from pathlib import Path
+import signal
 from typing import Any
 
 from colcon_yamllaunch.language.plan.plan import Component
@@ -25,7 +26,6 @@ from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
-from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.course.plan_changes import RunningLaunch
@@ -38,9 +38,11 @@ from colcon_yamllaunch.watch.consequences import missed
 from colcon_yamllaunch.watch.consequences import Steps
 from colcon_yamllaunch.watch.consequences import steps
 from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.learning import with_libraries
+from colcon_yamllaunch.watch.mapped_files import with_libraries
 from colcon_yamllaunch.watch.plan_difference import plan_difference
-from colcon_yamllaunch.watch.watch_reasons import why_lines
+from colcon_yamllaunch.watch.watch_lines import came_of
+from colcon_yamllaunch.watch.watch_lines import happened
+from colcon_yamllaunch.watch.watch_lines import why_lines
 from colcon_yamllaunch.watch.watcher_link import WatcherLink
 from colcon_yamllaunch.watch.worker import Announced
 from colcon_yamllaunch.watch.worker import Failed
@@ -48,13 +50,11 @@ from colcon_yamllaunch.watch.worker import Job
 from colcon_yamllaunch.watch.worker import Prepared
 from colcon_yamllaunch.watch.worker_link import WorkerLink
 
-#: Files that a line names before it only counts.
-_FILES_SHOWN = 3
 #: How long what was started, or has failed, may have read files before a
 #: change of them was noticed (seconds).
 _READING = 3.0
-_HAPPENED = {'new': 'added', 'deleted': 'deleted', 'again': 'saved again'}
 _AS_BEFORE = 'everything runs on as before'
+_NO_WORKER = 'it takes another launch, as what builds has ended'
 _WHAT_FAILED = {
     'build': 'the build failed',
     'plan': 'it cannot be launched so',
@@ -158,12 +158,8 @@ class Watching:
     @property
     def pids(self) -> Collection[int]:
         """The processes that it has started, children of ours."""
-        return {*self.reaped_by_itself, self._worker.pid} - {0}
-
-    @property
-    def reaped_by_itself(self) -> Collection[int]:
-        """Those of them whose end it notices by itself."""
-        return () if self._watcher is None else {self._watcher.pid} - {0}
+        watcher = 0 if self._watcher is None else self._watcher.pid
+        return {watcher, self._worker.pid} - {0}
 
     def begin(self, launch: RunningLaunch) -> None:
         """Change a launch from now on."""
@@ -218,24 +214,17 @@ class Watching:
 
     def ended(self, pid: int, outcome: Outcome) -> None:
         """Take into account that one of its processes ended."""
-        if self._launch is None or pid != self._worker.pid:
-            return
-        self._launch.release_group(pid)
-        self._worker.lost()
-        self._job_ended()
-        for one in self._rounds:
-            one.has_job = False
-        self._launch.tell(
-            events.Warned(
-                f'what builds for --watch {outcome}: from now on only what '
-                'needs no build and no new plan is restarted'
-            )
-        )
+        if self._watcher is not None and pid == self._watcher.pid:
+            self._watcher.ended(outcome)
+        elif pid == self._worker.pid:
+            self._worker_ended(outcome)
 
     def hang_up(self) -> None:
         """Do nothing more, as the launch is being stopped."""
         self._rounds.clear()
         self._worker.cancel()
+        if self._watcher is not None:
+            self._watcher.hang_up()
 
     def close(self) -> None:
         """End all that it has started, and wait for that."""
@@ -266,7 +255,7 @@ class Watching:
         if wanted.is_empty:
             return
         acted = [one.change for one in found if one.action != 'ignore']
-        files = {self._shown(c.path): c.kind for c in acted}
+        files = {os.path.basename(c.path): c.kind for c in acted}
         launch.tell(
             events.Changed(tuple(dict.fromkeys(c.path for c in acted)))
         )
@@ -322,8 +311,10 @@ class Watching:
         try:
             self._worker.ask(Job(self._built, libraries))
         except OSError:
-            # the user was told
-            self._late |= current.late
+            # there is no worker any more, and the user was told
+            self._restart(current.late, current)
+            if not current.waits:
+                self._give_up(current, _NO_WORKER)
             return
         current.has_job = True
         for descriptor in self._worker.job_descriptors:
@@ -356,7 +347,7 @@ class Watching:
     def _answered(self, message: object, current: _Round) -> None:
         match message:
             case Announced():
-                text = f'{_happened(current.files)}: {message.text}'
+                text = f'{happened(current.files)}: {message.text}'
                 self._the_launch.tell(events.Watched(text, is_final=False))
             case Prepared():
                 self._end_job(current)
@@ -370,6 +361,23 @@ class Watching:
         self._prepared_at = self._clock()
         self._worker.forget()
         self._job_ended()
+
+    def _worker_ended(self, outcome: Outcome) -> None:
+        if self._group:
+            with suppress(OSError):
+                # nobody else ends its job
+                os.killpg(self._group, signal.SIGTERM)
+        self._the_launch.release_group(self._worker.pid)
+        self._worker.lost()
+        self._job_ended()
+        self._the_launch.tell(
+            events.Warned(
+                f'what builds for --watch {outcome}: from now on only what '
+                'needs no build and no new plan is restarted'
+            )
+        )
+        for current in [r for r in self._rounds if r.has_job]:
+            self._give_up(current, _NO_WORKER)
 
     def _job_ended(self) -> None:
         if self._group and self._launch is not None:
@@ -388,14 +396,17 @@ class Watching:
             self._the_launch.tell(
                 events.Built(failure.packages, seconds, failed=True)
             )
+        self._give_up(current, _WHAT_FAILED[failure.what], written)
+
+    def _give_up(self, current: _Round, why: str, details: str = '') -> None:
+        """Tell that nothing comes of a change."""
+        seconds = self._clock() - current.since
         text = (
-            f'{_happened(current.files)}: {_WHAT_FAILED[failure.what]}, '
-            f'{_AS_BEFORE} ({seconds:.2f} s)'
+            f'{happened(current.files)}: {why}, {_AS_BEFORE} ({seconds:.2f} s)'
         )
-        if current in self._rounds:
-            self._rounds.remove(current)
+        self._rounds.remove(current)
         self._the_launch.tell(
-            events.Watched(text, failed=True, details=written)
+            events.Watched(text, failed=True, details=details)
         )
 
     def _apply(self, prepared: Prepared, current: _Round) -> None:
@@ -467,11 +478,10 @@ class Watching:
         """
         seconds = self._clock() - current.since
         text = (
-            f'{_happened(current.files)}: the launch begins anew, as there '
+            f'{happened(current.files)}: the launch begins anew, as there '
             f'are event handlers in Python ({seconds:.2f} s)'
         )
-        if current in self._rounds:
-            self._rounds.remove(current)
+        self._rounds.remove(current)
         self._begins_anew = True
         self._the_launch.tell(events.Watched(text))
         self._the_launch.stop('it begins anew')
@@ -521,20 +531,17 @@ class Watching:
 
     def _tell_of(self, done: _Round) -> None:
         """Tell what came of a change."""
-        parts = [
-            f'{what} {_listed(names)}'
-            for what, names in (
-                ('built', done.built),
-                ('stopped', done.stopped),
-                ('started', _without(done.started, done.failed)),
-                ('restarted', _without(done.restarted, done.failed)),
-                ('could not start', done.failed),
-            )
-            if names
-        ]
+        what = came_of(
+            {
+                'built': done.built,
+                'stopped': done.stopped,
+                'started': _without(done.started, done.failed),
+                'restarted': _without(done.restarted, done.failed),
+                'could not start': done.failed,
+            }
+        )
         seconds = self._clock() - done.since
-        what = ', '.join(parts) or 'nothing that runs differs'
-        text = f'{_happened(done.files)}: {what} ({seconds:.2f} s)'
+        text = f'{happened(done.files)}: {what} ({seconds:.2f} s)'
         self._the_launch.tell(events.Watched(text, failed=bool(done.failed)))
 
     # what is waited for
@@ -552,9 +559,6 @@ class Watching:
     def _learn_libraries(self) -> None:
         groups = self._the_launch.groups()
         self._knowledge = with_libraries(self._knowledge, groups)
-
-    def _shown(self, path: str) -> str:
-        return os.path.basename(path)
 
 
 def _parts(entries: Iterable[Entry]) -> list[Process | Component]:
@@ -578,20 +582,3 @@ def _joined(first: tuple[str, ...], second: Iterable[str]) -> tuple[str, ...]:
 def _without(names: Iterable[str], others: Iterable[str]) -> tuple[str, ...]:
     left = set(others)
     return tuple(name for name in names if name not in left)
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    shown = ', '.join(names[: limits.NAMES_SHOWN])
-    more = len(names) - limits.NAMES_SHOWN
-    return f'{shown} and {more} more' if more > 0 else shown
-
-
-def _happened(files: Mapping[str, str]) -> str:
-    """Say which files were changed."""
-    names = list(files)
-    kinds = {_HAPPENED.get(kind, 'changed') for kind in files.values()}
-    what = kinds.pop() if len(kinds) == 1 else 'changed'
-    if len(names) <= _FILES_SHOWN:
-        return f'{", ".join(names)} {what}'
-    first = ', '.join(names[: _FILES_SHOWN - 1])
-    return f'{first} and {len(names) - _FILES_SHOWN + 1} more {what}'

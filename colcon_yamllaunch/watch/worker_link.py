@@ -13,6 +13,7 @@ import socket
 import time
 from typing import Any
 
+from colcon_yamllaunch.runtime.process.children import has_ended
 from colcon_yamllaunch.watch.worker import CANCEL
 from colcon_yamllaunch.watch.worker import DO
 from colcon_yamllaunch.watch.worker import LENGTH
@@ -158,7 +159,7 @@ class WorkerLink:
         pid = self.pid
         self.lost()
         deadline = time.monotonic() + _PATIENCE
-        while not _reaped(pid):
+        while not has_ended(pid):
             if time.monotonic() > deadline:
                 os.kill(pid, signal.SIGKILL)
                 os.waitpid(pid, 0)
@@ -208,13 +209,6 @@ def _become_worker(
         serve(connection, prepare, clean_up)
     finally:
         os._exit(0)
-
-
-def _reaped(pid: int) -> bool:
-    try:
-        return os.waitpid(pid, os.WNOHANG)[0] == pid
-    except ChildProcessError:
-        return True
 
 
 def _watch_nothing(descriptor: int) -> None:

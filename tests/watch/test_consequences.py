@@ -15,7 +15,7 @@ from colcon_yamllaunch.watch.consequences import steps
 from colcon_yamllaunch.watch.knowledge import Knowledge
 from colcon_yamllaunch.watch.knowledge import PackageUse
 from colcon_yamllaunch.watch.knowledge import ProcessUse
-from colcon_yamllaunch.watch.watch_reasons import why_lines
+from colcon_yamllaunch.watch.watch_lines import why_lines
 from hypothesis import given
 from hypothesis import strategies
 import pytest

@@ -26,8 +26,8 @@ from colcon_yamllaunch.watch.build_effects import touched_by
 from colcon_yamllaunch.watch.knowledge import Knowledge
 from colcon_yamllaunch.watch.knowledge import ProcessUse
 from colcon_yamllaunch.watch.learning import knowledge_of
-from colcon_yamllaunch.watch.learning import with_libraries
 from colcon_yamllaunch.watch.mapped_files import mapped_files
+from colcon_yamllaunch.watch.mapped_files import with_libraries
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record

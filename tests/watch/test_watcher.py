@@ -14,6 +14,8 @@ import sys
 import time
 from typing import Any
 
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.process.children import ended_children
 from colcon_yamllaunch.runtime.streams.watches import Watches
 from colcon_yamllaunch.watch import watcher
 from colcon_yamllaunch.watch.changes import Batch
@@ -78,6 +80,9 @@ class Watched:
         while not is_so():
             assert time.monotonic() < deadline, self.batches
             self._watches.wait(0.1)
+            for pid, status in ended_children({self.link.pid} - {0}):
+                assert pid == self.link.pid
+                self.link.ended(Outcome.from_status(status))
             self.link.advance()
 
     def told(self) -> list[str]:
@@ -197,7 +202,8 @@ def test_it_is_given_up_in_the_end(
     watched.wait(lambda: bool(watched.warnings))
     (warning,) = watched.warnings
     assert warning.startswith(
-        'the process that watches files ended: nothing is watched any more '
+        'the process that watches files exited with code 1: nothing is '
+        'watched any more '
         "(ModuleNotFoundError: No module named 'no_such_module'; see /"
     )
     assert watched.link.seconds_to_wait() is None

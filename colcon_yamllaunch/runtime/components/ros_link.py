@@ -14,10 +14,8 @@ from contextlib import suppress
 import json
 import os
 from pathlib import Path
-import select
 import signal
 import time
-from typing import Any
 
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.runtime.components.composition import Composition
@@ -27,9 +25,10 @@ from colcon_yamllaunch.runtime.components.ros_needs import needed_packages
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.process.descriptors import open_log
+from colcon_yamllaunch.runtime.process.children import has_ended
 from colcon_yamllaunch.runtime.process.pythons import pythons
 from colcon_yamllaunch.runtime.process.spawn import StartError
+from colcon_yamllaunch.runtime.streams.json_pipes import JsonPipes
 from colcon_yamllaunch.runtime.streams.watches import Watches
 
 #: What the process runs; it imports nothing of this package.
@@ -61,16 +60,15 @@ class RosLink:
         log: Path | None,
     ) -> None:
         self._environment = environment
-        self._watches = watches
+        self._pipes = JsonPipes(watches, self._take, log)
         self._start = start
         self._tell = tell
         self._clock = clock
-        self._log = log
         self._packages = needed_packages(plan)
         self._pythons = pythons(environment.get('PATH', os.defpath))
         self._python = self._first_found = 0
         #: The course of what it is asked for.
-        self.composition = Composition(plan, self._send, tell, clock)
+        self.composition = Composition(plan, self._pipes.send, tell, clock)
         #: The process group of the client, or 0 while there is none.
         self.pid = 0
         #: Whether the environment has what is needed.
@@ -88,9 +86,6 @@ class RosLink:
         self._begun = 0.0
         self._ends = 0
         self._due: float | None = None
-        self._input = self._output = -1
-        self._unsent = b''
-        self._read = b''
 
     def expect(self, more: Plan, *, is_late: bool) -> None:
         """
@@ -108,31 +103,23 @@ class RosLink:
         self._due = None
         self._begun = self._clock()
         self._is_ready = False
-        its_input, self._input = os.pipe()
-        self._output, its_output = os.pipe()
-        error = open_log(self._log)
+        streams = self._pipes.open()
         try:
             python = self._pythons[self._python]
             argv = [python, str(PROGRAM), *self._packages]
-            self.pid = self._start(argv, (its_input, its_output, error))
+            self.pid = self._start(argv, streams)
         except StartError as reason:
-            self._close_pipes()
+            self._pipes.close()
             self._lost(f'could not be started: {reason}')
-            return
         finally:
-            for descriptor in (its_input, its_output, error):
+            for descriptor in streams:
                 os.close(descriptor)
-        os.set_blocking(self._input, False)
-        os.set_blocking(self._output, False)
-        self._watches.add(self._output, self._readable)
-        self._watches.add(self._input, lambda _: self._write(), 0)
 
     def ended(self, outcome: Outcome) -> None:
         """Take into account that the client ended."""
         # what it said last counts
-        while self._take():
-            continue
-        self._close_pipes()
+        self._take()
+        self._pipes.close()
         self.pid = 0
         if self._is_wanted and self.error is None:
             self._lost(str(outcome), was_killed=outcome.signal is not None)
@@ -152,7 +139,7 @@ class RosLink:
         """Have the client end, as nothing is asked of it any more."""
         self._due = None
         self._is_wanted = False
-        self._close_pipes()
+        self._pipes.close()
 
     def close(self) -> None:
         """End the client, at the latest after a moment."""
@@ -160,7 +147,7 @@ class RosLink:
         if not self.pid:
             return
         deadline = time.monotonic() + limits.CLIENT_PATIENCE
-        while not _reaped(self.pid) and time.monotonic() < deadline:
+        while not has_ended(self.pid) and time.monotonic() < deadline:
             time.sleep(0.002)
         with suppress(ProcessLookupError, PermissionError):
             # what it started, too
@@ -205,63 +192,16 @@ class RosLink:
         self._tell(events.Warned(text))
 
     def _last_words(self) -> str:
-        if self._log is None:
-            return ''
-        with suppress(OSError):
-            text = self._log.read_bytes()[-limits.TAIL_BYTES :]
-            lines = text.decode(errors='replace').split('\n')
-            last = next((s for s in reversed(lines) if s.strip()), '')
-            return f': {last.strip()}; see {self._log}' if last else ''
-        return ''
+        last = self._pipes.last_line()
+        return f': {last}' if last else ''
 
-    def _close_pipes(self) -> None:
-        for descriptor in (self._input, self._output):
-            if descriptor != -1:
-                self._watches.remove(descriptor)
-                os.close(descriptor)
-        self._input = self._output = -1
-        self._unsent = self._read = b''
-
-    def _send(self, request: Mapping[str, Any]) -> None:
-        if self._input != -1:
-            # the engine's loop writes before it waits
-            self._unsent += json.dumps(request).encode() + b'\n'
-            self._write()
-
-    def _write(self) -> None:
-        try:
-            while self._unsent:
-                count = os.write(self._input, self._unsent)
-                self._unsent = self._unsent[count:]
-        except BlockingIOError:
-            pass
-        except OSError:
-            # its end is noticed soon
-            self._unsent = b''
-        waits = select.EPOLLOUT if self._unsent else 0
-        self._watches.change(self._input, waits)
-
-    def _readable(self, _: int) -> None:
-        self._take()
-
-    def _take(self) -> bool:
-        """Take what the client said; return whether there was anything."""
-        if self._output == -1:
-            return False
-        try:
-            data = os.read(self._output, limits.READ_SIZE)
-        except BlockingIOError:
-            return False
-        if not data:
-            # it is reported as a child, or closed its output for good
-            self._watches.change(self._output, 0)
+    def _take(self) -> None:
+        """Take what the client said."""
+        for line in self._pipes.read():
+            self._take_line(line)
+        if self._pipes.is_at_end:
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self.pid, signal.SIGKILL)
-            return False
-        *lines, self._read = (self._read + data).split(b'\n')
-        for line in lines:
-            self._take_line(line)
-        return True
 
     def _take_line(self, line: bytes) -> None:
         try:
@@ -294,10 +234,3 @@ class RosLink:
             if self.is_found:
                 # the launch began, as it looked well
                 self.composition.client_given_up(self.error)
-
-
-def _reaped(pid: int) -> bool:
-    try:
-        return os.waitpid(pid, os.WNOHANG)[0] == pid
-    except ChildProcessError:
-        return True

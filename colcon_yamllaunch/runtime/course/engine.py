@@ -777,8 +777,6 @@ class Engine:
     def _reap(self) -> None:
         adopted = self._look_for_adopted()
         ours = self._children_of_ours()
-        if self._changes is not None:
-            ours.difference_update(self._changes.reaped_by_itself)
         for pid, number in suspended_children(ours):
             self.supervisor.suspended(pid, number)
         for pid, status in ended_children(ours | adopted):

@@ -91,10 +91,6 @@ class PlanChanges(Protocol):
     def pids(self) -> Collection[int]:
         """The processes that it has started, children of ours."""
 
-    @property
-    def reaped_by_itself(self) -> Collection[int]:
-        """Those of them whose end it notices by itself."""
-
     def begin(self, launch: RunningLaunch) -> None:
         """Change a launch from now on."""
 

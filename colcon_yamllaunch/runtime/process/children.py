@@ -33,6 +33,14 @@ def suspended_children(
         yield result.si_pid, None if goes_on else result.si_status
 
 
+def has_ended(pid: int) -> bool:
+    """Tell whether a child is gone; one that has just ended is reaped."""
+    try:
+        return os.waitpid(pid, os.WNOHANG)[0] == pid
+    except ChildProcessError:
+        return True
+
+
 def _reported(ours: Collection[int], what: int) -> Iterator[os.waitid_result]:
     while True:
         result = _look(os.P_ALL, 0, what)

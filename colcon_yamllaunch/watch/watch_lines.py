@@ -1,22 +1,32 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What `--watch --why` says of each change."""
+"""What is said of changes: why something follows, and what came of them."""
 
 from collections.abc import Iterable
 from collections.abc import Iterator
-import os
+from collections.abc import Mapping
+from collections.abc import Sequence
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.language.syntax.diagnostics import shown_path
+from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.consequences import Consequence
 
+#: Files that a line names before it only counts.
+_FILES_SHOWN = 3
 _HAPPENED = {
     'new': 'is new',
     'changed': 'changed',
     'deleted': 'was deleted',
     'mode': 'can be run now, or no more',
     'again': 'is as before, but was not for a moment',
+}
+_HAPPENED_IN_SHORT = {
+    'new': 'added',
+    'deleted': 'deleted',
+    'again': 'saved again',
 }
 
 
@@ -35,11 +45,39 @@ def why_lines(found: Iterable[Consequence], cwd: str = '') -> Iterator[str]:
         yield f'[watch] {path} {_HAPPENED[change.kind]}: {what}'
 
 
-def shown_path(path: str, cwd: str) -> str:
-    """Return a path as it is shown: from the current folder, if below."""
-    if cwd and path.startswith(cwd.rstrip(os.sep) + os.sep):
-        return os.path.relpath(path, cwd)
-    return path
+def happened(files: Mapping[str, str]) -> str:
+    """
+    Say which files were changed.
+
+    :param files: Their names, with what happened to them
+    """
+    names = list(files)
+    kinds = {
+        _HAPPENED_IN_SHORT.get(kind, 'changed') for kind in files.values()
+    }
+    what = kinds.pop() if len(kinds) == 1 else 'changed'
+    if len(names) <= _FILES_SHOWN:
+        return f'{", ".join(names)} {what}'
+    first = ', '.join(names[: _FILES_SHOWN - 1])
+    return f'{first} and {len(names) - _FILES_SHOWN + 1} more {what}'
+
+
+def came_of(outcome: Mapping[str, Sequence[str]]) -> str:
+    """
+    Say what came of a change.
+
+    :param outcome: What was done, such as `built`, and to what
+    """
+    parts = [
+        f'{what} {_listed(names)}' for what, names in outcome.items() if names
+    ]
+    return ', '.join(parts) or 'nothing that runs differs'
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = ', '.join(names[: limits.NAMES_SHOWN])
+    more = len(names) - limits.NAMES_SHOWN
+    return f'{shown} and {more} more' if more > 0 else shown
 
 
 def _described(one: Consequence) -> str:
