@@ -153,7 +153,7 @@ class Watching:
     @property
     def begins_anew(self) -> bool:
         """Whether the launch is to be run anew, as it has ended for that."""
-        return self._begins_anew and not self._the_launch.is_interrupted
+        return self._begins_anew and not self._the_launch.is_ended_by_others
 
     @property
     def pids(self) -> Collection[int]:

@@ -296,9 +296,9 @@ class Engine:
         self.supervisor.stop(reason, drop_timers=True)
 
     @property
-    def is_interrupted(self) -> bool:
-        """Whether a signal has ended the launch, or hurried its end."""
-        return self._stopped_by_signal
+    def is_ended_by_others(self) -> bool:
+        """Whether not only what changes the plan has asked for the end."""
+        return self._stopped_by_signal or len(self.supervisor.stop_reasons) > 1
 
     def guard_group(self, group: int) -> None:
         """Have a process group ended with the launch, however that ends."""

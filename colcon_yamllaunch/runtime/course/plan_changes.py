@@ -67,8 +67,8 @@ class RunningLaunch(Protocol):
         """Begin to end the launch; see `Supervisor.stop`."""
 
     @property
-    def is_interrupted(self) -> bool:
-        """Whether a signal has ended the launch, or hurried its end."""
+    def is_ended_by_others(self) -> bool:
+        """Whether not only what changes the plan has asked for the end."""
 
     def tell(self, event: events.Event) -> None:
         """Tell everybody who listens."""

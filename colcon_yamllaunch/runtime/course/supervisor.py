@@ -163,6 +163,8 @@ class Supervisor:
         self._queue: list[int] = []
         #: Whether a failure ends no launch, as a change may mend it.
         self.outlasts_failures = False
+        #: Why everything is being stopped, by all who asked for it.
+        self.stop_reasons: set[str] = set()
         #: Whether the launch is over.
         self.done = False
 
@@ -473,6 +475,7 @@ class Supervisor:
         :param interactive: Whether someone at a keyboard asked for it
         :param drop_timers: Whether timers that outlast a shutdown are dropped
         """
+        self.stop_reasons.add(reason)
         if not self.is_stopping:
             self._host.tell(events.ShuttingDown(reason, interactive))
             self._begin_stopping()

@@ -1,0 +1,362 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""From a change to what is asked of the launch, without a process."""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from dataclasses import dataclass
+from dataclasses import field
+from dataclasses import replace
+import signal
+from typing import Any
+
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.watch import watching
+from colcon_yamllaunch.watch.changes import Batch
+from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge import PackageUse
+from colcon_yamllaunch.watch.knowledge import ProcessUse
+from colcon_yamllaunch.watch.watching import Watching
+from colcon_yamllaunch.watch.worker import Announced
+from colcon_yamllaunch.watch.worker import Failed
+from colcon_yamllaunch.watch.worker import Prepared
+import pytest
+
+ARM = '/ws/src/arm'
+WORKER, WATCHER, JOB = 71, 72, 73
+
+
+def process(name: str, program: str, **more: Any) -> Process:
+    here = Position('demo.yaml', 1, 1)
+    return Process(name, (program,), '/ws', here, name, package='arm', **more)
+
+
+TALK = process('talk', f'{ARM}/talk.py')
+LOOP = process('loop', '/ws/install/arm/lib/arm/loop')
+KNOWN = Knowledge(
+    (
+        ProcessUse('talk', f'{ARM}/talk.py', 'arm', frozenset(('arm',))),
+        ProcessUse(
+            'loop', '/ws/install/arm/lib/arm/loop', 'arm', frozenset(('arm',))
+        ),
+    ),
+    (PackageUse('arm', ARM, frozenset(('talk.py',))),),
+    frozenset((f'{ARM}/demo.yaml',)),
+)
+
+
+@dataclass
+class PlayedWorker:
+    pid: int = WORKER
+    descriptor: int = 5
+    job_descriptors: tuple[int, ...] = (6, 7)
+    asked: int = 0
+    written: bytes = b''
+    is_busy: bool = False
+    answers: list[object] = field(default_factory=list)
+    closing: Callable[[int], None] = print
+
+    def ask(self, job: object) -> None:
+        if not self.pid:
+            raise OSError
+        self.asked += 1
+        self.is_busy = True
+
+    def take(self) -> Any:
+        while self.answers:
+            yield self.answers.pop(0)
+
+    def take_children(self) -> list[int]:
+        return [JOB]
+
+    def cancel(self) -> None:
+        self.is_busy = False
+
+    forget = cancel
+
+    def lost(self) -> None:
+        self.pid = 0
+
+    def close(self) -> None:
+        self.lost()
+
+
+@dataclass
+class PlayedWatches:
+    handlers: dict[int, Callable[[int], None]] = field(default_factory=dict)
+
+    def add(self, descriptor: int, handler: Callable[[int], None]) -> None:
+        self.handlers[descriptor] = handler
+
+    def remove(self, descriptor: int) -> None:
+        del self.handlers[descriptor]
+
+
+class PlayedWatcher:
+    """What tells of changes, when a test says so."""
+
+    def __init__(self, _: object, take: Any, *__: object) -> None:
+        self.take = take
+        self.pid = WATCHER
+        self.seen: list[str] = []
+
+    def start(self) -> None:
+        pass
+
+    def watch(self, *wanted: object) -> None:
+        pass
+
+    def advance(self) -> None:
+        pass
+
+    def ended(self, outcome: Outcome) -> None:
+        self.seen.append(str(outcome))
+
+    def hang_up(self) -> None:
+        self.seen.append('hung up')
+
+    def seconds_to_wait(self) -> None:
+        return None
+
+
+class Played:
+    """A launch of two processes, and what is asked of it."""
+
+    def __init__(self, *, grown_from: Mapping[str, str] | None = None) -> None:
+        self.now = 10.0
+        self.worker = PlayedWorker()
+        self.watches = PlayedWatches()
+        self.told: list[events.Event] = []
+        self.asked: list[Any] = []
+        self.guarded: set[int] = set()
+        self.is_ended_by_others = False
+        self.plan = Plan((TALK, LOOP))
+        self.watching = Watching(
+            self.plan,
+            KNOWN,
+            {},
+            self.worker,  # type: ignore[arg-type]
+            None,
+            since_ns=0,
+            grown_from=grown_from,
+            clock=lambda: self.now,
+            why=False,
+            cwd='/ws',
+        )
+        self.watching.begin(self)  # type: ignore[arg-type]
+        self.watcher: PlayedWatcher = self.watching._watcher  # type: ignore
+        for part in (TALK, LOOP):
+            self.watching.handle(events.Started(part, 1))
+
+    # what it asks of the launch
+
+    def tell(self, event: events.Event) -> None:
+        self.told.append(event)
+
+    def restart(self, labels: tuple[str, ...]) -> tuple[str, ...]:
+        self.asked += [f'restart {label}' for label in labels]
+        return labels
+
+    def revise(self, part: Process, *, at_once: bool) -> None:
+        if part not in (TALK, LOOP):
+            when = 'at once' if at_once else 'when it starts'
+            self.asked.append(f'another {part.label} {when}')
+
+    def drop(self, label: str) -> None:
+        self.asked.append(f'drop {label}')
+
+    def extend(self, entries: tuple[Any, ...]) -> None:
+        self.asked += [f'start {entry.label}' for entry in entries]
+
+    def stop(self, reason: str) -> None:
+        self.asked.append(f'stop: {reason}')
+
+    def forget(self, entries: object) -> None:
+        pass
+
+    def renew_environment(self, variables: object) -> None:
+        pass
+
+    def groups(self) -> dict[str, int]:
+        return {}
+
+    def guard_group(self, group: int) -> None:
+        self.guarded.add(group)
+
+    def release_group(self, group: int) -> None:
+        self.guarded.discard(group)
+
+    # what happens
+
+    def save(self, *names: str, kind: Any = 'changed') -> list[Any]:
+        """Save files of the package; return what is asked at once."""
+        paths = [f'{ARM}/{name}' for name in names]
+        changes = tuple(Change(kind, path, path) for path in paths)
+        self.watcher.take(Batch(changes, int(self.now * 1e9)))
+        return self.was_asked()
+
+    def answer(self, *answers: object) -> list[Any]:
+        """Have the worker answer; return what is asked at once."""
+        self.worker.answers += answers
+        self.watches.handlers[6](0)
+        return self.was_asked()
+
+    def prepared(self, *parts: Process, **more: Any) -> list[Any]:
+        plan = Plan(parts) if parts else self.plan
+        answer = Prepared(plan, {}, KNOWN, {}, {}, (), 0)
+        return self.answer(replace(answer, **more))
+
+    def was_asked(self) -> list[Any]:
+        asked, self.asked = self.asked, []
+        return asked
+
+    def lines(self, *started: Process) -> list[str]:
+        """Return what was said since, once some have started anew."""
+        for part in started:
+            self.watching.handle(events.Started(part, 1))
+        self.watching.advance()
+        told, self.told = self.told, []
+        return [line for event in told for line in event.lines()]
+
+
+@pytest.fixture
+def played(monkeypatch: pytest.MonkeyPatch) -> Played:
+    monkeypatch.setattr(watching, 'WatcherLink', PlayedWatcher)
+    return Played()
+
+
+def test_what_needs_no_build_is_restarted_at_once(played: Played) -> None:
+    assert played.save('talk.py') == ['restart talk']
+    assert not played.worker.asked
+    assert played.lines() == []
+    played.now += 0.25
+    assert played.lines(TALK) == ['talk.py changed: restarted talk (0.25 s)']
+
+
+def test_what_a_build_touches_is_restarted_when_it_is_done(
+    played: Played,
+) -> None:
+    assert played.save('loop.c') == []
+    assert played.answer(Announced('building 1 package')) == []
+    assert played.lines() == ['loop.c changed: building 1 package']
+    changed = {'/ws/install/arm/lib/arm/loop': 'arm'}
+    assert played.prepared(changed=changed, packages=('arm',)) == [
+        'restart loop'
+    ]
+    assert played.lines(LOOP) == [
+        'loop.c changed: built arm, restarted loop (0.00 s)'
+    ]
+
+
+def test_a_change_during_a_build_makes_it_void(played: Played) -> None:
+    played.save('loop.c')
+    # what needs no build does not wait for it
+    assert played.save('talk.py') == ['restart talk']
+    assert played.worker.asked == 1
+    played.save('loop.h')
+    assert played.worker.asked == 2
+    assert played.lines(TALK) == ['talk.py changed: restarted talk (0.00 s)']
+    played.prepared()
+    assert played.lines() == [
+        'loop.c, loop.h changed: nothing that runs differs (0.00 s)'
+    ]
+
+
+def test_what_a_failed_build_owes_follows_the_next(played: Played) -> None:
+    played.save('loop.c', 'talk.py')
+    played.worker.written = b'loop.c:1: error'
+    assert played.answer(Failed('build')) == []
+    played.worker.written = b''
+    (event,) = [e for e in played.told if isinstance(e, events.Watched)]
+    assert (event.failed, event.details) == (True, 'loop.c:1: error')
+    assert 'everything runs on as before' in event.text
+    played.told.clear()
+    played.save('loop.c')
+    assert played.prepared() == ['restart talk']
+
+
+def test_another_plan_is_done_in_its_order(played: Played) -> None:
+    played.save('demo.yaml')
+    more = process('more', '/bin/true')
+    loud = replace(TALK, argv=(*TALK.argv, '--loud'))
+    again = replace(LOOP, respawn=True)
+    assert played.prepared(again, loud, more) == [
+        'another loop at once',
+        'another talk when it starts',
+        'restart talk',
+        'start more',
+    ]
+    assert played.lines(loud, more) == [
+        'demo.yaml changed: started more, restarted talk (0.00 s)'
+    ]
+    played.save('demo.yaml')
+    assert played.prepared(again, loud)[0] == 'drop more'
+
+
+def test_who_is_stopped_by_hand_is_not_waited_for(played: Played) -> None:
+    played.save('talk.py')
+    played.watching.handle(events.Requested(TALK, 'stop'))
+    assert played.lines() == [
+        'talk.py changed: nothing that runs differs (0.00 s)'
+    ]
+
+
+def test_a_worker_that_is_killed_takes_its_job_along(
+    played: Played, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    killed: list[tuple[int, int]] = []
+    monkeypatch.setattr('os.killpg', lambda *args: killed.append(args))
+    played.save('loop.c')
+    played.watches.handlers[5](0)
+    assert played.guarded == {WORKER, JOB}
+    played.watching.ended(WORKER, Outcome(signal=signal.SIGKILL))
+    assert killed == [(JOB, signal.SIGTERM)]
+    assert not played.guarded
+    text = 'it takes another launch, as what builds has ended'
+    warning, line = played.lines()
+    assert warning.startswith('warning: what builds for --watch died by SIG')
+    assert line.startswith(f'loop.c changed: {text}, ')
+    # what needs it fails, what does not is done
+    assert played.save('loop.c') == []
+    assert played.lines()[0].startswith(f'loop.c changed: {text}, ')
+    assert played.save('talk.py') == ['restart talk']
+    assert played.save('talk.py', 'loop.c') == ['restart talk']
+
+
+def test_the_end_of_what_watches_is_passed_on(played: Played) -> None:
+    assert set(played.watching.pids) == {WORKER, WATCHER}
+    played.watching.ended(WATCHER, Outcome(code=1))
+    assert played.watcher.seen == ['exited with code 1']
+
+
+def test_nothing_follows_while_the_launch_is_stopped(played: Played) -> None:
+    played.save('loop.c')
+    played.watching.hang_up()
+    assert not played.worker.is_busy
+    assert played.watcher.seen == ['hung up']
+    assert played.prepared() == []
+    assert played.lines() == []
+
+
+def test_with_event_handlers_a_launch_begins_anew_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(watching, 'WatcherLink', PlayedWatcher)
+    played = Played(grown_from={'demo.launch.py': 'one'})
+    played.save('demo.yaml')
+    played.prepared(grown_from={'demo.launch.py': 'one'})
+    assert not played.watching.begins_anew
+    played.save('demo.yaml')
+    assert played.prepared(grown_from={'demo.launch.py': 'two'}) == [
+        'stop: it begins anew'
+    ]
+    assert played.watching.begins_anew
+    # somebody wants it to end meanwhile
+    played.is_ended_by_others = True
+    assert not played.watching.begins_anew
