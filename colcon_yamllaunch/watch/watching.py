@@ -283,13 +283,36 @@ class Watching:
     def _do(self, wanted: Steps, current: _Round, *, must_ask: bool) -> None:
         needs_job = wanted.build or wanted.replan or wanted.after_build
         if not (needs_job or must_ask):
-            self._restart(wanted.restart, current)
+            away = self._put_off(wanted.restart, current)
+            self._restart(_without(wanted.restart, away), current)
             return
         # what the job brings may be what a restart needs
         late = {*wanted.after_build, *wanted.restart, *self._late}
         current.late |= late
         self._late = set()
         self._ask(current)
+
+    def _put_off(self, labels: Collection[str], current: _Round) -> set[str]:
+        """
+        Return what cannot start before the job that is under way is done.
+
+        A build may take away what it installs, and all runs on meanwhile.
+        """
+        job = next((r for r in self._rounds if r.has_job), None)
+        if job is None:
+            return set()
+        away = {
+            p.label
+            for p in self._plan.processes()
+            if p.label in labels and not _is_there(p)
+        }
+        if away:
+            job.late |= away
+            job.files = {**job.files, **current.files}
+            if away.issuperset(labels):
+                # it is told of with that
+                self._rounds.remove(current)
+        return away
 
     def _ask(self, current: _Round) -> None:
         """Have the launch prepared again; what is prepared now is void."""
@@ -559,6 +582,13 @@ class Watching:
     def _learn_libraries(self) -> None:
         groups = self._the_launch.groups()
         self._knowledge = with_libraries(self._knowledge, groups)
+
+
+def _is_there(process: Process) -> bool:
+    """Tell whether the program of a process is where it was."""
+    program = process.argv[0] if process.argv else ''
+    is_path = isinstance(program, str) and os.path.isabs(program)
+    return not is_path or os.path.exists(str(program))
 
 
 def _parts(entries: Iterable[Entry]) -> list[Process | Component]:

@@ -225,9 +225,15 @@ class Played:
         return [line for event in told for line in event.lines()]
 
 
+def paths_without(gone: str) -> Callable[[str], bool]:
+    return lambda path: path != gone
+
+
 @pytest.fixture
 def played(monkeypatch: pytest.MonkeyPatch) -> Played:
     monkeypatch.setattr(watching, 'WatcherLink', PlayedWatcher)
+    # there is no workspace
+    monkeypatch.setattr('os.path.exists', paths_without(''))
     return Played()
 
 
@@ -265,6 +271,19 @@ def test_a_change_during_a_build_makes_it_void(played: Played) -> None:
     played.prepared()
     assert played.lines() == [
         'loop.c, loop.h changed: nothing that runs differs (0.00 s)'
+    ]
+
+
+def test_what_a_build_has_taken_away_is_restarted_when_it_is_done(
+    played: Played, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr('os.path.exists', paths_without(f'{ARM}/talk.py'))
+    played.save('CMakeLists.txt')
+    assert played.save('talk.py') == []
+    assert played.lines() == []
+    assert played.prepared() == ['restart talk']
+    assert played.lines(TALK) == [
+        'CMakeLists.txt, talk.py changed: restarted talk (0.00 s)'
     ]
 
 
