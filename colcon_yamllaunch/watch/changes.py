@@ -10,9 +10,6 @@ from typing import NamedTuple
 #: `again` that it was written or moved and is as it was.
 Kind = Literal['new', 'changed', 'deleted', 'mode', 'again']
 
-#: What makes a file another one than it was.
-KINDS: tuple[Kind, ...] = ('new', 'changed', 'deleted', 'mode')
-
 
 class Change(NamedTuple):
     """

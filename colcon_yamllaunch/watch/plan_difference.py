@@ -63,10 +63,6 @@ class PlanDifference:
     differs: tuple[str, ...] = ()
     same: tuple[str, ...] = ()
 
-    def entry(self, label: str) -> Labelled:
-        """Return the process or component of the plan with a label."""
-        return next(e for e in _labelled(self.plan) if e.label == label)
-
     @property
     def is_empty(self) -> bool:
         """Whether all goes on as it does."""

@@ -21,6 +21,7 @@ from colcon_yamllaunch.language.plan.plan import SignalProcess
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.watch.plan_difference import plan_difference
+from colcon_yamllaunch.watch.plan_difference import PlanDifference
 from hypothesis import given
 from hypothesis import strategies
 from support.random_cases import RANDOM
@@ -73,6 +74,11 @@ def plan(*entries: Entry, **more: Any) -> Plan:
     return with_labels(Plan(tuple(map(named, entries)), **more))
 
 
+def entry_of(found: PlanDifference, label: str) -> Process | Component:
+    parts = (*found.plan.processes(), *found.plan.components())
+    return next(part for part in parts if part.label == label)
+
+
 def labels(entries: tuple[Entry, ...]) -> list[str]:
     return [e.label for e in entries if isinstance(e, Process | Component)]
 
@@ -104,7 +110,7 @@ def test_what_is_gone_and_what_differs() -> None:
     found = plan_difference(plan(A, B, C), plan(node('a.py', 'a', '-x'), C))
     assert (found.gone, found.differs) == (('b',), ('a',))
     assert found.same == ('c.py-3',)
-    assert found.entry('a').argv == ('/ws/a.py', '-x')
+    assert entry_of(found, 'a').argv == ('/ws/a.py', '-x')
 
 
 def test_nodes_without_names_are_known_by_their_place() -> None:
@@ -251,8 +257,8 @@ def test_what_runs_in_the_end_is_what_the_new_plan_has(
     for label in found.gone:
         del running[label]
     for label in found.differs:
-        assert running[label] != what(found.entry(label))
-        running[label] = what(found.entry(label))
+        assert running[label] != what(entry_of(found, label))
+        running[label] = what(entry_of(found, label))
     for entry in new_leaves(found.new):
         assert entry.label not in {e.label for e in runs(old)}
         running[entry.label] = what(entry)
