@@ -42,7 +42,7 @@ def why_lines(found: Iterable[Consequence], cwd: str = '') -> Iterator[str]:
     for change, all_of_it in by_change.items():
         path = one_line(shown_path(change.path, cwd))
         what = '; '.join(_described(one) for one in all_of_it)
-        yield f'[watch] {path} {_HAPPENED[change.kind]}: {what}'
+        yield f'{path} {_HAPPENED[change.kind]}: {what}'
 
 
 def happened(files: Mapping[str, str]) -> str:

@@ -250,8 +250,7 @@ class Watching:
         wanted = steps(found, self._knowledge)
         if self._why:
             for line in why_lines(found, self._cwd):
-                text = line.removeprefix(f'[{events.WATCHER}] ')
-                launch.tell(events.Watched(text, is_final=False))
+                self._explain(line)
         if wanted.is_empty:
             return
         acted = [one.change for one in found if one.action != 'ignore']
@@ -265,6 +264,9 @@ class Watching:
         # what comes or goes may be what a build has missed
         must_ask = is_open and any(c.kind != 'changed' for c in acted)
         self._do(wanted, current, must_ask=must_ask)
+
+    def _explain(self, text: str) -> None:
+        self._the_launch.tell(events.Watched(text, is_final=False))
 
     def _missed(
         self, again: Collection[Change], seen: float
@@ -451,6 +453,9 @@ class Watching:
             current.built = _joined(current.built, prepared.packages)
         launch.renew_environment(prepared.environment)
         touched = touched_by(prepared.changed, self._knowledge)
+        if self._why:
+            for label, reason in touched.items():
+                self._explain(f'restart {label}, as {reason}')
         differs = set(new.differs)
         anew = {*touched, *current.late, *self._unstarted}
         anew |= self._failed_in_builds()

@@ -219,13 +219,12 @@ def test_why_names_the_change_what_follows_and_the_reason() -> None:
     ]
     lines = list(why_lines(consequences(changes, KNOWLEDGE), '/ws'))
     assert lines == [
-        '[watch] src/arm/arm/pose.py changed: restart double, triple, as it '
+        'src/arm/arm/pose.py changed: restart double, triple, as it '
         'is a Python module of arm',
-        '[watch] src/arm/src/�new.cpp is new: build arm, as arm is built '
-        'from it',
-        '[watch] src/arm/launch/demo.yaml changed: evaluate the launch file, '
+        'src/arm/src/�new.cpp is new: build arm, as arm is built from it',
+        'src/arm/launch/demo.yaml changed: evaluate the launch file, '
         'as the launch file reads it',
-        '[watch] src/arm/urdf/mesh.stl changed: nothing to do, as nothing in '
+        'src/arm/urdf/mesh.stl changed: nothing to do, as nothing in '
         'the launch uses it',
     ]
 

@@ -128,7 +128,12 @@ class PlayedWatcher:
 class Played:
     """A launch of two processes, and what is asked of it."""
 
-    def __init__(self, *, grown_from: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self,
+        *,
+        grown_from: Mapping[str, str] | None = None,
+        why: bool = False,
+    ) -> None:
         self.now = 10.0
         self.worker = PlayedWorker()
         self.watches = PlayedWatches()
@@ -146,7 +151,7 @@ class Played:
             since_ns=0,
             grown_from=grown_from,
             clock=lambda: self.now,
-            why=False,
+            why=why,
             cwd='/ws',
         )
         self.watching.begin(self)  # type: ignore[arg-type]
@@ -257,6 +262,17 @@ def test_what_a_build_touches_is_restarted_when_it_is_done(
     ]
     assert played.lines(LOOP) == [
         'loop.c changed: built arm, restarted loop (0.00 s)'
+    ]
+
+
+def test_it_is_told_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(watching, 'WatcherLink', PlayedWatcher)
+    played = Played(why=True)
+    played.save('loop.c')
+    played.prepared(changed={'/ws/install/arm/lib/arm/loop': 'arm'})
+    assert played.lines() == [
+        'src/arm/loop.c changed: build arm, as arm is built from it',
+        'restart loop, as its program was built',
     ]
 
 
