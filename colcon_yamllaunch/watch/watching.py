@@ -356,8 +356,10 @@ class Watching:
     def _take_child(self, _: int) -> None:
         for group in self._worker.take_children():
             self._job_ended()
-            self._group = group
-            self._the_launch.guard_group(group)
+            # one that has answered already ends by itself
+            if any(r.has_job for r in self._rounds):
+                self._group = group
+                self._the_launch.guard_group(group)
 
     def _take_answers(self, _: int) -> None:
         current = next((r for r in self._rounds if r.has_job), None)
