@@ -9,6 +9,7 @@ from pathlib import Path
 import signal
 
 import pytest
+from support.manifest import manifest
 from support.watched import make_flow
 from support.watched import MORE
 from support.watched import wait_until
@@ -26,6 +27,31 @@ if os.path.exists('{flag}'):
     print('talk found nothing', flush=True)
     os.rename('{file}~', '{file}')
     sys.exit(1)
+"""
+
+
+#: A package in which nothing is compiled.
+CMAKE = """\
+cmake_minimum_required(VERSION 3.16)
+project(flow NONE)
+install(PROGRAMS node.py DESTINATION lib/flow)
+install(FILES words.py DESTINATION lib/flow)
+install(FILES demo.yaml view.rviz DESTINATION share/flow)
+"""
+NODE = """\
+#!/usr/bin/env python3
+import signal, words
+signal.signal(signal.SIGINT, lambda *_: exit(0))
+print('node says', words.WORD, flush=True)
+while True: signal.pause()
+"""
+DEMO = """\
+launch:
+- node: {pkg: flow, exec: node.py, name: node}
+- executable:
+    cmd: sh -c 'echo view; exec sleep 1000' $(find-pkg-share flow)/view.rviz
+    name: view
+- executable: {cmd: sleep 1000, name: other}
 """
 
 
@@ -103,6 +129,26 @@ def test_each_change_has_just_its_consequence(flow):
     kinds = ('changed', 'built', 'replanned', 'restarted')
     assert {e['event'] for e in w.events(*kinds)} == set(kinds)
     assert 'Traceback' not in w.launch.output
+
+
+def test_modules_and_files_that_the_plan_names_are_no_build(user):
+    user.write('src/flow/package.xml', manifest('flow', 'cmake'))
+    user.write('src/flow/CMakeLists.txt', CMAKE)
+    user.write('src/flow/node.py', NODE, 0o755)
+    user.write('src/flow/words.py', "WORD = 'one'\n")
+    user.write('src/flow/view.rviz', 'from above')
+    user.write('src/flow/demo.yaml', DEMO)
+    w = Watched(user)
+    w.says('node says one')
+    w.says('view-2.* view')
+    w.save('words.py', 'one', 'two')
+    w.says(r'\[watch\] +words.py changed: restarted node \(')
+    w.says('node says two')
+    w.save('view.rviz', 'above', 'below')
+    w.says(r'\[watch\] +view.rviz changed: restarted view-2 \(')
+    assert w.starts() == Counter({'node': 2, 'view-2': 2, 'other-3': 1})
+    assert not w.events('built')
+    assert w.launch.interrupt() == 0
 
 
 def test_who_read_a_file_while_it_was_saved_reads_it_again(flow):
