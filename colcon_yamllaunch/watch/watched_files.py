@@ -22,6 +22,7 @@ from colcon_yamllaunch.common.fingerprint import TICK
 from colcon_yamllaunch.common.fingerprint import with_content
 from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.changes import Kind
+from colcon_yamllaunch.workspace.packages.source_files import entries_of
 from colcon_yamllaunch.workspace.packages.source_files import is_skipped_file
 from colcon_yamllaunch.workspace.packages.source_files import is_skipped_folder
 
@@ -221,7 +222,7 @@ class WatchedFiles:
         while pending:
             name, real = pending.pop()
             self._names.setdefault(real, set()).add(name)
-            for entry in _entries(name):
+            for entry in entries_of(name):
                 its_name, its_real = entry.path, f'{real}{os.sep}{entry.name}'
                 try:
                     status = entry.stat()
@@ -262,14 +263,6 @@ def _status(path: str) -> os.stat_result | None:
             return os.lstat(path)
         except OSError:
             return None
-
-
-def _entries(path: str) -> list[os.DirEntry[str]]:
-    try:
-        with os.scandir(path) as entries:
-            return list(entries)
-    except OSError:
-        return []
 
 
 def _git_lock(folder: str) -> str:

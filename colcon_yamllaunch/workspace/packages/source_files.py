@@ -38,7 +38,7 @@ def source_files(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
     seen: set[tuple[int, int]] = set()
     while pending:
         path, below = pending.pop()
-        for entry in _entries(path):
+        for entry in entries_of(path):
             try:
                 status = entry.stat()
             except OSError:
@@ -70,7 +70,8 @@ def is_skipped_folder(entry: os.DirEntry[str]) -> bool:
     )
 
 
-def _entries(path: str) -> list[os.DirEntry[str]]:
+def entries_of(path: str) -> list[os.DirEntry[str]]:
+    """Return what is in a folder, nothing if it cannot be read."""
     try:
         with os.scandir(path) as entries:
             return list(entries)
