@@ -62,15 +62,21 @@ def happened(files: Mapping[str, str]) -> str:
     return f'{first} and {len(names) - _FILES_SHOWN + 1} more {what}'
 
 
-def came_of(outcome: Mapping[str, Sequence[str]]) -> str:
+def came_of(
+    outcome: Mapping[str, Sequence[str]], *, is_lost: bool = False
+) -> str:
     """
     Say what came of a change.
 
     :param outcome: What was done, such as `built`, and to what
+    :param is_lost: Whether it takes a build or evaluation, and what does that
+      is gone
     """
     parts = [
         f'{what} {_listed(names)}' for what, names in outcome.items() if names
     ]
+    if is_lost:
+        parts.append('what builds for --watch is gone')
     return ', '.join(parts) or 'nothing that runs differs'
 
 

@@ -54,10 +54,10 @@ from colcon_yamllaunch.watch.worker_link import WorkerLink
 #: change of them was noticed (seconds).
 _READING = 3.0
 _AS_BEFORE = 'everything runs on as before'
-_NO_WORKER = 'it takes another launch, as what builds has ended'
 _WHAT_FAILED = {
     'build': 'the build failed',
     'plan': 'it cannot be launched so',
+    'job': 'what prepares it was killed',
 }
 
 
@@ -71,6 +71,7 @@ class _Round:
     :param late: What is started anew when all is built, whatever that brings
     :param waits: The labels of what is to come up yet
     :param has_job: Whether the worker is at it
+    :param is_lost: Whether it would have to be, but is gone
     """
 
     since: float
@@ -78,6 +79,7 @@ class _Round:
     late: set[str] = field(default_factory=set)
     waits: set[str] = field(default_factory=set)
     has_job: bool = False
+    is_lost: bool = False
     built: tuple[str, ...] = ()
     started: tuple[str, ...] = ()
     stopped: tuple[str, ...] = ()
@@ -284,9 +286,10 @@ class Watching:
 
     def _do(self, wanted: Steps, current: _Round, *, must_ask: bool) -> None:
         needs_job = wanted.build or wanted.replan or wanted.after_build
-        if not (needs_job or must_ask):
+        if not self._worker.pid or not (needs_job or must_ask):
             away = self._put_off(wanted.restart, current)
             self._restart(_without(wanted.restart, away), current)
+            current.is_lost = bool(needs_job)
             return
         # what the job brings may be what a restart needs
         late = {*wanted.after_build, *wanted.restart, *self._late}
@@ -336,10 +339,8 @@ class Watching:
         try:
             self._worker.ask(Job(self._built, libraries))
         except OSError:
-            # there is no worker any more, and the user was told
-            self._restart(current.late, current)
-            if not current.waits:
-                self._give_up(current, _NO_WORKER)
+            # its end is noticed soon
+            current.is_lost = True
             return
         current.has_job = True
         for descriptor in self._worker.job_descriptors:
@@ -369,7 +370,7 @@ class Watching:
                     self._answered(message, current)
         except EOFError:
             if current is not None:
-                self._fail(Failed('plan'), current)
+                self._fail(Failed('job'), current)
 
     def _answered(self, message: object, current: _Round) -> None:
         match message:
@@ -393,18 +394,19 @@ class Watching:
         if self._group:
             with suppress(OSError):
                 # nobody else ends its job
-                os.killpg(self._group, signal.SIGTERM)
+                os.killpg(self._group, signal.SIGINT)
         self._the_launch.release_group(self._worker.pid)
         self._worker.lost()
         self._job_ended()
+        for one in self._rounds:
+            one.is_lost = one.is_lost or one.has_job
+            one.has_job = False
         self._the_launch.tell(
             events.Warned(
                 f'what builds for --watch {outcome}: from now on only what '
                 'needs no build and no new plan is restarted'
             )
         )
-        for current in [r for r in self._rounds if r.has_job]:
-            self._give_up(current, _NO_WORKER)
 
     def _job_ended(self) -> None:
         if self._group and self._launch is not None:
@@ -416,24 +418,20 @@ class Watching:
         self._end_job(current)
         self._is_owed = True
         self._late |= current.late
-        is_plan = failure.what == 'plan'
-        self._knowledge = replace(self._knowledge, is_plan_broken=is_plan)
+        is_build = failure.what == 'build'
+        self._knowledge = replace(self._knowledge, is_plan_broken=not is_build)
         seconds = self._clock() - current.since
-        if not is_plan:
+        if is_build:
             self._the_launch.tell(
                 events.Built(failure.packages, seconds, failed=True)
             )
-        self._give_up(current, _WHAT_FAILED[failure.what], written)
-
-    def _give_up(self, current: _Round, why: str, details: str = '') -> None:
-        """Tell that nothing comes of a change."""
-        seconds = self._clock() - current.since
         text = (
-            f'{happened(current.files)}: {why}, {_AS_BEFORE} ({seconds:.2f} s)'
+            f'{happened(current.files)}: {_WHAT_FAILED[failure.what]}, '
+            f'{_AS_BEFORE} ({seconds:.2f} s)'
         )
         self._rounds.remove(current)
         self._the_launch.tell(
-            events.Watched(text, failed=True, details=details)
+            events.Watched(text, failed=True, details=written)
         )
 
     def _apply(self, prepared: Prepared, current: _Round) -> None:
@@ -568,11 +566,13 @@ class Watching:
                 'started': _without(done.started, done.failed),
                 'restarted': _without(done.restarted, done.failed),
                 'could not start': done.failed,
-            }
+            },
+            is_lost=done.is_lost,
         )
         seconds = self._clock() - done.since
         text = f'{happened(done.files)}: {what} ({seconds:.2f} s)'
-        self._the_launch.tell(events.Watched(text, failed=bool(done.failed)))
+        failed = bool(done.failed) or done.is_lost
+        self._the_launch.tell(events.Watched(text, failed=failed))
 
     # what is waited for
 

@@ -106,11 +106,12 @@ class Failed:
     """
     A launch would not begin now; the output of the job tells why.
 
-    :param what: What failed: the build, or else what the launch file says
+    :param what: What failed: the build, or else what the launch file says, or
+      the job itself, as it was killed
     :param packages: The packages that were built all the same
     """
 
-    what: Literal['build', 'plan']
+    what: Literal['build', 'plan', 'job']
     packages: tuple[str, ...] = ()
 
 

@@ -158,6 +158,8 @@ class WorkerLink:
             return
         pid = self.pid
         self.lost()
+        # one that is stopped would leave behind what it does
+        os.kill(pid, signal.SIGCONT)
         deadline = time.monotonic() + _PATIENCE
         while not has_ended(pid):
             if time.monotonic() > deadline:

@@ -351,17 +351,22 @@ def test_a_worker_that_is_killed_takes_its_job_along(
     played.watches.handlers[5](0)
     assert played.guarded == {WORKER, JOB}
     played.watching.ended(WORKER, Outcome(signal=signal.SIGKILL))
-    assert killed == [(JOB, signal.SIGTERM)]
+    assert killed == [(JOB, signal.SIGINT)]
     assert not played.guarded
-    text = 'it takes another launch, as what builds has ended'
+    is_gone = 'loop.c changed: what builds for --watch is gone (0.00 s)'
     warning, line = played.lines()
     assert warning.startswith('warning: what builds for --watch died by SIG')
-    assert line.startswith(f'loop.c changed: {text}, ')
+    assert line == is_gone
     # what needs it fails, what does not is done
     assert played.save('loop.c') == []
-    assert played.lines()[0].startswith(f'loop.c changed: {text}, ')
+    assert played.lines() == [is_gone]
     assert played.save('talk.py') == ['restart talk']
+    assert played.lines(TALK) == ['talk.py changed: restarted talk (0.00 s)']
     assert played.save('talk.py', 'loop.c') == ['restart talk']
+    assert played.lines(TALK) == [
+        'talk.py, loop.c changed: restarted talk, '
+        'what builds for --watch is gone (0.00 s)'
+    ]
 
 
 def test_the_end_of_what_watches_is_passed_on(played: Played) -> None:

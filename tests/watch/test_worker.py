@@ -162,6 +162,21 @@ def test_a_job_leads_a_group_and_is_cancelled_with_it(make_worker):
     assert children(worker) != [group]
 
 
+def test_one_that_is_stopped_leaves_nothing_behind(make_worker):
+    def prepare(request, tell):
+        tell(subprocess.Popen(['sleep', '1000']).pid)
+        signal.pause()
+
+    worker = make_worker(prepare)
+    worker.ask(1)
+    (group,) = children(worker)
+    (pid,) = wait_until(lambda: list(worker.take()))
+    os.kill(worker.pid, signal.SIGSTOP)
+    worker.close()
+    assert not is_running(group)
+    assert not is_running(pid)
+
+
 def test_another_job_makes_the_one_under_way_void(make_worker):
     def prepare(request, tell):
         if request == 1:
