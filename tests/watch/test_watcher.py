@@ -12,7 +12,6 @@ import signal
 import subprocess
 import sys
 import time
-from types import SimpleNamespace
 from typing import Any
 
 from colcon_yamllaunch.runtime.core.outcome import Outcome
@@ -302,24 +301,6 @@ def test_polling_can_be_asked_for(
     told: list[Any] = []
     run(tmp_path, told)
     assert [notes for _, _, notes in told] == [[], []]
-
-
-@pytest.mark.usefixtures('own_signals')
-def test_a_look_now_and_then_finds_what_was_not_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # as after a suspend, or when too much happened at once
-    silent = SimpleNamespace(close=lambda: None)
-    monkeypatch.setattr(
-        'watchfiles._rust_notify.RustNotify', lambda *_: silent
-    )
-    monkeypatch.setattr(watcher, 'PAUSE', 0.01)
-    monkeypatch.setattr(watcher, 'RARITY', 0)
-    (tmp_path / 'first').touch()
-    told: list[Any] = []
-    run(tmp_path, told)
-    names = [Path(c.path).name for changes, _, _ in told for c in changes]
-    assert names == ['first', 'late']
 
 
 @pytest.mark.parametrize(
