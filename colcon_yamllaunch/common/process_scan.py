@@ -14,6 +14,8 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 
 _ENVIRONMENT_SIZE = 1 << 22
+#: What is read of /proc/PID/stat at least; a single call returns all of it.
+_STAT_SIZE = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +68,7 @@ def running_processes() -> Iterator[RunningProcess]:
 def read_process(pid: int) -> RunningProcess | None:
     """Read one process, or return None if it does not run."""
     # the name in parentheses may itself hold spaces and parentheses
-    _, _, fields = _read(f'/proc/{pid}/stat', 1024).rpartition(b') ')
+    _, _, fields = _read(f'/proc/{pid}/stat', _STAT_SIZE).rpartition(b') ')
     values = fields.split()
     if len(values) < 22 or values[0] in (b'Z', b'X'):
         return None
@@ -84,7 +86,7 @@ def is_alive(pid: int, birth: int) -> bool:
 
 def is_suspended(pid: int) -> bool:
     """Tell whether a process was stopped, as Ctrl-Z does it."""
-    _, _, fields = _read(f'/proc/{pid}/stat', 1024).rpartition(b') ')
+    _, _, fields = _read(f'/proc/{pid}/stat', _STAT_SIZE).rpartition(b') ')
     return fields[:1] in (b'T', b't')
 
 

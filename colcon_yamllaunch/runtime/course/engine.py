@@ -175,6 +175,8 @@ class Engine:
         self._feed = None if source is None else self._plan_feed(source)
         self._limit = DescriptorLimit(len(self.supervisor.tasks))
         self._session = os.getsid(0)
+        own = read_process(os.getpid())
+        self._birth = 0 if own is None else own.birth
         # whose output each descriptor has
         self._outputs: dict[int, int] = {}
         self._relay.closing = self._forget_output
@@ -443,6 +445,7 @@ class Engine:
             with_leader,
             known=self._known,
             adopter=self._adopter(),
+            since=self._birth,
         )
         numbers = {task.number for task in self.supervisor.tasks}
         helpers = self._helpers()

@@ -105,6 +105,7 @@ def find_orphans(
     *,
     known: Known | None = None,
     adopter: Adopter | None = None,
+    since: int = 0,
 ) -> list[Orphan]:
     """
     Find the running processes of a launch, but those whose leader runs.
@@ -116,12 +117,16 @@ def find_orphans(
       reaches their processes, so these are left out
     :param known: What was found before; brought up to date
     :param adopter: Whose children those became that lost their parent
+    :param since: The birth of the launcher, if it is known; who is older is
+      none of the launch, and most of the machine is
     """
     known = {} if known is None else known
     numbers: dict[int, int] = {}
     found: list[RunningProcess] = []
     children: dict[int, list[RunningProcess]] = {}
     for process in running_processes():
+        if process.birth < since:
+            continue
         number = number_of(process.pid, identity)
         if number is None:
             number = marked_number(process.pid, identity)

@@ -9,6 +9,7 @@ import sys
 import time
 
 from colcon_yamllaunch.common.escalation import WHOLE
+from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.runtime.stopping.launch_scan import Adopter
 from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
 from colcon_yamllaunch.runtime.stopping.launch_scan import LAUNCH_ID_VARIABLE
@@ -55,6 +56,15 @@ def test_a_process_is_found_by_its_mark_wherever_it_went(start):
     start({LAUNCH_ID_VARIABLE: f'{new_identity()}.7'})
     found = find_orphans(identity, NO_SESSION, {})
     assert [(m.pid, m.number) for m in found] == [(process.pid, 7)]
+
+
+def test_who_is_older_than_the_launcher_is_none_of_the_launch(start):
+    identity = new_identity()
+    process = start({LAUNCH_ID_VARIABLE: f'{identity}.7'})
+    birth = read_process(process.pid).birth
+    found = find_orphans(identity, NO_SESSION, {}, since=birth)
+    assert [m.pid for m in found] == [process.pid]
+    assert not find_orphans(identity, NO_SESSION, {}, since=birth + 1)
 
 
 def test_a_process_is_found_by_its_group_in_our_session_only(start):
