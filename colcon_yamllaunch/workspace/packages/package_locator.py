@@ -6,6 +6,7 @@
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
+from functools import cached_property
 import os
 from pathlib import Path
 
@@ -184,12 +185,11 @@ class PackageLocator:
     def package_of(self, path: str) -> Package | None:
         """Return the package of the workspace whose source has a path."""
         real = Path(os.path.realpath(path))
-        owners = [
-            package
-            for package in self._packages.values()
-            if real.is_relative_to(os.path.realpath(package.path))
-        ]
-        return max(owners, key=lambda p: len(p.path.parts), default=None)
+        for folder in (real, *real.parents):
+            package = self._by_place.get(_place(folder))
+            if package is not None:
+                return package
+        return None
 
     def installed_path(self, package: str, source_file: str) -> str | None:
         """
@@ -213,6 +213,13 @@ class PackageLocator:
         # when merged, the path tells whose it is in lib/ and share/ only
         where = 1 if self._merge_install else 0
         return self._named(Path(os.path.normpath(path)), where)
+
+    @cached_property
+    def _by_place(self) -> dict[tuple[int, int] | None, Package]:
+        """The packages by their folders, behind all links."""
+        found = {_place(p.path): p for p in self._packages.values()}
+        found.pop(None, None)
+        return found
 
     def _named(self, path: Path, where: int) -> Package | None:
         """Return the package that a part of an installed path names."""
@@ -241,6 +248,15 @@ def is_executable(path: Path) -> bool:
 
 def _prefixes(environment: Mapping[str, str], name: str) -> list[Path]:
     return [Path(entry) for entry in split_path(environment.get(name))]
+
+
+def _place(folder: Path) -> tuple[int, int] | None:
+    """Return what names a folder for good; None if it is not there."""
+    try:
+        status = os.stat(folder)
+    except OSError:
+        return None
+    return status.st_dev, status.st_ino
 
 
 def _children(folder: Path) -> list[str]:
