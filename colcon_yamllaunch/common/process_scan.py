@@ -65,6 +65,30 @@ def running_processes() -> Iterator[RunningProcess]:
                 yield process
 
 
+def young_processes(
+    since: int, elders: set[tuple[str, int]]
+) -> Iterator[RunningProcess]:
+    """
+    Read the processes that run and were born at some time or later.
+
+    :param since: The time, in ticks after boot
+    :param elders: Entries of /proc that are known to be older, with their
+      inodes, which a later process does not get; brought up to date
+    """
+    try:
+        with os.scandir('/proc') as entries:
+            found = [(e.name, e.inode()) for e in entries if e.name.isdigit()]
+    except OSError:
+        return
+    elders.intersection_update(found)
+    for entry in found:
+        process = None if entry in elders else read_process(int(entry[0]))
+        if process is not None and process.birth >= since:
+            yield process
+        elif process is not None:
+            elders.add(entry)
+
+
 def read_process(pid: int) -> RunningProcess | None:
     """Read one process, or return None if it does not run."""
     # the name in parentheses may itself hold spaces and parentheses

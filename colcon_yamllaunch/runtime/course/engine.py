@@ -177,6 +177,7 @@ class Engine:
         self._session = os.getsid(0)
         own = read_process(os.getpid())
         self._birth = 0 if own is None else own.birth
+        self._elders: set[tuple[str, int]] = set()
         # whose output each descriptor has
         self._outputs: dict[int, int] = {}
         self._relay.closing = self._forget_output
@@ -446,6 +447,7 @@ class Engine:
             known=self._known,
             adopter=self._adopter(),
             since=self._birth,
+            elders=self._elders,
         )
         numbers = {task.number for task in self.supervisor.tasks}
         helpers = self._helpers()

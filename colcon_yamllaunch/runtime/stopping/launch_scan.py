@@ -25,9 +25,9 @@ from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import WHOLE
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import read_process
-from colcon_yamllaunch.common.process_scan import running_processes
 from colcon_yamllaunch.common.process_scan import RunningProcess
 from colcon_yamllaunch.common.process_scan import variable_of
+from colcon_yamllaunch.common.process_scan import young_processes
 from colcon_yamllaunch.runtime.process.cgroup import number_of
 
 #: The environment variable that marks the processes of a launch; its value is
@@ -106,6 +106,7 @@ def find_orphans(
     known: Known | None = None,
     adopter: Adopter | None = None,
     since: int = 0,
+    elders: set[tuple[str, int]] | None = None,
 ) -> list[Orphan]:
     """
     Find the running processes of a launch, but those whose leader runs.
@@ -119,14 +120,13 @@ def find_orphans(
     :param adopter: Whose children those became that lost their parent
     :param since: The birth of the launcher, if it is known; who is older is
       none of the launch, and most of the machine is
+    :param elders: Those that are, see :func:`.young_processes`
     """
     known = {} if known is None else known
     numbers: dict[int, int] = {}
     found: list[RunningProcess] = []
     children: dict[int, list[RunningProcess]] = {}
-    for process in running_processes():
-        if process.birth < since:
-            continue
+    for process in young_processes(since, set() if elders is None else elders):
         number = number_of(process.pid, identity)
         if number is None:
             number = marked_number(process.pid, identity)

@@ -62,8 +62,13 @@ def test_who_is_older_than_the_launcher_is_none_of_the_launch(start):
     identity = new_identity()
     process = start({LAUNCH_ID_VARIABLE: f'{identity}.7'})
     birth = read_process(process.pid).birth
-    found = find_orphans(identity, NO_SESSION, {}, since=birth)
-    assert [m.pid for m in found] == [process.pid]
+    elders = set()
+    for _ in range(2):
+        found = find_orphans(
+            identity, NO_SESSION, {}, since=birth, elders=elders
+        )
+        assert [m.pid for m in found] == [process.pid]
+        assert ('1', os.stat('/proc/1').st_ino) in elders
     assert not find_orphans(identity, NO_SESSION, {}, since=birth + 1)
 
 
