@@ -200,14 +200,17 @@ def _read(path: Path) -> tuple[str, list[str]]:
 
 
 def _make_words(text: str) -> list[str]:
-    text = text.replace('\\\n', ' ')
-    if '\\' not in text and '$' not in text:
-        # most files, and by far the fastest way
-        return [word.removesuffix(':') for word in text.split()]
-    return [
-        _MAKE_ESCAPE.sub(r'\1', word).replace('$$', '$').removesuffix(':')
-        for word in _MAKE_WORD.findall(text)
-    ]
+    words: list[str] = []
+    for line in text.replace('\\\n', ' ').split('\n'):
+        if '\\' not in line and '$' not in line:
+            # most lines, and by far the fastest way
+            words += line.split()
+        else:
+            words += (
+                _MAKE_ESCAPE.sub(r'\1', word).replace('$$', '$')
+                for word in _MAKE_WORD.findall(line)
+            )
+    return [word.removesuffix(':') for word in words]
 
 
 def _data(path: Path) -> bytes:

@@ -501,8 +501,7 @@ def _mode_for(
 ) -> BuildMode:
     if package.type.endswith('python'):
         return _mode_for_python(change, record)
-    reads = inputs.reads(change.path)
-    if change.kind is Kind.DELETED and reads:
+    if change.kind is Kind.DELETED and inputs.reads(change.path):
         # what was made from it is still there
         return BuildMode.CLEAN
     name = Path(change.path).name
