@@ -6,6 +6,7 @@
 from collections.abc import Callable
 from collections.abc import Iterator
 from contextlib import suppress
+import gc
 import os
 import pickle
 import signal
@@ -48,6 +49,9 @@ class WorkerLink:
         clean_up: Callable[[int], None],
     ) -> None:
         ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        # else the collection of garbage writes to all that both have, and what
+        # is written to is shared no more
+        gc.freeze()
         #: Its process id, or 0 when there is none any more.
         self.pid = os.fork()
         if not self.pid:
