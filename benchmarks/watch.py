@@ -14,20 +14,32 @@ It measures the `colcon` that is first on the PATH, which needs the extra
 
 Prints a table: what was measured, the figure, and the one to reach. Times are
 medians in seconds, from just before a file is written to the moment that the
-new process tells. Beside, in the same run and with the same script, stand the
-commands of `watchfiles` and `watchmedo` where they are installed. A row is
-measured if its title contains one of the words; without words all are.
+new process tells. WORD is one of script, cpp, launch, quiet; without all are
+measured.
 
-Memory is the proportional set size (PSS) of the launcher and what it has
-started for itself, beyond that of a launch without --watch.
+script: beside, in turns with the same script, stand `watchfiles`, `watchmedo
+auto-restart` and `dora start --hot-reload`, as far as they are on the PATH
+(packages watchfiles, watchdog, dora-rs-cli with dora-rs on PyPI). dora runs an
+operator, and reads its module again in the process that runs.
+
+cpp: `cmake --build` and `cmake --install` alone, of the same package in the
+same state in another workspace, take turns with the launch that watches. What
+counts is the median of the differences, pair by pair.
+
+quiet: processor time and memory are those of the launcher and of all that it
+has started for itself. Memory is the proportional set size (PSS), as what
+builds is a fork that shares much with the launcher, and the sum of the
+resident sets (RSS) would have that twice.
 """
 
 import argparse
 from collections.abc import Callable
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextlib import ExitStack
+from contextlib import suppress
 from dataclasses import dataclass
-from itertools import count
+from functools import partial
 import os
 from pathlib import Path
 import re
@@ -41,9 +53,20 @@ import time
 
 import build
 
+#: What others are called where the same is done by them.
+OTHERS = ('watchfiles', 'watchmedo', 'dora')
+
 PATIENCE = 120.0
 #: Seconds that a launch is watched while nothing happens.
 QUIET_SECONDS = 20.0
+#: How often it is looked whether what was started is quiet.
+SETTLING = 12
+#: Seconds between two saves, as of somebody who types.
+BREATH = 0.5
+#: Launches whose memory is measured, with --watch and without in turns.
+MEMORY_RUNS = 3
+#: Set, it has all files looked at again and again.
+POLLING = 'WATCHFILES_FORCE_POLLING'
 PACKAGES = 100
 FILES = 10_000
 LARGE_FILES = 100
@@ -55,6 +78,21 @@ import signal, time
 print('runs since %.9f' % time.time(), flush=True)
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 signal.pause()
+"""
+#: The same as an operator of dora, which must leave signals alone.
+OPERATOR = """\
+import time
+print('runs since %.9f' % time.time(), flush=True)
+class Operator:
+    def on_event(self, event, send_output):
+        from dora import DoraStatus
+        return DoraStatus.CONTINUE
+"""
+DATAFLOW = """\
+nodes:
+- id: node
+  operators:
+  - {id: node, python: node.py, inputs: {tick: dora/timer/millis/500}}
 """
 CODE = """\
 #include <cstdio>
@@ -73,6 +111,9 @@ add_executable(flow src/flow.cpp)
 install(TARGETS flow DESTINATION lib/flow)
 install(PROGRAMS src/node.py DESTINATION lib/flow)
 """
+#: What colcon sets for CMake, so that nothing is copied.
+AS_COLCON = {'CMAKE_INSTALL_MODE': 'ABS_SYMLINK_OR_COPY'}
+WATCH = ['colcon', 'launch', 'flow', 'demo.yaml', '--watch']
 LAUNCH = """\
 launch:
 - node: {{pkg: flow, exec: {program}, param: [{{name: x, value: {value}}}]}}
@@ -84,16 +125,19 @@ class Row:
     """
     A row of the table.
 
+    :param figure: None where it cannot be had
     :param limit: The figure to reach, None where there is none
     :param unit: What the figure is in
     """
 
     title: str
-    figure: float
+    figure: float | None
     limit: float | None = None
     unit: str = 's'
 
     def __str__(self) -> str:
+        if self.figure is None:
+            return self.title
         limit = '' if self.limit is None else f'{self.limit:>9.3f}'
         return f'{self.title:<62}{self.figure:>9.3f}{limit} {self.unit}'
 
@@ -101,11 +145,17 @@ class Row:
 class Running:
     """A command that goes on, and the stamps that its processes print."""
 
-    def __init__(self, root: Path, command: 'list[str]') -> None:
+    def __init__(
+        self,
+        root: Path,
+        command: 'list[str]',
+        variables: 'dict[str, str] | None' = None,
+    ) -> None:
         self._output = tempfile.TemporaryFile()  # noqa: SIM115
         self.process = subprocess.Popen(
             command,
             cwd=root,
+            env=os.environ | (variables or {}),
             stdin=subprocess.DEVNULL,
             stdout=self._output,
             stderr=subprocess.STDOUT,
@@ -119,19 +169,32 @@ class Running:
         data = os.pread(self._output.fileno(), size, 0)
         return data.decode(errors='replace')
 
-    def next_stamp(self, number: int) -> float:
-        """Wait for the stamp with a number, and return it."""
+    def stamp_after(self, moment: float = 0.0) -> float:
+        """Wait for the first stamp after a moment, and return it."""
         deadline = time.monotonic() + PATIENCE
-        while len(stamps := _STAMP.findall(self.text)) < number:
+        while True:
+            for stamp in map(float, _STAMP.findall(self.text)):
+                if stamp > moment:
+                    return stamp
             if time.monotonic() > deadline or self.process.poll() is not None:
                 sys.exit(f'{self.process.args} started nothing:\n{self.text}')
             time.sleep(0.002)
-        return float(stamps[number - 1])
+
+    def saved(self, save: Callable[[int], None], number: int) -> float:
+        """Save a file, and return how long it takes to the new process."""
+        begun = time.time()
+        save(number)
+        took = self.stamp_after(begun) - begun
+        time.sleep(BREATH)
+        return took
 
     def settle(self) -> None:
-        """Wait until all that was started is quiet."""
+        """Wait until all that was started is quiet, if it ever is."""
         before = -1.0
-        while (now := processor_seconds(self.process.pid)) != before:
+        for _ in range(SETTLING):
+            now = processor_seconds(self.process.pid)
+            if now == before:
+                return
             before = now
             time.sleep(0.5)
 
@@ -147,10 +210,16 @@ class Running:
 
 
 @contextmanager
-def running(root: Path, command: 'list[str]') -> Iterator[Running]:
+def running(
+    root: Path,
+    command: 'list[str]',
+    variables: 'dict[str, str] | None' = None,
+) -> Iterator[Running]:
     """Run a command as long as the block takes."""
-    started = Running(root, command)
+    started = Running(root, command, variables)
     try:
+        started.stamp_after()
+        started.settle()
         yield started
     finally:
         started.end()
@@ -184,76 +253,129 @@ def main() -> None:
 
 
 def measure_script(root: Path, runs: int) -> Iterator[Row]:
-    """Measure a Python node that is saved."""
+    """Measure a Python node that is saved, by us and by others."""
     make(root, 1)
-    script = root / 'src/flow/src/node.py'
     write_launch(root, 'node.py')
-    command = ['colcon', 'launch', 'flow', 'demo.yaml', '--watch']
-    yield Row(
-        'a Python node saved -> its new process runs',
-        saved(root, command, runs, lambda number: save_script(script, number)),
-        0.15,
-    )
-    others = {
-        'watchfiles': ['--sigint-timeout', '5', f'{sys.executable} {script}'],
-        'watchmedo': ['auto-restart', '-d', str(script.parent), '--'],
+    commands = {'': (root, WATCH, root / 'src/flow/src/node.py')}
+    times: dict[str, list[float]] = {'': []}
+    with ExitStack() as stack:
+        for name in OTHERS:
+            program = shutil.which(name)
+            if program is None:
+                continue
+            script = root.with_name(name) / 'node.py'
+            save_script(script, 0, OPERATOR if name == 'dora' else SCRIPT)
+            if name == 'dora' and not stack.enter_context(dora(script.parent)):
+                continue
+            command = other_command(name, program, script)
+            commands[name] = script.parent, command, script
+            times[name] = []
+        launches = {
+            name: stack.enter_context(running(folder, command))
+            for name, (folder, command, _) in commands.items()
+        }
+        for number in range(1, runs + 1):
+            for name, launch in launches.items():
+                script = commands[name][2]
+                text = OPERATOR if name == 'dora' else SCRIPT
+                times[name].append(
+                    launch.saved(
+                        partial(save_script, script, text=text), number
+                    )
+                )
+    title = 'a Python node saved -> its new process runs'
+    yield Row(title, statistics.median(times['']), 0.15)
+    titles = {
+        'watchfiles': 'the same by watchfiles',
+        'watchmedo': 'the same by watchmedo auto-restart',
+        'dora': 'an operator saved -> dora start --hot-reload has read it',
     }
-    for name, arguments in others.items():
-        program = shutil.which(name)
-        if program is None:
-            continue
-        tail = (
-            [str(script.parent)]
-            if name == 'watchfiles'
-            else [sys.executable, str(script)]
-        )
-        figure = saved(
-            root,
-            [program, *arguments, *tail],
-            runs,
-            lambda number: save_script(script, number),
-        )
-        yield Row(f'  the same by {name}', figure)
+    for name in OTHERS:
+        if name in times:
+            yield Row(f'  {titles[name]}', statistics.median(times[name]))
+        else:
+            yield Row(f'  {titles[name]}: not to be had here', None)
+
+
+def other_command(name: str, program: str, script: Path) -> 'list[str]':
+    """Return how another tool runs a script anew when it is saved."""
+    folder = str(script.parent)
+    return {
+        'watchfiles': [
+            *(program, '--sigint-timeout', '5'),
+            *(f'{sys.executable} {script}', folder),
+        ],
+        'watchmedo': [
+            *(program, 'auto-restart', '-d', folder, '--'),
+            *(sys.executable, str(script)),
+        ],
+        'dora': [program, 'start', 'flow.yml', '--attach', '--hot-reload'],
+    }[name]
+
+
+@contextmanager
+def dora(folder: Path) -> Iterator[bool]:
+    """Have dora's daemon run; tell whether it does."""
+    build.write(folder / 'flow.yml', DATAFLOW)
+    quiet = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.DEVNULL}
+    # it runs the Python that is first on the PATH
+    has_module = subprocess.run(['python', '-c', 'import dora'], **quiet)
+    if has_module.returncode:
+        yield False
+        return
+    up = subprocess.run(['dora', 'up'], cwd=folder, **quiet)
+    try:
+        yield up.returncode == 0
+    finally:
+        subprocess.run(['dora', 'down'], cwd=folder, **quiet)
 
 
 def measure_cpp(root: Path, runs: int) -> Iterator[Row]:
-    """Measure a file in C++ that is saved."""
-    make(root, PACKAGES)
-    write_launch(root, 'flow')
-    source = root / 'src/flow/src/flow.cpp'
+    """Measure a file in C++ that is saved, and its build by hand."""
+    other = root.with_name('cpp_alone')
+    for folder in (root, other):
+        make(folder, PACKAGES)
+        write_launch(folder, 'flow')
+    select = ['colcon', 'build', '--symlink-install', '--packages-up-to']
+    build.run(other, [*select, 'flow'])
 
-    def save(number: int) -> None:
-        build.write(source, CODE.format(number=number))
+    def save(number: int, folder: Path = root) -> None:
+        file = folder / 'src/flow/src/flow.cpp'
+        build.write(file, CODE.format(number=number))
 
-    command = ['colcon', 'launch', 'flow', 'demo.yaml', '--watch']
-    numbers = count(1_000_000)
-    alone: list[float] = []
-
-    def by_hand() -> None:
-        save(next(numbers))
+    def by_hand(number: int) -> float:
         begun = time.time()
+        save(number, other)
         for action in ('--build', '--install'):
-            build.run(root, f'cmake {action} build/flow')
-        alone.append(time.time() - begun)
+            build.run(other, ['cmake', action, 'build/flow'], AS_COLCON)
+        took = time.time() - begun
+        time.sleep(BREATH)
+        return took
 
-    figure = saved(root, command, runs, save)
-    for _ in range(runs):
-        by_hand()
-    bare = statistics.median(alone)
-    yield Row('a C++ file saved -> its new process runs', figure, bare + 0.1)
-    yield Row('  cmake --build and --install alone', bare)
+    watched, alone = [], []
+    with running(root, WATCH) as launch:
+        for number in range(1, runs + 1):
+            watched.append(launch.saved(save, number))
+            alone.append(by_hand(number))
+    pairs = list(zip(watched, alone, strict=True))
+    more = statistics.median(one - bare for one, bare in pairs)
+    ratio = statistics.median(one / bare for one, bare in pairs)
+    title = f'a C++ file saved, {PACKAGES} packages -> its new process runs'
+    yield Row(title, statistics.median(watched))
+    title = '  cmake --build and --install alone'
+    yield Row(title, statistics.median(alone))
+    yield Row(f'  more than these, {ratio:.2f} times as long', more, 0.1)
 
 
 def measure_launch(root: Path, runs: int) -> Iterator[Row]:
     """Measure a launch file that is saved."""
     make(root, 1)
-    command = ['colcon', 'launch', 'flow', 'demo.yaml', '--watch']
 
     def save(number: int) -> None:
         write_launch(root, 'node.py', number)
 
     save(0)
-    figure = saved(root, command, runs, save)
+    figure = saved(root, runs, save)
     yield Row('a launch file saved, a parameter differs', figure, 0.2)
     large = root.with_name('large')
     make(large, 1)
@@ -274,7 +396,7 @@ def measure_launch(root: Path, runs: int) -> Iterator[Row]:
         write_launch(large, 'node.py', number, includes)
 
     save_large(0)
-    figure = saved(large, command, runs, save_large)
+    figure = saved(large, runs, save_large)
     title = f'  one of {LARGE_LINES:,} lines in {LARGE_FILES} files'
     yield Row(title, figure, 0.35)
 
@@ -288,24 +410,35 @@ def measure_quiet(root: Path, _runs: int) -> Iterator[Row]:
     write_launch(root, 'node.py')
     command = ['colcon', 'launch', 'flow', 'demo.yaml', '--build-all']
     build.run(root, ['colcon', 'build', '--symlink-install'])
-    with running(root, command) as launch:
+    with running(root, command):
         # what is remembered from now on
-        launch.next_stamp(1)
-    memory = []
-    for watch in ([], ['--watch']):
-        with running(root, [*command, *watch]) as launch:
-            launch.next_stamp(1)
-            launch.settle()
-            memory.append(own_memory(launch.process.pid))
-            if watch:
-                begin = processor_seconds(launch.process.pid)
-                time.sleep(QUIET_SECONDS)
-                spent = processor_seconds(launch.process.pid) - begin
-    share = 100 * spent / QUIET_SECONDS
+        pass
+    memory: list[list[float]] = [[], []]
+    for _ in range(MEMORY_RUNS):
+        for taken, watch in zip(memory, ([], ['--watch']), strict=True):
+            with running(root, [*command, *watch]) as launch:
+                taken.append(own_memory(launch.process.pid))
+    watching = [*command, '--watch']
     title = f'CPU while nothing changes, {PACKAGES} packages, {FILES:,} files'
-    yield Row(title, share, 0.3, '%')
-    title = 'memory beyond a launch without --watch'
-    yield Row(title, memory[1] - memory[0], 40.0, 'MiB')
+    yield Row(title, quiet_share(root, watching), 0.3, '%')
+    share = quiet_share(root, watching, {POLLING: 'true'})
+    yield Row('  the same where only polling works', share, None, '%')
+    before, after = map(statistics.median, memory)
+    title = f'memory (PSS) beyond a launch without --watch, {before:.1f} MiB'
+    yield Row(title, after - before, 40.0, 'MiB')
+
+
+def quiet_share(
+    root: Path,
+    command: 'list[str]',
+    variables: 'dict[str, str] | None' = None,
+) -> float:
+    """Return what a launch takes of a processor while nothing happens (%)."""
+    with running(root, command, variables) as launch:
+        begin = processor_seconds(launch.process.pid)
+        time.sleep(QUIET_SECONDS)
+        spent = processor_seconds(launch.process.pid) - begin
+    return 100 * spent / QUIET_SECONDS
 
 
 def make(root: Path, packages: int) -> None:
@@ -318,9 +451,9 @@ def make(root: Path, packages: int) -> None:
     save_script(folder / 'src/node.py', 0)
 
 
-def save_script(file: Path, number: int) -> None:
+def save_script(file: Path, number: int, text: str = SCRIPT) -> None:
     """Write the node in Python."""
-    build.write(file, f'#!/usr/bin/env python3\n{SCRIPT}# {number}\n')
+    build.write(file, f'#!/usr/bin/env python3\n{text}# {number}\n')
     file.chmod(0o755)
 
 
@@ -332,35 +465,26 @@ def write_launch(
     build.write(root / 'src/flow/launch/demo.yaml', text)
 
 
-def saved(
-    root: Path,
-    command: 'list[str]',
-    runs: int,
-    save: Callable[[int], None],
-) -> float:
+def saved(root: Path, runs: int, save: Callable[[int], None]) -> float:
     """Return how long it takes from a save to the new process."""
-    times = []
-    with running(root, command) as launch:
-        launch.next_stamp(1)
-        launch.settle()
-        for number in range(1, runs + 1):
-            begun = time.time()
-            save(number)
-            times.append(launch.next_stamp(number + 1) - begun)
-            # as somebody who types
-            time.sleep(0.5)
-    return statistics.median(times)
+    with running(root, WATCH) as launch:
+        numbers = range(1, runs + 1)
+        return statistics.median(launch.saved(save, n) for n in numbers)
 
 
 def own_processes(pid: int) -> 'list[int]':
-    """Return a launcher and what it has started for itself."""
-    children = Path(f'/proc/{pid}/task/{pid}/children').read_text().split()
-    nodes = [
-        child
-        for child in map(int, children)
-        if b'node.py' in Path(f'/proc/{child}/cmdline').read_bytes()
-    ]
-    return [pid, *(int(c) for c in children if int(c) not in nodes)]
+    """Return a launcher and all that it has started, but for the node."""
+    found = [pid]
+    # the list grows by the children of those that it has
+    for parent in found:
+        # what has just ended has none
+        with suppress(OSError):
+            text = Path(f'/proc/{parent}/task/{parent}/children').read_text()
+            for child in map(int, text.split()):
+                words = Path(f'/proc/{child}/cmdline').read_bytes()
+                if b'node.py' not in words:
+                    found.append(child)
+    return found
 
 
 def own_memory(pid: int) -> float:
@@ -377,9 +501,10 @@ def processor_seconds(pid: int) -> float:
     """Return the processor time of a launcher and of what is its own."""
     ticks = 0
     for process in own_processes(pid):
-        stat = Path(f'/proc/{process}/stat').read_text().rpartition(') ')[2]
-        fields = stat.split()
-        ticks += int(fields[11]) + int(fields[12])
+        with suppress(OSError):
+            stat = Path(f'/proc/{process}/stat').read_text()
+            fields = stat.rpartition(') ')[2].split()
+            ticks += int(fields[11]) + int(fields[12])
     return ticks / os.sysconf('SC_CLK_TCK')
 
 
