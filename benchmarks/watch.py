@@ -45,6 +45,7 @@ from pathlib import Path
 import re
 import shutil
 import signal
+import socket
 import statistics
 import subprocess
 import sys
@@ -323,11 +324,15 @@ def dora(folder: Path) -> Iterator[bool]:
     if has_module.returncode:
         yield False
         return
+    with socket.socket() as free:
+        # another one may run on the machine
+        free.bind(('127.0.0.1', 0))
+        os.environ['DORA_COORDINATOR_PORT'] = str(free.getsockname()[1])
     up = subprocess.run(['dora', 'up'], cwd=folder, **quiet)
     try:
         yield up.returncode == 0
     finally:
-        subprocess.run(['dora', 'down'], cwd=folder, **quiet)
+        subprocess.run(['dora', 'down', '--force'], cwd=folder, **quiet)
 
 
 def measure_cpp(root: Path, runs: int) -> Iterator[Row]:
