@@ -109,13 +109,24 @@ def remove_dangling(folder: Path, source: Path) -> None:
 
     :param folder: Where they may be, below the build or install space
     """
-    for path in list(tree(folder)):
-        if not path.is_symlink() or path.exists():
-            continue
-        if Path(os.path.realpath(path)).is_relative_to(
-            os.path.realpath(source)
-        ):
-            path.unlink()
+    own = f'{os.path.realpath(source)}{os.sep}'
+    for path in list(_links(os.fspath(folder))):
+        if not os.path.exists(path) and os.path.realpath(path).startswith(own):
+            os.unlink(path)
+
+
+def _links(folder: str) -> Iterator[str]:
+    """Iterate over the links below a folder, without a look at the rest."""
+    try:
+        with os.scandir(folder) as entries:
+            found = list(entries)
+    except OSError:
+        return
+    for entry in found:
+        if entry.is_symlink():
+            yield entry.path
+        elif entry.is_dir(follow_symlinks=False):
+            yield from _links(entry.path)
 
 
 def tree(folder: Path) -> Iterator[Path]:
