@@ -12,13 +12,15 @@ build is by Ctrl-C.
 
 The launcher sends one byte for each message, and with a job three
 descriptors: a file with what is asked, where the answer goes, and what the
-child has as its output. It is told the process id of the child, which leads a
+child has as its output. They go to a child that waits for them, as a fork
+takes time. The launcher is told the process id of the child, which leads a
 group of its own. When the launcher is gone, the job ends, and so does the
-worker.
+worker with the child that waits.
 """
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
 import gc
 import os
@@ -30,6 +32,7 @@ import struct
 import sys
 from typing import Any
 from typing import Literal
+from typing import NamedTuple
 from typing import NoReturn
 
 from colcon_yamllaunch.common.file_sync import catch_up
@@ -130,12 +133,28 @@ def serve(
     worker = _Worker(connection, prepare, clean_up)
     while worker.turn():
         pass
+    worker.close()
 
 
 def frame(message: object) -> bytes:
     """Return a message of a job as it is sent."""
     data = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
     return LENGTH.pack(len(data)) + data
+
+
+class _Child(NamedTuple):
+    """
+    A child that does one job.
+
+    :param link: Where it gets that; can be read when it has ended
+    """
+
+    pid: int
+    link: socket.socket
+
+    def reap(self) -> None:
+        self.link.close()
+        os.waitpid(self.pid, 0)
 
 
 class _Worker:
@@ -148,19 +167,22 @@ class _Worker:
         self._connection = connection
         self._prepare = prepare
         self._clean_up = clean_up
-        # the child, or 0 while there is none
-        self._pid = 0
-        # what can be read when it has ended
-        self._end_of_it = -1
+        self._busy: _Child | None = None
+        # who does the next job; a fork takes some milliseconds
+        self._next: _Child | None = None
 
     def turn(self) -> bool:
         """Wait for something and do it; return whether to go on."""
-        link = self._connection.fileno()
-        waits_for = [link, self._end_of_it] if self._pid else [link]
-        ready, _, _ = select.select(waits_for, (), ())
-        if self._end_of_it in ready:
-            self._reap()
-        if link not in ready:
+        if self._next is None:
+            self._next = self._forked()
+        sockets = [self._connection]
+        if self._busy is not None:
+            sockets.append(self._busy.link)
+        ready, _, _ = select.select(sockets, (), ())
+        if self._busy is not None and self._busy.link in ready:
+            self._busy.reap()
+            self._busy = None
+        if self._connection not in ready:
             return True
         try:
             data, descriptors, _, _ = socket.recv_fds(self._connection, 1, 3)
@@ -168,74 +190,91 @@ class _Worker:
             data, descriptors = b'', []
         self._end()
         if data == DO:
-            self._begin(*descriptors)
+            self._begin(self._next, descriptors)
         for descriptor in descriptors:
+            # no other child may have them
             os.close(descriptor)
         return bool(data)
 
-    def _begin(self, request: int, answer: int, output: int) -> None:
-        self._end_of_it, held = os.pipe()
-        self._pid = os.fork()
-        if not self._pid:
-            os.close(self._end_of_it)
+    def close(self) -> None:
+        """End the child that waits for a job."""
+        if self._next is not None:
+            self._next.reap()
+
+    def _forked(self) -> _Child:
+        ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        pid = os.fork()
+        if not pid:
+            ours.close()
             self._connection.close()
-            _do(self._prepare, request, answer, output)
-        os.close(held)
+            if self._busy is not None:
+                self._busy.link.close()
+            _do(self._prepare, its)
+        its.close()
         with suppress(OSError):
             # it does that, too; whoever is first
-            os.setpgid(self._pid, self._pid)
+            os.setpgid(pid, pid)
+        return _Child(pid, ours)
+
+    def _begin(self, child: _Child, descriptors: Sequence[int]) -> None:
+        self._busy, self._next = child, None
         with suppress(OSError):
-            self._connection.send(PID.pack(self._pid))
+            # one that was killed is found to have ended
+            socket.send_fds(child.link, [DO], descriptors)
+        with suppress(OSError):
+            self._connection.send(PID.pack(child.pid))
 
     def _end(self) -> None:
         """End the job that is under way, if there is one."""
-        if not self._pid:
+        if self._busy is None:
             return
-        pid = self._pid
+        pid, link = self._busy
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             # it is not reaped yet, so the group is no other's
             with suppress(OSError):
                 os.killpg(pid, number)
-            if select.select([self._end_of_it], (), (), GRACE)[0]:
+            if select.select([link], (), (), GRACE)[0]:
                 break
         with suppress(OSError):
             os.killpg(pid, signal.SIGKILL)
-        self._reap()
+        self._busy.reap()
+        self._busy = None
         self._clean_up(pid)
 
-    def _reap(self) -> None:
-        os.waitpid(self._pid, 0)
-        os.close(self._end_of_it)
-        self._pid, self._end_of_it = 0, -1
 
-
-def _do(prepare: Prepare, request: int, answer: int, output: int) -> NoReturn:
-    """Do a job in a child, which ends with it."""
+def _do(prepare: Prepare, link: socket.socket) -> NoReturn:
+    """Wait for a job and do it, in a child which ends with it."""
     try:
         os.setpgid(0, 0)
         # it ends soon, and nobody is to wait for the disks
         gc.disable()
         put_off()
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.default_int_handler)
-        for stream in (1, 2):
-            os.dup2(output, stream)
-        os.close(output)
-        with os.fdopen(request, 'rb') as file:
-            asked = pickle.load(file)
-        link = socket.socket(fileno=answer)
-
-        def tell(message: object) -> None:
-            link.sendall(frame(message))
-
-        prepared = prepare(asked, tell)
-        # who has the answer has all output
-        sys.stdout.flush()
-        sys.stderr.flush()
-        tell(prepared)
+        _, descriptors, _, _ = socket.recv_fds(link, 1, 3)
+        if descriptors:
+            try:
+                _do_now(prepare, *descriptors)
+            finally:
+                catch_up()
     finally:
-        try:
-            catch_up()
-        finally:
-            os._exit(0)
+        os._exit(0)
     raise AssertionError
+
+
+def _do_now(prepare: Prepare, request: int, answer: int, output: int) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+    for stream in (1, 2):
+        os.dup2(output, stream)
+    os.close(output)
+    with os.fdopen(request, 'rb') as file:
+        asked = pickle.load(file)
+    told = socket.socket(fileno=answer)
+
+    def tell(message: object) -> None:
+        told.sendall(frame(message))
+
+    prepared = prepare(asked, tell)
+    # who has the answer has all output
+    sys.stdout.flush()
+    sys.stderr.flush()
+    tell(prepared)
