@@ -90,14 +90,14 @@ def missed(
     again: Iterable[Change],
     knowledge: Knowledge,
     *,
-    young: Collection[str],
+    failed: Collection[str],
     has_looked: bool,
 ) -> tuple[Consequence, ...]:
     """
     Tell what follows for who may have read files while they were others.
 
     :param again: Files that are as they were, but were written or away
-    :param young: The labels of what may have read its files meanwhile
+    :param failed: The labels of what may have failed by that
     :param has_looked: Whether the launch may have been prepared meanwhile
     """
     found: dict[Consequence, None] = {}
@@ -107,7 +107,7 @@ def missed(
             names = tuple(
                 name
                 for name in one.names
-                if one.action == 'build' or name in young
+                if one.action == 'build' or name in failed
             )
             if has_looked if one.action in ('build', 'replan') else names:
                 found[replace(one, change=change, names=names)] = None

@@ -18,7 +18,7 @@ from dataclasses import field
 from dataclasses import replace
 import os
 from pathlib import Path
-import signal
+import re
 from typing import Any
 
 from colcon_yamllaunch.language.plan.plan import Component
@@ -50,9 +50,13 @@ from colcon_yamllaunch.watch.worker import Job
 from colcon_yamllaunch.watch.worker import Prepared
 from colcon_yamllaunch.watch.worker_link import WorkerLink
 
-#: How long what was started, or has failed, may have read files before a
-#: change of them was noticed (seconds).
+#: Files that a line names before it only counts.
+_FILES_SHOWN = 3
+#: How long after a file was something else for a moment, or before that was
+#: noticed, something may fail by that (seconds).
 _READING = 3.0
+_HAPPENED = {'new': 'added', 'deleted': 'deleted', 'again': 'saved again'}
+_NUMBER = re.compile(r'\d+')
 _AS_BEFORE = 'everything runs on as before'
 _WHAT_FAILED = {
     'build': 'the build failed',
@@ -89,6 +93,11 @@ class _Round:
     @property
     def is_over(self) -> bool:
         return not (self.has_job or self.waits)
+
+    @property
+    def is_as_before(self) -> bool:
+        """Whether all files were just saved as they were."""
+        return set(self.files.values()) == {'again'}
 
 
 class Watching:
@@ -145,10 +154,17 @@ class Watching:
         self._crashed: dict[str, float] = {}
         # since when builds may have been under way that came to no good end
         self._unsure_since: float | None = None
-        # when each part was started, loaded or ended by itself last
-        self._read_at: dict[str, float] = {}
+        # what the last job that failed has written, without numbers
+        self._failure = ''
         # when the launch was prepared last
         self._prepared_at = clock()
+        # what was saved as it was lately, with when
+        self._saved: list[tuple[float, Change]] = []
+        # what of that is to be looked at yet, and since when
+        self._again: list[Change] = []
+        self._again_since = 0.0
+        # when each part was started or loaded last
+        self._began: dict[str, float] = {}
         self._group = 0
         self._labels: set[str] = set()
 
@@ -186,11 +202,8 @@ class Watching:
                 self._came_up(event, failed=False)
             case events.StartFailed() | events.LoadFailed():
                 self._came_up(event, failed=True)
-            case events.Exited(asked=False):
-                label = event.process.label
-                self._read_at[label] = self._clock()
-                if event.failed:
-                    self._crashed[label] = self._clock()
+            case events.Exited(asked=False, failed=True):
+                self._has_failed(event.process.label)
             case events.Dropped():
                 self._gone(event.process.label)
             case events.Requested(action='stop'):
@@ -202,13 +215,16 @@ class Watching:
         """Do what is due."""
         if self._watcher is not None:
             self._watcher.advance()
+        if self._must_look_again:
+            again, self._again = tuple(self._again), []
+            self._take(Batch(again, round(self._again_since * 1e9)))
         for done in [r for r in self._rounds if r.is_over]:
             self._rounds.remove(done)
             self._tell_of(done)
 
     def seconds_to_wait(self) -> float | None:
         """Return the seconds until :meth:`advance` is to be called again."""
-        if any(r.is_over for r in self._rounds):
+        if self._must_look_again or any(r.is_over for r in self._rounds):
             return 0.0
         if self._watcher is None:
             return None
@@ -224,6 +240,7 @@ class Watching:
     def hang_up(self) -> None:
         """Do nothing more, as the launch is being stopped."""
         self._rounds.clear()
+        self._again.clear()
         self._worker.cancel()
         if self._watcher is not None:
             self._watcher.hang_up()
@@ -256,12 +273,12 @@ class Watching:
         if wanted.is_empty:
             return
         acted = [one.change for one in found if one.action != 'ignore']
-        files = {os.path.basename(c.path): c.kind for c in acted}
-        launch.tell(
-            events.Changed(tuple(dict.fromkeys(c.path for c in acted)))
-        )
+        files = {self._shown(c.path): c.kind for c in acted}
         current = _Round(seen, files)
-        is_open = self._is_owed or any(r.has_job for r in self._rounds)
+        if changes or wanted.restart or wanted.after_build:
+            paths = tuple(dict.fromkeys(c.path for c in acted))
+            launch.tell(events.Changed(paths))
+        is_open = self._is_owed or self._has_job
         self._rounds.append(current)
         # what comes or goes may be what a build has missed
         must_ask = is_open and any(c.kind != 'changed' for c in acted)
@@ -275,14 +292,37 @@ class Watching:
     ) -> tuple[Consequence, ...]:
         """Tell what follows from files that were others for a moment."""
         since = seen - _READING
-        is_open = any(r.has_job for r in self._rounds)
+        self._saved = [(at, c) for at, c in self._saved if at >= since]
+        self._saved += [(seen, change) for change in again]
+        if again and self._has_job:
+            # it mostly is none the worse for that, so it is not given up
+            self._look_later(again, seen)
+            return ()
+        failed = {name for name, at in self._crashed.items() if at >= since}
         return missed(
             again,
             self._knowledge,
-            young={n for n, at in self._read_at.items() if at >= since}
-            | self._unstarted,
-            has_looked=is_open or self._prepared_at >= since,
+            failed=failed | self._unstarted,
+            has_looked=self._prepared_at >= (since if self._is_owed else seen),
         )
+
+    def _has_failed(self, label: str) -> None:
+        now = self._crashed[label] = self._clock()
+        since = max(self._began.get(label, 0.0), now - _READING)
+        self._look_later([c for at, c in self._saved if at >= since], now)
+
+    def _look_later(self, again: Collection[Change], seen: float) -> None:
+        if not self._again:
+            self._again_since = seen
+        self._again += again
+
+    @property
+    def _has_job(self) -> bool:
+        return any(r.has_job for r in self._rounds)
+
+    @property
+    def _must_look_again(self) -> bool:
+        return bool(self._again) and not self._has_job
 
     def _do(self, wanted: Steps, current: _Round, *, must_ask: bool) -> None:
         needs_job = wanted.build or wanted.replan or wanted.after_build
@@ -415,6 +455,10 @@ class Watching:
 
     def _fail(self, failure: Failed, current: _Round) -> None:
         written = self._worker.written.decode(errors='replace').rstrip()
+        before, self._failure = self._failure, _NUMBER.sub('', written)
+        if current.is_as_before and self._failure == before:
+            # it stands on the screen already, but for how long it took
+            written = ''
         self._end_job(current)
         self._is_owed = True
         self._late |= current.late
@@ -532,7 +576,7 @@ class Watching:
         )
         label = part.label
         self._labels.add(label)
-        self._read_at[label] = self._clock()
+        self._began[label] = self._clock()
         self._crashed.pop(label, None)
         self._unstarted.discard(label)
         if failed:
@@ -559,16 +603,19 @@ class Watching:
 
     def _tell_of(self, done: _Round) -> None:
         """Tell what came of a change."""
-        what = came_of(
-            {
-                'built': done.built,
-                'stopped': done.stopped,
-                'started': _without(done.started, done.failed),
-                'restarted': _without(done.restarted, done.failed),
-                'could not start': done.failed,
-            },
-            is_lost=done.is_lost,
-        )
+        parts = [
+            f'{what} {_listed(names)}'
+            for what, names in (
+                ('built', done.built),
+                ('stopped', done.stopped),
+                ('started', _without(done.started, done.failed)),
+                ('restarted', _without(done.restarted, done.failed)),
+                ('could not start', done.failed),
+            )
+            if names
+        ]
+        if done.is_as_before and not parts:
+            return
         seconds = self._clock() - done.since
         text = f'{happened(done.files)}: {what} ({seconds:.2f} s)'
         failed = bool(done.failed) or done.is_lost

@@ -230,12 +230,12 @@ def test_why_names_the_change_what_follows_and_the_reason() -> None:
 
 
 @pytest.mark.parametrize(
-    ('path', 'young', 'has_looked', 'expected'),
+    ('path', 'failed', 'has_looked', 'expected'),
     [
         # who runs for long has read it as it is
         (f'{ARM}/scripts/double.py', (), False, Steps()),
         (f'{ARM}/config/all.yaml', ('bag', 'motor'), False, Steps()),
-        # who has just begun may have read another one
+        # who has just failed may have read another one
         (
             f'{ARM}/config/all.yaml',
             ('bag', 'double'),
@@ -265,10 +265,10 @@ def test_why_names_the_change_what_follows_and_the_reason() -> None:
     ],
 )
 def test_a_file_that_was_another_one_for_a_moment(
-    path: str, young: tuple[str, ...], has_looked: bool, expected: Steps
+    path: str, failed: tuple[str, ...], has_looked: bool, expected: Steps
 ) -> None:
     change = Change('again', path, path)
-    found = missed([change], KNOWLEDGE, young=young, has_looked=has_looked)
+    found = missed([change], KNOWLEDGE, failed=failed, has_looked=has_looked)
     assert steps(found, KNOWLEDGE) == expected
     assert {one.change for one in found} <= {change}
     for line in why_lines(found):

@@ -154,15 +154,24 @@ def test_modules_and_files_that_the_plan_names_are_no_build(user):
 def test_who_read_a_file_while_it_was_saved_reads_it_again(flow):
     w = Watched(flow).watches()
     # what starts finds its parameter file away, which comes back as it was
+    w.says('talk says one')
     w.save('scripts/talk.py', 'says one', 'says two')
+    w.says('talk.py changed: restarted talk')
     w.says('talk says two')
+    # what runs has read it, or else failed
+    w.save('scripts/talk.py', 'says two', 'says two')
+    w.save('config/talk.yaml', '1', '2')
+    w.says('talk.yaml changed: restarted talk')
+    w.says('talk says two value: 2')
+    assert w.starts()['talk'] == 3
+    assert 'saved again' not in w.launch.output
     flag, file = flow.root / 'flag', flow.root / 'src/flow/config/talk.yaml'
     flag.touch()
     away = AWAY.format(flag=flag, file=file)
     w.save('scripts/talk.py', 'import signal', f'{away}import signal')
     w.says('talk found nothing')
     w.says(r'\[watch\] +talk.yaml saved again: restarted talk')
-    w.says('talk says two value: 1')
+    w.says('talk says two value: 2')
     assert w.launch.interrupt() == 0
 
 
@@ -182,10 +191,17 @@ def test_nothing_is_left_when_the_launcher_is_killed_in_a_build(flow):
 
 
 def test_a_change_during_a_build_begins_it_anew(flow):
-    w = Watched(flow).watches()
+    flow.write('src/flow/launch/unused.yaml', 'launch: []')
+    w = Watched(flow, '--why').watches()
     slow = 'execute_process(COMMAND sleep 1000)\n'
     w.save('CMakeLists.txt', 'add_library', f'{slow}add_library')
     w.says('building 1 package')
+    # a file that is saved as it was is no change
+    w.save('src/word.c', 'one', 'one')
+    w.save('launch/unused.yaml', 'launch', '# launch')
+    w.says('unused.yaml changed: nothing to do')
+    assert w.launch.output.count('changed: building') == 1
+    assert 'saved again' not in w.launch.output
     w.save('src/word.c', '"one"', '"two"')
     w.says('word.c.* changed: building 1 package')
     # what it misses while it is built may come out as it was
