@@ -23,6 +23,7 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import suppress
 import gc
+import io
 import os
 import pickle
 import select
@@ -266,6 +267,9 @@ def _do_now(prepare: Prepare, request: int, answer: int, output: int) -> None:
     for stream in (1, 2):
         os.dup2(output, stream)
     os.close(output)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # so that errors stand where they belong
+        sys.stdout.reconfigure(line_buffering=True)
     with os.fdopen(request, 'rb') as file:
         asked = pickle.load(file)
     told = socket.socket(fileno=answer)

@@ -116,6 +116,21 @@ def test_a_job_is_answered(make_worker):
     worker.forget()
 
 
+def test_errors_of_a_job_stand_where_they_belong(make_worker, monkeypatch):
+    def prepare(request, tell):
+        print('building')
+        os.write(2, b'an error\n')
+        print('failed')
+        return 'done'
+
+    with open(1, 'w', closefd=False) as stdout:
+        monkeypatch.setattr(sys, 'stdout', stdout)
+        worker = make_worker(prepare)
+        worker.ask('something')
+        assert messages(worker) == ['done']
+        assert worker.written == b'building\nan error\nfailed\n'
+
+
 def test_a_job_knows_nothing_of_those_before(make_worker):
     seen = []
 
