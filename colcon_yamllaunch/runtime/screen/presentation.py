@@ -25,6 +25,9 @@ _RESTORE = b'\x1b[23;0t'
 # the values of TERM of terminals that have no window of their own
 _WITHOUT_WINDOW = frozenset((None, '', 'dumb', 'linux', 'vt100', 'unknown'))
 
+# what stands before the title while a change is dealt with, and then
+_UNDER_WAY, _DONE, _FAILED = '…', '✓', '✗'
+
 
 @dataclass(frozen=True, slots=True)
 class Presentation:
@@ -95,18 +98,36 @@ def _with_signs(
     show: events.Listener, writer: Writer, title: str | None, *, bell: bool
 ) -> events.Listener:
     """Add what shows from afar how the last change went."""
+    # the labels of what has failed by itself since
+    down: set[str] = set()
+
+    def show_sign(sign: str) -> None:
+        if title is not None:
+            writer.write(None, _title(f'{sign} {title}'))
+
+    def failed() -> None:
+        show_sign(_FAILED)
+        if bell:
+            writer.write(None, b'\a')
 
     def handle(event: events.Event) -> None:
         show(event)
-        if not isinstance(event, events.Watched | events.Checked):
-            return
-        failed = event.severity != 'INFO'
-        is_final = not isinstance(event, events.Watched) or event.is_final
-        if title is not None:
-            sign = '✗' if failed else '✓' if is_final else '…'
-            writer.write(None, _title(f'{sign} {title}'))
-        if failed and bell:
-            writer.write(None, b'\a')
+        match event:
+            case events.Changed():
+                down.clear()
+                show_sign(_UNDER_WAY)
+            case events.Started():
+                down.discard(event.process.label)
+            case events.Exited(failed=True, asked=False):
+                is_first = not down
+                down.add(event.process.label)
+                if is_first:
+                    failed()
+            case events.Watched(is_final=True) | events.Checked():
+                if event.severity != 'INFO':
+                    failed()
+                else:
+                    show_sign(_FAILED if down else _DONE)
 
     return handle
 
@@ -116,26 +137,38 @@ def _without_restarts(
 ) -> events.Listener:
     """Leave out what a line about a change tells in one."""
     changed: set[str] = set()
+    new: set[str] = set()
+    gone: set[str] = set()
 
     def handle(event: events.Event) -> None:
         match event:
+            case events.Replanned():
+                new.update(event.started)
+                gone.update(event.stopped)
+            case events.Watched(is_final=True):
+                # what waits behind a timer is told when it comes
+                new.clear()
             case events.Requested():
                 label = event.process.label
                 if event.action == 'change':
                     changed.add(label)
+                elif event.action == 'stop' and label in gone:
+                    return
                 else:
                     changed.discard(label)
             case events.Exited(asked=True, failed=False):
-                if event.process.label in changed:
+                if event.process.label in changed | gone:
                     screen.end_output(event.process)
                     return
-            case events.Unloaded() if event.component.label in changed:
+            case events.Unloaded() if event.component.label in changed | gone:
                 return
-            case events.Started() if event.process.label in changed:
-                changed.remove(event.process.label)
+            case events.Dropped():
+                gone.discard(event.process.label)
+            case events.Started() if event.process.label in changed | new:
+                changed.discard(event.process.label)
                 return
-            case events.Loaded() if event.component.label in changed:
-                changed.remove(event.component.label)
+            case events.Loaded() if event.component.label in changed | new:
+                changed.discard(event.component.label)
                 return
             case events.StartFailed():
                 changed.discard(event.process.label)

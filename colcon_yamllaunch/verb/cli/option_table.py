@@ -281,8 +281,8 @@ _WATCH = (
     Option(
         '--watch',
         'Go on with the files: when one is saved, build and evaluate what '
-        'depends on it, and start anew what runs it; --watch=bell rings when '
-        'that fails. With --until: check after each change',
+        'depends on it, and restart just what runs it; --watch=bell rings '
+        'when something fails. With --until: check after each change',
         Value(
             'HOW',
             'choices',
@@ -454,7 +454,7 @@ SECTIONS = (
     Section('Building', ('launch',), _LAUNCH_BUILD),
     Section('What is shown and kept', ('launch',), _SHOWN),
     Section('Running', ('launch',), _PREFIX),
-    Section('Going on with the files', ('launch',), _WATCH),
+    Section('Watching files', ('launch',), _WATCH),
     Section('Ending by itself, as in CI', ('launch',), _ENDING),
     Section('Running launches', ('launch',), _SESSIONS),
     Section('options', ('create',), _CREATE),

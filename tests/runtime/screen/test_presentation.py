@@ -80,11 +80,61 @@ def test_all_of_a_restart_is_shown_to_who_wants_to_know(restart):
 
 def test_the_title_shows_how_the_last_change_went():
     terminal = Terminal(title='demo')
+    # what `--why` says of a file that nothing uses is no change
+    terminal.handle(events.Watched('nothing to do', is_final=False))
+    terminal.handle(events.Changed(('a.cpp',)))
     terminal.handle(events.Watched('building', is_final=False))
     terminal.handle(events.Watched('done'))
     terminal.handle(events.Watched('failed', failed=True))
     terminal.handle(events.Checked(True, (), (), 0.1))
     assert terminal.written == [f'\x1b]2;{sign} demo\x07' for sign in '…✓✗✓']
+
+
+def test_what_fails_after_a_change_shows_in_the_title(process):
+    terminal = Terminal(title='demo', bell=True)
+    talker, crash = process('talker'), Outcome(code=1)
+    for event in (
+        events.Changed(('talker.py',)),
+        events.Started(talker, 8),
+        events.Watched('restarted talker'),
+        events.Exited(talker, 8, crash, 1.0, False, True),
+        # another change, which takes longer than it runs
+        events.Changed(('talker.py', 'other.py')),
+        events.Started(talker, 9),
+        events.Exited(talker, 9, crash, 1.0, False, True),
+        events.Watched('restarted talker, other'),
+        events.Changed(('talker.py',)),
+        events.Started(talker, 10),
+        events.Watched('restarted talker'),
+    ):
+        terminal.handle(event)
+    signs = ''.join(terminal.written).replace('\x1b]2;', '')
+    assert signs.replace(' demo\x07', '') == '…✓✗\a…✗\a✗…✓'
+
+
+def test_what_is_new_or_gone_after_a_change_is_one_line(restart, process):
+    terminal = Terminal()
+    _, ended, started = restart
+    later = process('later')
+    for event in (
+        events.Replanned(('talker', 'later'), ('talker',), ()),
+        events.Requested(started.process, 'stop'),
+        ended,
+        events.Dropped(started.process),
+        started,
+        events.Watched('stopped talker, started talker, later'),
+    ):
+        terminal.handle(event)
+    assert terminal.shown == ['stopped talker, started talker, later']
+    # what was behind a timer
+    terminal.handle(events.Started(later, 9))
+    terminal.handle(events.Requested(started.process, 'stop'))
+    terminal.handle(ended)
+    assert terminal.shown[1:] == [
+        'later: started, pid 9',
+        'talker: stop requested',
+        'talker: stopped after 1.0 s',
+    ]
 
 
 def test_the_bell_rings_when_asked_for():
