@@ -134,6 +134,12 @@ def refuse_unknown(words: Sequence[str], verb: Verb) -> None:
             continue
         from colcon_yamllaunch.common.suggestions import nearest
 
+        name = word.partition('=')[0]
+        if verb != 'launch' and name in options_of('launch'):
+            raise UserError(
+                f"'colcon {verb}' has no option '{name}': it is one of "
+                "'colcon launch'"
+            )
         meant = [nearest(word, options_of(verb))]
         if verb == 'launch':
             meant.insert(0, _as_argument(word, words[index + 1 :]))

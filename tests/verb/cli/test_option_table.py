@@ -15,6 +15,7 @@ from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
 from colcon_yamllaunch.verb.cli.option_parser import add_options
 from colcon_yamllaunch.verb.cli.option_parser import READERS
+from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
 from colcon_yamllaunch.verb.cli.option_table import Completer
 from colcon_yamllaunch.verb.cli.option_table import Kind
 from colcon_yamllaunch.verb.cli.option_table import Option
@@ -197,3 +198,10 @@ def test_an_unknown_option_may_be_meant_as_an_argument(
     with pytest.raises(UserError) as error:
         parsed('pkg', 'file.yaml', *words.split())
     assert str(error.value).endswith(hint)
+
+
+@pytest.mark.parametrize('verb', ['run', 'create'])
+def test_an_option_of_a_launch_is_none_of_other_verbs(verb: Verb) -> None:
+    error = f"'colcon {verb}' has no option '--watch': it is one of 'colcon l"
+    with pytest.raises(UserError, match=error):
+        refuse_unknown(['--watch=bell', 'pkg'], verb)
