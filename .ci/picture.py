@@ -40,7 +40,7 @@ EDITS = (
 )
 PROMPT = '\x1b[1;32m~/sample_ws$\x1b[0m '
 #: The terminal, in characters.
-COLUMNS, ROWS = 88, 24
+COLUMNS, ROWS = 96, 24
 #: Seconds without output that are shown at most.
 LONGEST_WAIT = 0.7
 #: Seconds that typing a word takes, and that the film stands at its end.
@@ -188,9 +188,15 @@ def lines_of(chunks: list[Chunk]) -> list[Line]:
                 lines.append(Line(second, tuple(pieces)))
                 pieces, column = [], 0
             else:
-                shown = text[: COLUMNS - column]
-                column += len(shown)
-                pieces.append((style, shown))
+                while text:
+                    if column == COLUMNS:
+                        # it goes on in the next one
+                        lines.append(Line(second, tuple(pieces)))
+                        pieces, column = [], 0
+                    shown = text[: COLUMNS - column]
+                    text = text[len(shown) :]
+                    column += len(shown)
+                    pieces.append((style, shown))
     lines.append(Line(second, tuple(pieces)))
     return lines
 
