@@ -135,8 +135,8 @@ class Watched:
         return found
 
     def _files(self) -> list[Path]:
-        folders = self.user.root.glob('log/launch_*')
-        return [f / 'events.jsonl' for f in folders if not f.is_symlink()]
+        found = self.user.root.glob('log/launch_*/events.jsonl')
+        return [file for file in found if not file.parent.is_symlink()]
 
 
 def make_flow(user: User) -> None:

@@ -5,66 +5,84 @@
 Edits at random, also while something is built or started anew.
 
 After each burst of edits, what runs is what a fresh launch would run, and
-nothing else. `SOAK_MINUTES` says for how long; `make soak` takes minutes,
-other runs of the tests some seconds.
+nothing else. `SOAK_MINUTES` says for how long, and `SOAK_SEED` with what it
+begins; `make soak` takes minutes, other runs of the tests some bursts that
+are always the same.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
+import hashlib
+import json
 import os
 from pathlib import Path
 import random
 import re
+import shutil
+import signal
+import subprocess
 import time
+from typing import Any
 
 import pytest
+from support.edited_files import further_package
+from support.edited_files import lay_out
+from support.edited_files import more
+from support.edited_files import SAYS
+from support.edited_files import whole_files
+from support.edited_files import WORD
+from support.user import User
 from support.watched import launch_processes
-from support.watched import make_flow
-from support.watched import wait_until
 from support.watched import Watched
 
 pytestmark = pytest.mark.full
 
-SECONDS = 60 * float(os.environ.get('SOAK_MINUTES', '0.08'))
-SEED = os.environ.get('WATCH_SEED')
+SECONDS = 60 * float(os.environ.get('SOAK_MINUTES', '0'))
+SEED = os.environ.get('SOAK_SEED', '1')
+#: How many bursts there are without minutes.
+FEW = 2
+#: With minutes, the seeds that there are one after the other.
+SEEDS = 4
 #: How long what an edit leads to may take on a busy machine (seconds).
 PATIENCE = 120.0
+MORE = 'flow/launch/more.yaml'
+#: Folders that are away for a while, or replaced by others.
+FOLDERS = ('flow/scripts', 'flow/config', 'brain/brain', 'pylib', 'base')
 
 
 class Editor:
     """
-    Somebody who edits the package, and knows what has to run then.
+    Somebody who edits the workspace, and knows what has to run then.
 
-    :param root: The folder of the package
+    :param launch: Returns the processes that run, by label
     """
 
     def __init__(self, root: Path, chance: random.Random) -> None:
         self._root = root
+        self._source = root / 'src'
         self._chance = chance
         self._version = 0
-        #: What each file of interest is to say, when it is whole.
-        self.whole: dict[str, str] = {
-            name: (root / name).read_text()
-            for name in (
-                *('scripts/talk.py', 'src/word.c', 'src/other.c'),
-                *('config/talk.yaml', 'launch/demo.yaml', 'launch/more.yaml'),
-            )
-        }
-        self.says = {'talk': 'one', 'loop': 'one', 'other': 'one'}
-        self.value = '1'
-        self.further: list[int] = []
+        #: What each file is to say.
+        self.whole = whole_files()
+        self.sleeps: list[int] = []
+        self.packages: list[str] = []
+        #: Returns what runs, and tells what is built.
+        self.running: Callable[[], dict[str, int]] = dict
         self.edits: list[Callable[[], None]] = [
-            self._script,
-            self._library,
-            self._program,
-            self._parameters,
-            self._add,
-            self._remove,
-            self._break,
-            self._delete,
-            self._repeat,
-            self._unused,
-            self._mend,
+            *(self._word, self._word, self._word, self._word),
+            *(self._come, self._go, self._break, self._delete, self._touch),
+            *(self._repeat, self._unused, self._mode, self._move, self._swap),
+            *(self._check_out, self._crash, self._lose, self._new_file),
         ]
+
+    def lay_out(self) -> None:
+        """Write all files."""
+        lay_out(self._root)
+        self._mend()
+        self._write(self._source / '.gitignore', '*.egg-info\n__pycache__\n')
+        self._git('init', '-q')
+        self._git('config', 'user.email', 'someone@example.com')
+        self._git('config', 'user.name', 'Someone')
 
     def burst(self) -> list[str]:
         """Edit this and that, until all is whole."""
@@ -73,26 +91,51 @@ class Editor:
             edit = self._chance.choice(self.edits)
             edit()
             done.append(edit.__name__)
-            time.sleep(self._chance.choice((0.0, 0.0, 0.05, 0.3, 1.0)))
+            time.sleep(self._chance.choice((0.0, 0.0, 0.05, 0.3, 1.0, 2.0)))
         self._mend()
         return done
 
     def expected(self) -> dict[str, str]:
         """Return the last line of each node."""
-        lines = {n: f'{n} says {w}' for n, w in self.says.items()}
-        lines['talk'] += f' value: {self.value}'
+        lines = {
+            label: ' '.join([label, 'says', *map(self._word_of, names)])
+            for label, names in SAYS.items()
+        }
+        for name in self.packages:
+            lines[name] = f'{name} says {self._word_of(f"{name}/run.py")}'
         return lines
+
+    def _word_of(self, name: str) -> str:
+        found = WORD.search(self.whole[name])
+        assert found is not None, name
+        return found[0]
+
+    def _git(self, *words: str) -> None:
+        subprocess.run(
+            ['git', '-c', 'core.fsync=none', *words],
+            cwd=self._source,
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
 
     def _next(self) -> str:
         self._version += 1
         return f'v{self._version}'
 
+    def _any(self) -> str:
+        return self._chance.choice(sorted(self.whole))
+
+    def _write(self, file: Path, text: str) -> None:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+
     def _save(self, name: str, text: str) -> None:
-        file = self._root / name
+        file = self._source / name
+        file.parent.mkdir(parents=True, exist_ok=True)
         match self._chance.randrange(4):
             case 0:
                 file.write_text(text)
-            case 1:
+            case 1 if not file.is_symlink():
                 # as vim does: a probe, a backup, a new file
                 probe = file.with_name('4913')
                 probe.touch()
@@ -102,135 +145,355 @@ class Editor:
                     file.rename(backup)
                 file.write_text(text)
                 backup.unlink(missing_ok=True)
-            case 2:
+            case 2 if not file.is_symlink():
                 draft = file.with_name(f'.{file.name}.tmp')
                 draft.write_text(text)
+                draft.chmod(self._mode_of(name))
                 draft.rename(file)
-            case 3:
+            case _:
                 # in two goes
                 file.write_text(text[: len(text) // 2])
                 file.write_text(text)
-        if name.startswith('scripts/'):
-            file.chmod(0o755)
+        file.chmod(self._mode_of(name))
 
-    def _set(self, name: str, old: str, new: str) -> None:
-        assert old in self.whole[name], (name, old)
-        self.whole[name] = self.whole[name].replace(old, new)
-        self._save(name, self.whole[name])
+    def _mode_of(self, name: str) -> int:
+        return 0o755 if name.endswith(('talk.py', 'run.py')) else 0o644
 
-    def _script(self) -> None:
-        new = self._next()
-        self._set(
-            'scripts/talk.py', f'says {self.says["talk"]}', f'says {new}'
-        )
-        self.says['talk'] = new
+    # edits that stay
 
-    def _library(self) -> None:
-        new = self._next()
-        self._set('src/word.c', f'"{self.says["loop"]}"', f'"{new}"')
-        self.says['loop'] = new
+    def _word(self) -> None:
+        """Have a file say something else."""
+        names = [n for n in sorted(self.whole) if WORD.search(self.whole[n])]
+        self._change(self._chance.choice(names))
 
-    def _program(self) -> None:
-        new = self._next()
-        self._set('src/other.c', f'"{self.says["other"]}"', f'"{new}"')
-        self.says['other'] = new
+    def _change(self, name: str) -> None:
+        text = WORD.sub(self._next(), self.whole[name])
+        self.whole[name] = text
+        self._save(name, text)
 
-    def _parameters(self) -> None:
-        new = self._next()
-        self._set('config/talk.yaml', f': {self.value}', f': {new}')
-        self.value = new
-
-    def _add(self) -> None:
-        self.further.append(100_000 + int(self._next()[1:]))
+    def _come(self) -> None:
+        """Add a process, or a package with one."""
+        if self._chance.random() < 0.6 or len(self.packages) == 2:
+            self.sleeps.append(100_000 + int(self._next()[1:]))
+        else:
+            name = f'further_{self._next()}'
+            self.packages.append(name)
+            for path, text in further_package(name).items():
+                self.whole[path] = text
+                self._save(path, text)
         self._include()
 
-    def _remove(self) -> None:
-        if self.further:
-            self.further.remove(self._chance.choice(self.further))
-            self._include()
+    def _go(self) -> None:
+        if self.packages and self._chance.random() < 0.5:
+            name = self.packages.pop(0)
+            for path in [n for n in self.whole if n.startswith(f'{name}/')]:
+                del self.whole[path]
+            if self._chance.random() < 0.5:
+                self._include()
+            shutil.rmtree(self._source / name, ignore_errors=True)
+        elif self.sleeps:
+            self.sleeps.remove(self._chance.choice(self.sleeps))
+        self._include()
 
     def _include(self) -> None:
-        text = 'launch:\n' + ''.join(
-            f'- executable: {{cmd: sleep {n}, name: further}}\n'
-            for n in (1000, *self.further)
-        )
-        self.whole['launch/more.yaml'] = text
-        self._save('launch/more.yaml', text)
+        self.whole[MORE] = more(self.sleeps, self.packages)
+        self._save(MORE, self.whole[MORE])
+
+    def _new_file(self) -> None:
+        """Add a module, a header or a source that nobody uses."""
+        name = self._chance.choice(
+            ('brain/brain/{}.py', 'flow/src/{}.c', 'base/include/base/{}.h')
+        ).format(self._next())
+        text = '' if name.endswith('.py') else '/* nothing */\n'
+        self.whole[name] = text
+        self._save(name, text)
+
+    def _check_out(self) -> None:
+        """Change many files as git does, for good or to and fro."""
+        self._mend()
+        self._git('add', '-A')
+        self._git('commit', '-q', '--allow-empty', '-m', 'one')
+        before = dict(self.whole)
+        names = [n for n in sorted(before) if WORD.search(before[n])]
+        for name in self._chance.sample(names, min(len(names), 12)):
+            text = WORD.sub(self._next(), self.whole[name])
+            self.whole[name] = text
+            self._write(self._source / name, text)
+        for number in range(8):
+            name = f'flow/src/many_{number}.c'
+            self.whole[name] = f'/* {self._next()[1:]} */\n'
+            self._write(self._source / name, self.whole[name])
+        self._git('add', '-A')
+        self._git('commit', '-q', '-m', 'two')
+        if self._chance.random() < 0.7:
+            time.sleep(self._chance.choice((0.0, 0.3, 2.0)))
+            self._git('checkout', '-q', 'HEAD~1')
+            # what links lead to is not in the repository
+            kept = ('brain/', 'flow/config/linked.yaml')
+            for name in set(self.whole) - set(before):
+                del self.whole[name]
+            for name, text in before.items():
+                if not name.startswith(kept):
+                    self.whole[name] = text
+
+    # edits that do not stay
 
     def _break(self) -> None:
-        name = self._chance.choice(sorted(self.whole))
+        name = self._any()
         self._save(name, '}{ this is broken (\n' + self.whole[name])
 
     def _delete(self) -> None:
-        name = self._chance.choice(sorted(self.whole))
-        (self._root / name).unlink(missing_ok=True)
+        (self._source / self._any()).unlink(missing_ok=True)
 
     def _repeat(self) -> None:
-        name = self._chance.choice(sorted(self.whole))
+        name = self._any()
         self._save(name, self.whole[name])
 
+    def _touch(self) -> None:
+        file = self._source / self._any()
+        if file.exists():
+            os.utime(file)
+
+    def _mode(self) -> None:
+        file = self._source / self._any()
+        if file.exists() and not file.is_symlink():
+            file.chmod(file.stat().st_mode ^ 0o111)
+
     def _unused(self) -> None:
-        for name in ('.git/index.lock', 'README.md~', '#talk.py#'):
-            file = self._root / name
-            file.parent.mkdir(exist_ok=True)
-            file.write_text(self._next())
+        for name in ('.git/note', 'flow/README.md~', 'flow/#talk.py#'):
+            self._write(self._source / name, self._next())
+        self._write(self._root / 'notes.txt', self._next())
+
+    def _move(self) -> None:
+        """Rename a folder; the next to mend renames it again."""
+        folder = self._source / self._chance.choice(FOLDERS)
+        other = folder.with_name(f'{folder.name}_away')
+        if folder.exists() and not other.exists():
+            folder.rename(other)
+
+    def _lose(self) -> None:
+        """Delete a folder."""
+        folder = self._source / self._chance.choice(FOLDERS)
+        if folder.exists() and not folder.is_symlink():
+            shutil.rmtree(folder)
+
+    def _swap(self) -> None:
+        """Put another folder in the place of one."""
+        folder = self._source / self._chance.choice(FOLDERS)
+        if not folder.exists():
+            return
+        self._mend()
+        new = folder.with_name(f'.{folder.name}.new')
+        shutil.copytree(folder, new, symlinks=True)
+        prefix = f'{folder.relative_to(self._source)}/'
+        names = [
+            n
+            for n in sorted(self.whole)
+            if n.startswith(prefix) and WORD.search(self.whole[n])
+        ]
+        name = self._chance.choice(names)
+        text = WORD.sub(self._next(), self.whole[name])
+        self.whole[name] = text
+        (new / name.removeprefix(prefix)).write_text(text)
+        old = folder.with_name(f'.{folder.name}.old')
+        folder.rename(old)
+        new.rename(folder)
+        shutil.rmtree(old)
+
+    def _crash(self) -> None:
+        """Have a process crash, and change what it runs."""
+        label, names = self._chance.choice(sorted(SAYS.items()))
+        pid = self.running().get(label)
+        if pid is not None:
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        if self._chance.random() < 0.5:
+            time.sleep(0.1)
+        self._change(self._chance.choice(names))
 
     def _mend(self) -> None:
+        for name in FOLDERS:
+            folder = self._source / name
+            away = folder.with_name(f'{folder.name}_away')
+            if away.exists():
+                if folder.exists():
+                    shutil.rmtree(folder)
+                away.rename(folder)
+        linked = self._source / 'flow/config/linked.yaml'
+        if not linked.is_symlink():
+            linked.unlink(missing_ok=True)
+            linked.parent.mkdir(parents=True, exist_ok=True)
+            linked.symlink_to(self._root / 'linked.yaml')
         for name, text in self.whole.items():
-            file = self._root / name
+            file = self._source / name
             if not file.exists() or file.read_text() != text:
                 self._save(name, text)
+            elif file.stat().st_mode & 0o777 != self._mode_of(name):
+                file.chmod(self._mode_of(name))
 
 
-def test_what_runs_is_what_a_fresh_launch_would_run(user):
-    seed = SEED or str(random.randrange(10**6))
-    make_flow(user)
-    editor = Editor(user.root / 'src/flow', random.Random(seed))
-    editor._include()
-    w = Watched(user).watches()
-    end = time.monotonic() + SECONDS
-    history: list[list[str]] = []
+class Judge:
+    """Compares what runs with what a fresh launch would run."""
 
-    def differences() -> list[str]:
+    def __init__(self, user: User, editor: Editor, watched: Watched) -> None:
+        self._user = user
+        self._editor = editor
+        self._watched = watched
+        self._helpers: set[int] = set()
+
+    def differences(self) -> list[str]:
         """Tell what is not as it is in a fresh launch."""
-        running = w.running()
-        sleeps = {'1000', *map(str, editor.further)}
+        # the last one takes its time
+        return self._in_words() or self._in_processes() or self._in_plans()
+
+    def _in_words(self) -> list[str]:
+        """Compare what processes say, and which there are."""
+        running = self._watched.running()
+        lines = self._watched.last_lines()
+        expected = self._editor.expected()
         found = []
-        lines = w.last_lines()
-        for label, line in editor.expected().items():
+        for label, line in expected.items():
             if label not in running:
                 found.append(f'{label} does not run')
             elif lines.get(label) != line:
                 found.append(f'{label} wrote {lines.get(label)}, not {line}')
-        others = [p for n, p in running.items() if n not in editor.says]
-        words = sorted(_argument(pid) for pid in others)
-        if words != sorted(sleeps):
-            found.append(f'{words} sleep, not {sorted(sleeps)}')
+        others = [pid for n, pid in running.items() if n not in expected]
+        words = sorted(_command(pid)[-1] for pid in others)
+        sleeps = sorted(map(str, [1000, *self._editor.sleeps]))
+        if words != sleeps:
+            found.append(f'{words} sleep, not {sleeps}')
         return found
 
-    def is_all() -> bool:
-        pids = set(w.running().values())
-        return launch_processes(min(pids)) == pids
+    def _in_processes(self) -> list[str]:
+        """Look for a process too many."""
+        running = set(self._watched.running().values())
+        found = []
+        of_launch = launch_processes(min(running))
+        if of_launch != running:
+            found.append(f'{of_launch} are of the launch, not {running}')
+        helpers = _descendants(self._watched.launch.process.pid) - running
+        if not self._helpers:
+            self._helpers = helpers
+        if helpers != self._helpers:
+            found.append(f'{helpers} are beside it, not {self._helpers}')
+        return found
 
-    while not history or time.monotonic() < end:
-        history.append(editor.burst())
-        deadline = time.monotonic() + PATIENCE
-        while found := differences():
-            if time.monotonic() > deadline:
-                pytest.fail(f'{seed} {history}: {found}\n{w.launch.output}')
-            assert w.launch.process.poll() is None, w.launch.output
-            time.sleep(0.02)
-        wait_until(is_all)
-    # but for the script, which may begin while its file is away
-    output = re.sub(r'^\[talk\].*', '', w.launch.output, flags=re.M)
-    assert 'Traceback' not in output
-    assert 'internal error' not in output
-    w.launch.interrupt()
+    def _in_plans(self) -> list[str]:
+        """Compare with the plan of a launch that begins now."""
+        shown = subprocess.run(
+            ['colcon', 'launch', 'flow', 'demo.yaml', '--plan=json', '--why'],
+            cwd=self._user.root,
+            env=self._user.environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if shown.returncode:
+            return [f'no fresh launch: {shown.stderr}']
+        found = [
+            f'stale: {line}'
+            for line in shown.stderr.splitlines()
+            if 'up to date' not in line and 'warning' not in line
+        ]
+        entries = json.loads(shown.stdout)['entries']
+        plan = [_started(entry) for entry in entries]
+        running = [_runs(pid) for pid in self._watched.running().values()]
+        for one in plan:
+            if one in running:
+                running.remove(one)
+            else:
+                found.append(f'{one} is only in the plan')
+        return [*found, *(f'{one} only runs' for one in running)]
 
 
-def _argument(pid: int) -> str:
+def _started(entry: dict[str, Any]) -> list[str]:
+    """Return what a process of a plan is when it runs."""
+    program = shutil.which(entry['argv'][0])
+    assert program is not None
+    data = Path(program).read_bytes()
+    code = 'a script' if data[:2] == b'#!' else _digest(data)
+    return [entry['cwd'], code, *entry['argv']]
+
+
+def _runs(pid: int) -> list[str]:
+    """Return what a process is, likewise, whatever reads its script."""
+    words = _command(pid)
     try:
-        words = Path(f'/proc/{pid}/cmdline').read_bytes().split(b'\0')
+        cwd = os.readlink(f'/proc/{pid}/cwd')
+        code = _digest(Path(f'/proc/{pid}/exe').read_bytes())
     except OSError:
-        return ''
-    return words[1].decode() if len(words) > 1 else ''
+        return words
+    if Path(words[0]).name.startswith('python'):
+        code, words = 'a script', words[1:]
+    return [cwd, code, *words]
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _command(pid: int) -> list[str]:
+    try:
+        data = Path(f'/proc/{pid}/cmdline').read_bytes()
+    except OSError:
+        return ['']
+    return data.decode().split('\0')[:-1] or ['']
+
+
+def _descendants(pid: int) -> set[int]:
+    found: set[int] = set()
+    pending = [pid]
+    while pending:
+        parent = pending.pop()
+        try:
+            path = Path(f'/proc/{parent}/task/{parent}/children')
+            children = {int(word) for word in path.read_text().split()}
+        except OSError:
+            continue
+        pending += children
+        found |= children
+    return found
+
+
+@pytest.mark.parametrize('number', range(SEEDS if SECONDS else 1))
+def test_what_runs_is_what_a_fresh_launch_would_run(user, number):
+    seed = f'{SEED}.{number}'
+    user.root = user.root.resolve()
+    # what Python has compiled is told apart by whole seconds
+    user.environment['PYTHONDONTWRITEBYTECODE'] = '1'
+    editor = Editor(user.root, random.Random(seed))
+    editor.lay_out()
+    watched = Watched(user)
+    editor.running = watched.running
+    judge = Judge(user, editor, watched)
+    end = time.monotonic() + SECONDS / SEEDS
+    history = [[]]
+
+    def judged():
+        deadline = time.monotonic() + PATIENCE
+        while found := judge.differences():
+            shown = watched.launch.output
+            assert watched.launch.process.poll() is None, shown
+            if time.monotonic() > deadline:
+                pytest.fail(f'{seed} {history}: {found}\n{shown}')
+            time.sleep(0.05)
+
+    judged()
+    while len(history) <= FEW or time.monotonic() < end:
+        history.append(editor.burst())
+        judged()
+    left = _descendants(watched.launch.process.pid)
+    assert watched.launch.interrupt() == 0
+    assert not [pid for pid in left if Path(f'/proc/{pid}').exists()]
+    assert _complaints(watched.launch.output) == []
+
+
+def _complaints(output):
+    """Return what no user should see, but for what the edits broke."""
+    lines = [
+        line
+        for line in output.splitlines()
+        if not re.match(r'\[(talk|mind|further_\w+)\]', line)
+    ]
+    bad = ('Traceback', 'internal error', 'File "', 'nothing is watched')
+    return [line for line in lines if any(text in line for text in bad)]
