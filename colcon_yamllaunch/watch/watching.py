@@ -19,6 +19,7 @@ from dataclasses import replace
 import os
 from pathlib import Path
 import re
+import signal
 from typing import Any
 
 from colcon_yamllaunch.language.plan.plan import Component
@@ -50,12 +51,9 @@ from colcon_yamllaunch.watch.worker import Job
 from colcon_yamllaunch.watch.worker import Prepared
 from colcon_yamllaunch.watch.worker_link import WorkerLink
 
-#: Files that a line names before it only counts.
-_FILES_SHOWN = 3
 #: How long after a file was something else for a moment, or before that was
 #: noticed, something may fail by that (seconds).
 _READING = 3.0
-_HAPPENED = {'new': 'added', 'deleted': 'deleted', 'again': 'saved again'}
 _NUMBER = re.compile(r'\d+')
 _AS_BEFORE = 'everything runs on as before'
 _WHAT_FAILED = {
@@ -63,6 +61,7 @@ _WHAT_FAILED = {
     'plan': 'it cannot be launched so',
     'job': 'what prepares it was killed',
 }
+#: What is said of a change that needs more when there is no worker any more.
 
 
 @dataclass(slots=True, eq=False)
@@ -273,7 +272,7 @@ class Watching:
         if wanted.is_empty:
             return
         acted = [one.change for one in found if one.action != 'ignore']
-        files = {self._shown(c.path): c.kind for c in acted}
+        files = {os.path.basename(c.path): c.kind for c in acted}
         current = _Round(seen, files)
         if changes or wanted.restart or wanted.after_build:
             paths = tuple(dict.fromkeys(c.path for c in acted))
@@ -603,19 +602,17 @@ class Watching:
 
     def _tell_of(self, done: _Round) -> None:
         """Tell what came of a change."""
-        parts = [
-            f'{what} {_listed(names)}'
-            for what, names in (
-                ('built', done.built),
-                ('stopped', done.stopped),
-                ('started', _without(done.started, done.failed)),
-                ('restarted', _without(done.restarted, done.failed)),
-                ('could not start', done.failed),
-            )
-            if names
-        ]
-        if done.is_as_before and not parts:
+        outcome = {
+            'built': done.built,
+            'stopped': done.stopped,
+            'started': _without(done.started, done.failed),
+            'restarted': _without(done.restarted, done.failed),
+            'could not start': done.failed,
+        }
+        is_silent = done.is_as_before and not done.is_lost
+        if is_silent and not any(outcome.values()):
             return
+        what = came_of(outcome, is_lost=done.is_lost)
         seconds = self._clock() - done.since
         text = f'{happened(done.files)}: {what} ({seconds:.2f} s)'
         failed = bool(done.failed) or done.is_lost

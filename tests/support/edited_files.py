@@ -36,7 +36,7 @@ FLOW_CMAKE = """\
 cmake_minimum_required(VERSION 3.16)
 project(flow C)
 find_package(base REQUIRED)
-include_directories(${base_INCLUDE})
+include_directories(${base_INCLUDE} ${PROJECT_SOURCE_DIR}/../../elsewhere)
 add_compile_definitions(BUILT="v0")
 add_library(word SHARED src/word.c)
 add_executable(loop src/loop.c)
@@ -62,9 +62,9 @@ int main(void) {{ (void)WORD; printf("{name} says %s\\n", {words});
 """
 LOOP = PROGRAM.format(
     name='loop',
-    declared='const char * word(void);',
-    words='"v0" , word()',
-).replace('%s', '%s %s')
+    declared='#include <fast.h>\nconst char * word(void);',
+    words='"v0" , word(), FAST',
+).replace('%s', '%s %s %s')
 OTHER = PROGRAM.format(
     name='other', declared='', words='"v0" , BUILT, BASE, WORD'
 ).replace('%s', '%s %s %s %s')
@@ -145,7 +145,7 @@ SAYS = {
         *('flow/config/view.rviz', 'flow/config/linked.yaml'),
         'flow/config/talk.yaml',
     ),
-    'loop': ('flow/src/loop.c', 'flow/src/word.c'),
+    'loop': ('flow/src/loop.c', 'flow/src/word.c', '../elsewhere/fast.h'),
     'other': (
         *('flow/src/other.c', 'flow/CMakeLists.txt'),
         *('base/include/base/base.h', 'base/msg/Word.msg'),
@@ -166,6 +166,8 @@ def whole_files() -> dict[str, str]:
         'base/baseConfig.cmake': BASE_CONFIG,
         'base/include/base/base.h': '#define BASE "v0"\n',
         'base/msg/Word.msg': 'string WORD = "v0"\n',
+        # of no package
+        '../elsewhere/fast.h': '#define FAST "v0"\n',
         'flow/package.xml': manifest(
             'flow',
             'cmake',

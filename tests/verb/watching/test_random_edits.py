@@ -229,7 +229,7 @@ class Editor:
             time.sleep(self._chance.choice((0.0, 0.3, 2.0)))
             self._git('checkout', '-q', 'HEAD~1')
             # what links lead to is not in the repository
-            kept = ('brain/', 'flow/config/linked.yaml')
+            kept = ('brain/', '../', 'flow/config/linked.yaml')
             for name in set(self.whole) - set(before):
                 del self.whole[name]
             for name, text in before.items():
