@@ -96,7 +96,9 @@ class Watcher:
         self._unread = b''
         self._files = WatchedFiles()
         self._notify: RustNotify | None = None
-        self._watched: frozenset[str] = frozenset()
+        # the folders that the kernel tells of, with what they are behind
+        # their names
+        self._watched: dict[str, tuple[int, int]] = {}
         self._notes: list[str] = []
         self._told: set[str] = set()
         self._is_polling = False
@@ -159,7 +161,9 @@ class Watcher:
             paths |= self._collect(STEP)
         paths |= self._wait_for_git()
         if len(paths) >= FLOOD or any(map(self._files.needs_look, paths)):
-            self._say(self._look(), seen)
+            # another folder has its name, maybe with the same number
+            is_other = not self._watched.keys().isdisjoint(paths)
+            self._say(self._look(anew=is_other), seen)
         else:
             self._say(self._files.changes(paths), seen)
 
@@ -190,11 +194,15 @@ class Watcher:
     def _is_held(self, lock: str) -> bool:
         return _written(lock) not in (0, self._stale_locks.get(lock))
 
-    def _look(self) -> list[Change]:
-        """Look at all files."""
+    def _look(self, *, anew: bool = False) -> list[Change]:
+        """
+        Look at all files.
+
+        :param anew: As for :meth:`_renew`
+        """
         begun = time.process_time()
         changes = self._files.look_again()
-        changes += self._renew()
+        changes += self._renew(anew=anew)
         self._plan_look(time.process_time() - begun)
         return changes
 
@@ -204,13 +212,19 @@ class Watcher:
             pause = max(SHORT_PAUSE, took * SHORT_RARITY)
         self._due = self._clock() + pause
 
-    def _renew(self) -> list[Change]:
-        """Have the kernel tell of the folders that there are now."""
+    def _renew(self, *, anew: bool = False) -> list[Change]:
+        """
+        Have the kernel tell of the folders that there are now.
+
+        :param anew: Whether to do so though they seem to be the same
+        """
         changes: list[Change] = []
         for _ in range(ATTEMPTS):
-            if self._files.places == self._watched:
+            places = _identities(self._files.places)
+            if places == self._watched and not anew:
                 break
-            self._watched = self._files.places
+            anew = False
+            self._watched = places
             if not self._listen():
                 break
             # what was written before anybody listened
@@ -244,7 +258,7 @@ class Watcher:
         except (FileNotFoundError, PermissionError):
             # one was removed or closed just now
             self._files.look_again()
-            self._watched = frozenset()
+            self._watched = {}
             return True
         except (OSError, WatchfilesRustInternalError) as e:
             self._is_polling = True
@@ -271,6 +285,16 @@ class Watcher:
 
 #: What the library takes for no polling.
 _FALSE = ('', 'false', 'disable', 'disabled')
+
+
+def _identities(folders: Iterable[str]) -> dict[str, tuple[int, int]]:
+    """Return what tells folders apart that had the same name."""
+    found = {}
+    for folder in folders:
+        with suppress(OSError):
+            status = os.stat(folder)
+            found[folder] = status.st_dev, status.st_ino
+    return found
 
 
 def _written(path: str) -> int:

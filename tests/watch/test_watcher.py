@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import json
 import os
 from pathlib import Path
+import shutil
 import signal
 import subprocess
 import sys
@@ -91,6 +92,17 @@ class Watched:
         batch = self.batches.pop(0)
         return [f'{c.kind} {Path(c.path).name}' for c in batch.changes]
 
+    def names(self) -> set[str]:
+        """Return the names of all that was told."""
+        return {Path(c.path).name for b in self.batches for c in b.changes}
+
+    def settle(self) -> None:
+        """Wait until all that happened so far was told, and forget it."""
+        name = f'settled {time.monotonic_ns()}'
+        self.write(name, name)
+        self.wait(lambda: name in self.names())
+        self.batches.clear()
+
     def close(self) -> None:
         self.link.close()
         self._watches.close()
@@ -130,6 +142,31 @@ def test_changes_are_told(watched: Watched) -> None:
     # now that one was told which comes after it, nothing else was
     assert watched.batches == []
     assert watched.warnings == []
+
+
+def test_a_folder_in_the_place_of_another_is_watched(watched: Watched) -> None:
+    inner = watched.folder / 'inner'
+    inner.mkdir()
+    watched.start()
+
+    def put(folder: Path) -> None:
+        new, old = folder.with_name('.new'), folder.with_name('.old')
+        shutil.copytree(folder, new)
+        folder.rename(old)
+        new.rename(folder)
+        shutil.rmtree(old)
+
+    def empty(folder: Path) -> None:
+        # the new one may have the same number
+        shutil.rmtree(folder)
+        folder.mkdir()
+
+    for replace in (put, empty):
+        for number, folder in enumerate((inner, watched.folder)):
+            replace(folder)
+            watched.settle()
+            (folder / 'a.cpp').write_text(f'{replace} {number}')
+            watched.wait(lambda: 'a.cpp' in watched.names())
 
 
 def test_a_file_that_was_away_is_told(watched: Watched) -> None:
