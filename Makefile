@@ -6,6 +6,7 @@
 
 PYTHON ?= python3
 MINUTES ?= 3
+SEED ?= 1
 VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python .ci/pip_install.py
@@ -34,7 +35,7 @@ help:
 	@echo 'make lint       ruff and mypy alone'
 	@echo 'make hostile    other users, faults, full disks, stale results'
 	@echo 'make fuzz       the fuzz tests with 10,000 inputs each'
-	@echo 'make soak       an unruly launch for 3 minutes, or MINUTES=…'
+	@echo 'make soak       unruly launches and edits, MINUTES=3 SEED=1'
 	@echo 'make clean      remove what was built, keep .venv'
 	@echo 'make distclean  remove .venv too'
 
@@ -68,7 +69,8 @@ fuzz: $(VENV)/.test-dependencies $(VENV)/.installed
 		tests/workspace/freshness/test_freshness_properties.py
 
 soak: $(VENV)/.test-dependencies $(VENV)/.installed
-	SOAK_MINUTES=$(MINUTES) $(BIN)/pytest -n 2 tests/runtime/test_soak.py \
+	SOAK_MINUTES=$(MINUTES) SOAK_SEED=$(SEED) $(BIN)/pytest -n 2 \
+		--dist loadgroup tests/runtime/test_soak.py \
 		tests/verb/watching/test_random_edits.py
 
 clean:

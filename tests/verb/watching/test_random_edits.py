@@ -73,6 +73,7 @@ class Editor:
             *(self._come, self._go, self._break, self._delete, self._touch),
             *(self._repeat, self._unused, self._mode, self._move, self._swap),
             *(self._check_out, self._crash, self._lose, self._new_file),
+            *(self._flicker, self._flicker),
         ]
 
     def lay_out(self) -> None:
@@ -300,6 +301,24 @@ class Editor:
         new.rename(folder)
         shutil.rmtree(old)
 
+    def _flicker(self) -> None:
+        """Have a file away for a moment while a process reads it."""
+        label = self._chance.choice(('talk', 'mind'))
+        first, second = self._chance.sample(SAYS[label], 2)
+        before = self.running().get(label)
+        self._change(first)
+        deadline = time.monotonic() + 1.0
+        while self.running().get(label) == before:
+            if time.monotonic() > deadline:
+                break
+            time.sleep(0.01)
+        time.sleep(self._chance.choice((0.0, 0.03, 0.1)))
+        file = self._source / second
+        file.unlink(missing_ok=True)
+        time.sleep(self._chance.choice((0.0, 0.05, 0.1)))
+        self._write(file, self.whole[second])
+        file.chmod(self._mode_of(second))
+
     def _crash(self) -> None:
         """Have a process crash, and change what it runs."""
         label, names = self._chance.choice(sorted(SAYS.items()))
@@ -455,6 +474,8 @@ def _descendants(pid: int) -> set[int]:
     return found
 
 
+# one after the other, so that they have the machine for themselves
+@pytest.mark.xdist_group('random edits')
 @pytest.mark.parametrize('number', range(SEEDS if SECONDS else 1))
 def test_what_runs_is_what_a_fresh_launch_would_run(user, number):
     seed = f'{SEED}.{number}'
