@@ -66,6 +66,8 @@ class Editor:
         self.whole = whole_files()
         self.sleeps: list[int] = []
         self.packages: list[str] = []
+        # whose words come next, so that each has its turn
+        self._turn: list[str] = []
         #: Returns what runs, and tells what is built.
         self.running: Callable[[], dict[str, int]] = dict
         self.edits: list[Callable[[], None]] = [
@@ -88,6 +90,10 @@ class Editor:
     def burst(self) -> list[str]:
         """Edit this and that, until all is whole."""
         done = []
+        if self._chance.random() < 0.4:
+            # what hides behind nothing else
+            self._word()
+            return ['_word']
         for _ in range(self._chance.randrange(1, 6)):
             edit = self._chance.choice(self.edits)
             edit()
@@ -164,8 +170,12 @@ class Editor:
 
     def _word(self) -> None:
         """Have a file say something else."""
-        names = [n for n in sorted(self.whole) if WORD.search(self.whole[n])]
-        self._change(self._chance.choice(names))
+        if not self._turn:
+            names = [n for n in self.whole if WORD.search(self.whole[n])]
+            self._turn = self._chance.sample(sorted(names), len(names))
+        name = self._turn.pop()
+        if name in self.whole:
+            self._change(name)
 
     def _change(self, name: str) -> None:
         text = WORD.sub(self._next(), self.whole[name])
