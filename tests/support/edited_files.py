@@ -124,6 +124,9 @@ launch:
 - node: {pkg: brain, exec: mind, name: mind, args: v0}
 - include: {file: $(find-pkg-share flow)/launch/more.yaml}
 """
+FLOW_MANIFEST = manifest(
+    'flow', 'cmake', '<depend>base</depend><exec_depend>brain</exec_depend>'
+)
 PARAMETERS = 'talk:\n  ros__parameters:\n    word: v0\n'
 FURTHER_CMAKE = """\
 cmake_minimum_required(VERSION 3.16)
@@ -137,6 +140,52 @@ print('{name} says v0', flush=True)
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 signal.pause()
 """
+
+ROBOT_CMAKE = """\
+cmake_minimum_required(VERSION 3.16)
+project(robot NONE)
+install(PROGRAMS camera.py DESTINATION lib/robot)
+install(DIRECTORY launch config DESTINATION share/robot)
+"""
+CAMERA = """\
+#!/usr/bin/env python3
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.lifecycle import LifecycleNode
+
+class Camera(LifecycleNode):
+    def on_activate(self, state):
+        word = self.declare_parameter('word', '').value
+        print('camera says', 'v0', word, flush=True)
+        return super().on_activate(state)
+
+try:
+    rclpy.init()
+    rclpy.spin(Camera('camera'))
+except (KeyboardInterrupt, ExternalShutdownException):
+    pass
+"""
+ROBOT = """\
+launch:
+- lifecycle_node:
+    pkg: robot
+    exec: camera.py
+    name: camera
+    namespace: ''
+    autostart: true
+    param: [{from: $(find-pkg-share robot)/config/camera.yaml}]
+- node_container:
+    pkg: rclcpp_components
+    exec: component_container
+    name: box
+    namespace: ''
+    composable_node:
+    - pkg: composition
+      plugin: composition::Parameters
+      name: parameters
+      param: [{from: $(find-pkg-share robot)/config/box.yaml}]
+"""
+VALUES = '{name}:\n  ros__parameters:\n    word: v0\n'
 
 #: Whose words each process says, in this order.
 SAYS = {
@@ -156,6 +205,28 @@ SAYS = {
         'flow/launch/demo.yaml',
     ),
 }
+#: The same of nodes of ROS.
+SAYS_IN_ROS = {
+    'camera': ('robot/camera.py', 'robot/config/camera.yaml'),
+    'box': ('robot/config/box.yaml',),
+}
+
+
+def robot_files() -> dict[str, str]:
+    """Return the files of a package with a lifecycle node and a component."""
+    return {
+        'robot/package.xml': manifest('robot', 'cmake'),
+        'robot/CMakeLists.txt': ROBOT_CMAKE,
+        'robot/camera.py': CAMERA,
+        'robot/config/camera.yaml': VALUES.format(name='camera'),
+        'robot/config/box.yaml': VALUES.format(name='parameters'),
+        'robot/launch/robot.yaml': ROBOT,
+        'flow/launch/demo.yaml': DEMO
+        + '- include: {file: $(find-pkg-share robot)/launch/robot.yaml}\n',
+        'flow/package.xml': FLOW_MANIFEST.replace(
+            '<depend>', '<exec_depend>robot</exec_depend><depend>'
+        ),
+    }
 
 
 def whole_files() -> dict[str, str]:
@@ -168,11 +239,7 @@ def whole_files() -> dict[str, str]:
         'base/msg/Word.msg': 'string WORD = "v0"\n',
         # of no package
         '../elsewhere/fast.h': '#define FAST "v0"\n',
-        'flow/package.xml': manifest(
-            'flow',
-            'cmake',
-            '<depend>base</depend><exec_depend>brain</exec_depend>',
-        ),
+        'flow/package.xml': FLOW_MANIFEST,
         'flow/CMakeLists.txt': FLOW_CMAKE,
         'flow/src/word.c': 'const char * word(void) { return "v0"; }\n',
         'flow/src/loop.c': LOOP,

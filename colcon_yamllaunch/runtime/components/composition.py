@@ -139,6 +139,14 @@ class Composition:
             return ()
         return self._containers.reload_changed(labels, processes)
 
+    def ended_containers(self, labels: Collection[str]) -> set[str]:
+        """
+        Return the labels of containers of components that have ended.
+
+        As with what a component crashed by values that were changed since.
+        """
+        return self._containers.ended_containers(labels)
+
     def drop(self, label: str) -> None:
         """
         Unload a component, and forget it then.

@@ -166,6 +166,12 @@ class Containers:
             loaded.append(task.label)
         return tuple(loaded)
 
+    def ended_containers(self, labels: Collection[str]) -> set[str]:
+        """Return the processes that components lack; see `Composition`."""
+        lacking = [t for t in self.tasks if t.label in labels and t.is_wanted]
+        found = [self._container_of(task) for task in lacking]
+        return {label for c in found if c.is_gone for label in c.courses}
+
     def drop(self, label: str) -> None:
         """Unload a component, and forget it then; see `Composition`."""
         task = self.task(label)

@@ -280,6 +280,10 @@ class Engine:
 
     def restart(self, labels: Collection[str]) -> tuple[str, ...]:
         """Start processes and load components anew after a change."""
+        if self.composition is not None:
+            # a container that has crashed is needed, too
+            ended = self.composition.ended_containers(labels)
+            labels = {*labels, *ended}
         restarted = self.supervisor.restart_changed(labels)
         if self.composition is not None:
             reloaded = self.composition.reload_changed(labels, restarted)

@@ -242,6 +242,19 @@ def test_a_container_that_is_started_anew_gets_its_components_back(box):
     assert spaces == {'a': '/other', 'b': ''}
 
 
+def test_a_container_that_crashed_is_started_for_its_components(box):
+    assert box.composition.ended_containers(['a']) == set()
+    box.there('/box', there=False)
+    box.exit('box-1', Outcome(code=1))
+    assert box.composition.ended_containers(['b-1']) == set()
+    ended = box.composition.ended_containers(['a'])
+    assert ended == {'box-1'}
+    assert restarts(box, *ended) == ('box-1',)
+    assert reloads(box, ['a'], ['box-1']) == ('a',)
+    box.there('/box')
+    assert {r['name'] for r in box.open('load')} == {'a', 'b'}
+
+
 def test_a_component_that_a_user_unloaded_stays_so(box):
     box.composition.unload('a')
     box.turn()

@@ -28,9 +28,12 @@ import pytest
 from support.edited_files import further_package
 from support.edited_files import lay_out
 from support.edited_files import more
+from support.edited_files import robot_files
 from support.edited_files import SAYS
+from support.edited_files import SAYS_IN_ROS
 from support.edited_files import whole_files
 from support.edited_files import WORD
+from support.ros_parts import sourced
 from support.user import User
 from support.watched import launch_processes
 from support.watched import Watched
@@ -54,16 +57,19 @@ class Editor:
     """
     Somebody who edits the workspace, and knows what has to run then.
 
-    :param launch: Returns the processes that run, by label
+    :param in_ros: Whether there are nodes of ROS, too
     """
 
-    def __init__(self, root: Path, chance: random.Random) -> None:
+    def __init__(
+        self, root: Path, chance: random.Random, *, in_ros: bool = False
+    ) -> None:
         self._root = root
         self._source = root / 'src'
         self._chance = chance
         self._version = 0
         #: What each file is to say.
-        self.whole = whole_files()
+        self.whole = whole_files() | (robot_files() if in_ros else {})
+        self.says = SAYS | (SAYS_IN_ROS if in_ros else {})
         self.sleeps: list[int] = []
         self.packages: list[str] = []
         # whose words come next, so that each has its turn
@@ -106,8 +112,11 @@ class Editor:
         """Return the last line of each node."""
         lines = {
             label: ' '.join([label, 'says', *map(self._word_of, names)])
-            for label, names in SAYS.items()
+            for label, names in self.says.items()
         }
+        if 'box' in lines:
+            # what prints its parameters
+            lines['box'] = lines['box'].replace('box says', 'word: STRING')
         for name in self.packages:
             lines[name] = f'{name} says {self._word_of(f"{name}/run.py")}'
         return lines
@@ -164,7 +173,11 @@ class Editor:
         file.chmod(self._mode_of(name))
 
     def _mode_of(self, name: str) -> int:
-        return 0o755 if name.endswith(('talk.py', 'run.py')) else 0o644
+        return (
+            0o755
+            if name.endswith(('talk.py', 'run.py', 'camera.py'))
+            else 0o644
+        )
 
     # edits that stay
 
@@ -331,7 +344,7 @@ class Editor:
 
     def _crash(self) -> None:
         """Have a process crash, and change what it runs."""
-        label, names = self._chance.choice(sorted(SAYS.items()))
+        label, names = self._chance.choice(sorted(self.says.items()))
         pid = self.running().get(label)
         if pid is not None:
             with suppress(ProcessLookupError):
@@ -425,7 +438,7 @@ class Judge:
             if 'up to date' not in line and 'warning' not in line
         ]
         entries = json.loads(shown.stdout)['entries']
-        plan = [_started(entry) for entry in entries]
+        plan = [_started(e) for e in entries if e['type'] == 'process']
         running = [_runs(pid) for pid in self._watched.running().values()]
         for one in plan:
             if one in running:
@@ -485,22 +498,45 @@ def _descendants(pid: int) -> set[int]:
 
 
 # one after the other, so that they have the machine for themselves
-@pytest.mark.xdist_group('random edits')
+one_by_one = pytest.mark.xdist_group('random edits')
+
+
+@one_by_one
 @pytest.mark.parametrize('number', range(SEEDS if SECONDS else 1))
 def test_what_runs_is_what_a_fresh_launch_would_run(user, number):
+    edit_at_random(user, number, in_ros=False)
+
+
+@one_by_one
+@pytest.mark.skipif(not SECONDS, reason='it takes minutes: make soak')
+@pytest.mark.parametrize('number', range(SEEDS))
+def test_nodes_of_ros_are_what_they_would_be(
+    user, ros_parts, ros_domain_id, number
+):
+    user.environment |= sourced(ros_parts) | {
+        'HOME': user.environment['HOME'],
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        'ROS_DOMAIN_ID': str(ros_domain_id),
+        'TMPDIR': str(user.root.parent),
+    }
+    edit_at_random(user, number, in_ros=True)
+
+
+def edit_at_random(user: User, number: int, *, in_ros: bool) -> None:
+    """Edit the files of a launch, and compare after each burst."""
     seed = f'{SEED}.{number}'
     user.root = user.root.resolve()
     # what Python has compiled is told apart by whole seconds
     user.environment['PYTHONDONTWRITEBYTECODE'] = '1'
-    editor = Editor(user.root, random.Random(seed))
+    editor = Editor(user.root, random.Random(seed), in_ros=in_ros)
     editor.lay_out()
     watched = Watched(user)
     editor.running = watched.running
     judge = Judge(user, editor, watched)
     end = time.monotonic() + SECONDS / SEEDS
-    history = [[]]
+    history: list[list[str]] = [[]]
 
-    def judged():
+    def judged() -> None:
         deadline = time.monotonic() + PATIENCE
         while found := judge.differences():
             shown = watched.launch.output
@@ -519,12 +555,12 @@ def test_what_runs_is_what_a_fresh_launch_would_run(user, number):
     assert _complaints(watched.launch.output) == []
 
 
-def _complaints(output):
+def _complaints(output: str) -> list[str]:
     """Return what no user should see, but for what the edits broke."""
     lines = [
         line
         for line in output.splitlines()
-        if not re.match(r'\[(talk|mind|further_\w+)\]', line)
+        if not re.match(r'\[(talk|mind|camera|box|further_\w+)\]', line)
     ]
     bad = ('Traceback', 'internal error', 'File "', 'nothing is watched')
     return [line for line in lines if any(text in line for text in bad)]
