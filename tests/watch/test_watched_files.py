@@ -85,6 +85,15 @@ def test_saving_the_same_content_is_no_change(tree: Tree) -> None:
     assert tree.again() == []
 
 
+def test_a_clock_that_goes_back_hides_nothing(tree: Tree) -> None:
+    a = tree.write('src/arm/a.cpp', 'one')
+    tree.watch()
+    a.write_text('two')
+    past = time.time() - 10**6
+    os.utime(a, (past, past))
+    assert tree.again() == ['changed src/arm/a.cpp']
+
+
 def test_who_read_a_file_while_it_was_saved_is_not_forgotten(
     tree: Tree,
 ) -> None:

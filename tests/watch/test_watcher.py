@@ -20,6 +20,7 @@ from colcon_yamllaunch.runtime.process.children import ended_children
 from colcon_yamllaunch.runtime.streams.watches import Watches
 from colcon_yamllaunch.watch import watcher
 from colcon_yamllaunch.watch.changes import Batch
+from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.watcher_link import is_installed
 from colcon_yamllaunch.watch.watcher_link import WatcherLink
 import pytest
@@ -48,6 +49,7 @@ class Watched:
         self.folder = folder
         self.batches: list[Batch] = []
         self.warnings: list[str] = []
+        self.settled: list[Change] = []
         self._watches = Watches()
         self.link = WatcherLink(
             self._watches,
@@ -97,10 +99,12 @@ class Watched:
         return {Path(c.path).name for b in self.batches for c in b.changes}
 
     def settle(self) -> None:
-        """Wait until all that happened so far was told, and forget it."""
+        """Wait until all that happened so far was told, and set it aside."""
         name = f'settled {time.monotonic_ns()}'
         self.write(name, name)
         self.wait(lambda: name in self.names())
+        told = [c for batch in self.batches for c in batch.changes]
+        self.settled = [c for c in told if Path(c.path).name != name]
         self.batches.clear()
 
     def close(self) -> None:
@@ -142,6 +146,66 @@ def test_changes_are_told(watched: Watched) -> None:
     # now that one was told which comes after it, nothing else was
     assert watched.batches == []
     assert watched.warnings == []
+
+
+def vim(file: Path, text: str) -> None:
+    probe = file.with_name('4913')
+    probe.touch()
+    probe.unlink()
+    backup = file.rename(file.with_name(f'{file.name}~'))
+    file.write_text(text)
+    backup.unlink()
+
+
+def emacs(file: Path, text: str) -> None:
+    lock = file.with_name(f'.#{file.name}')
+    lock.symlink_to('me@here.123:456')
+    draft = file.with_name(f'#{file.name}#')
+    draft.write_text(text)
+    shutil.copy(file, file.with_name(f'{file.name}~'))
+    file.write_text(text)
+    draft.unlink()
+    lock.unlink()
+
+
+def gnome(file: Path, text: str) -> None:
+    draft = file.with_name('.goutputstream-A1B2C3')
+    draft.write_text(text)
+    draft.rename(file)
+
+
+def jetbrains(file: Path, text: str) -> None:
+    new = file.with_name(f'{file.name}___jb_tmp___')
+    new.write_text(text)
+    old = file.rename(file.with_name(f'{file.name}___jb_old___'))
+    new.rename(file)
+    old.unlink()
+
+
+def test_of_what_editors_do_only_the_file_is_told(watched: Watched) -> None:
+    elsewhere = watched.folder.parent / 'elsewhere'
+    elsewhere.mkdir()
+    (elsewhere / 'a.cpp').touch()
+    (watched.folder / 'linked').symlink_to(elsewhere)
+    watched.start()
+    for save in (vim, emacs, gnome, jetbrains):
+        save(elsewhere / 'a.cpp', save.__name__)
+        watched.wait(lambda: bool(watched.batches))
+        watched.settle()
+        paths = {c.path for c in watched.settled}
+        assert paths == {str(watched.folder / 'linked' / 'a.cpp')}
+
+
+def test_one_that_is_stopped_misses_nothing(watched: Watched) -> None:
+    watched.start()
+    pid = watched.link.pid
+    os.kill(pid, signal.SIGSTOP)
+    watched.write('a.cpp', 'one')
+    os.kill(pid, signal.SIGCONT)
+    assert watched.told() == ['new a.cpp']
+    os.kill(pid, signal.SIGSTOP)
+    watched.link.close()
+    assert is_gone(pid)
 
 
 def test_a_folder_in_the_place_of_another_is_watched(watched: Watched) -> None:
@@ -338,6 +402,29 @@ def test_polling_can_be_asked_for(
     told: list[Any] = []
     run(tmp_path, told)
     assert [notes for _, _, notes in told] == [[], []]
+
+
+@pytest.mark.usefixtures('own_signals')
+def test_what_the_kernel_did_not_tell_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Silent:
+        def __init__(self, *_: object) -> None:
+            """Tell nothing, as after a suspend or a flood."""
+
+        def watch(self, *_: object) -> str:
+            return 'timeout'
+
+        def close(self) -> None:
+            """Leave it at that."""
+
+    monkeypatch.setattr('watchfiles._rust_notify.RustNotify', Silent)
+    monkeypatch.setattr(watcher, 'PAUSE', 0.01)
+    monkeypatch.setattr(watcher, 'RARITY', 0)
+    (tmp_path / 'first').touch()
+    told: list[Any] = []
+    run(tmp_path, told)
+    assert [Path(c.path).name for c in told[1][0]] == ['late']
 
 
 @pytest.mark.parametrize(
