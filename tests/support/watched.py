@@ -120,8 +120,9 @@ class Watched:
         return found
 
     def last_lines(self) -> dict[str, str]:
-        """Return the last line that each process showed, by label."""
-        lines = re.findall(r'^\[([\w.-]+)\] +(.*)', self.launch.output, re.M)
+        """Return the last line of each process, but for those of loggers."""
+        pattern = r'^\[([\w.-]+)\] +(?![ \[])(.*)'
+        lines = re.findall(pattern, self.launch.output, re.M)
         return dict(lines)
 
     def events(self, *kinds: str) -> list[dict[str, Any]]:

@@ -385,8 +385,12 @@ class Judge:
 
     def differences(self) -> list[str]:
         """Tell what is not as it is in a fresh launch."""
-        # the last one takes its time
-        return self._in_words() or self._in_processes() or self._in_plans()
+        # as that takes its time, what began late shows afterwards
+        return self._in_all() or self._in_plans() or self._in_all()
+
+    def _in_all(self) -> list[str]:
+        found = self._in_words() or self._in_processes()
+        return found or (self._in_ros() if 'box' in self._editor.says else [])
 
     def _in_words(self) -> list[str]:
         """Compare what processes say, and which there are."""
@@ -404,6 +408,17 @@ class Judge:
         sleeps = sorted(map(str, [1000, *self._editor.sleeps]))
         if words != sleeps:
             found.append(f'{words} sleep, not {sleeps}')
+        return found
+
+    def _in_ros(self) -> list[str]:
+        """Look at states and components."""
+        kinds = ('started', 'state_changed', 'loaded')
+        last = {e['label']: e for e in self._watched.events(*kinds)}
+        found = []
+        if last['camera'].get('state') != 'active':
+            found.append('camera is not active')
+        if last['parameters']['time'] < last['box']['time']:
+            found.append('parameters is not loaded')
         return found
 
     def _in_processes(self) -> list[str]:
