@@ -89,7 +89,8 @@ import pylib.words
 
 def main():
     signal.signal(signal.SIGINT, lambda *_: os._exit(0))
-    print('mind says', 'v0', pylib.words.WORD, sys.argv[1], flush=True)
+    print('mind says', 'v0', pylib.words.WORD, sys.argv[1],
+        os.environ['SAID'], flush=True)
     while True: time.sleep(1000)
 """
 SETUP = """\
@@ -121,7 +122,12 @@ launch:
     param: [{from: $(find-pkg-share flow)/config/talk.yaml}]
 - node: {pkg: flow, exec: loop, name: loop}
 - node: {pkg: flow, exec: other, name: other}
-- node: {pkg: brain, exec: mind, name: mind, args: v0}
+- node:
+    pkg: brain
+    exec: mind
+    name: mind
+    args: v0
+    env: [{name: SAID, value: v0}]
 - include: {file: $(find-pkg-share flow)/launch/more.yaml}
 """
 FLOW_MANIFEST = manifest(
@@ -187,6 +193,23 @@ launch:
 """
 VALUES = '{name}:\n  ros__parameters:\n    word: v0\n'
 
+#: A launch file in Python, with a module beside it.
+THIRD = """\
+import pathlib, sys
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import seconds
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess
+
+def generate_launch_description():
+    first = 'v0'.replace('v', '200000')
+    second = seconds.WORD.replace('v', '300000')
+    return LaunchDescription([
+        ExecuteProcess(cmd=['sleep', first]),
+        ExecuteProcess(cmd=['sleep', second]),
+    ])
+"""
+
 #: Whose words each process says, in this order.
 SAYS = {
     'talk': (
@@ -203,13 +226,29 @@ SAYS = {
         'brain/brain/think.py',
         'pylib/pylib/words.py',
         'flow/launch/demo.yaml',
+        'flow/launch/demo.yaml',
     ),
+}
+#: What stands before the number of a word where processes sleep for it.
+SLEEPS = {
+    'flow/launch/third.launch.py': '200000',
+    'flow/launch/seconds.py': '300000',
 }
 #: The same of nodes of ROS.
 SAYS_IN_ROS = {
     'camera': ('robot/camera.py', 'robot/config/camera.yaml'),
     'box': ('robot/config/box.yaml',),
 }
+
+
+def third_files() -> dict[str, str]:
+    """Return what includes a launch file in Python."""
+    third = '$(find-pkg-share flow)/launch/third.launch.py'
+    return {
+        'flow/launch/third.launch.py': THIRD,
+        'flow/launch/seconds.py': "WORD = 'v0'\n",
+        'flow/launch/demo.yaml': f'{DEMO}- include: {{file: {third}}}\n',
+    }
 
 
 def robot_files() -> dict[str, str]:

@@ -31,6 +31,8 @@ from support.edited_files import more
 from support.edited_files import robot_files
 from support.edited_files import SAYS
 from support.edited_files import SAYS_IN_ROS
+from support.edited_files import SLEEPS
+from support.edited_files import third_files
 from support.edited_files import whole_files
 from support.edited_files import WORD
 from support.ros_parts import sourced
@@ -57,19 +59,25 @@ class Editor:
     """
     Somebody who edits the workspace, and knows what has to run then.
 
-    :param in_ros: Whether there are nodes of ROS, too
+    :param number: The number of the seed in its series
+    :param kind: Whether there are nodes of ROS, or launch files in Python, too
     """
 
-    def __init__(
-        self, root: Path, chance: random.Random, *, in_ros: bool = False
-    ) -> None:
+    def __init__(self, root: Path, number: int, kind: str) -> None:
+        self._number = number
         self._root = root
         self._source = root / 'src'
-        self._chance = chance
+        self._chance = random.Random(f'{SEED}.{number}')
         self._version = 0
         #: What each file is to say.
-        self.whole = whole_files() | (robot_files() if in_ros else {})
-        self.says = SAYS | (SAYS_IN_ROS if in_ros else {})
+        self.whole = whole_files()
+        self.says = dict(SAYS)
+        match kind:
+            case 'ros':
+                self.whole |= robot_files()
+                self.says |= SAYS_IN_ROS
+            case 'python':
+                self.whole |= third_files()
         self.sleeps: list[int] = []
         self.packages: list[str] = []
         # whose words come next, so that each has its turn
@@ -120,6 +128,14 @@ class Editor:
         for name in self.packages:
             lines[name] = f'{name} says {self._word_of(f"{name}/run.py")}'
         return lines
+
+    def expected_sleeps(self) -> list[str]:
+        """Return for how long what says nothing sleeps."""
+        found = ['1000', *map(str, self.sleeps)]
+        for name, start in SLEEPS.items():
+            if name in self.whole:
+                found.append(self._word_of(name).replace('v', start))
+        return sorted(found)
 
     def _word_of(self, name: str) -> str:
         found = WORD.search(self.whole[name])
@@ -184,8 +200,11 @@ class Editor:
     def _word(self) -> None:
         """Have a file say something else."""
         if not self._turn:
+            # another part of them for each seed of a series
             names = [n for n in self.whole if WORD.search(self.whole[n])]
-            self._turn = self._chance.sample(sorted(names), len(names))
+            random.Random(SEED).shuffle(names)
+            begin = self._number * len(names) // SEEDS
+            self._turn = [*names[begin:], *names[:begin]]
         name = self._turn.pop()
         if name in self.whole:
             self._change(name)
@@ -405,7 +424,7 @@ class Judge:
                 found.append(f'{label} wrote {lines.get(label)}, not {line}')
         others = [pid for n, pid in running.items() if n not in expected]
         words = sorted(_command(pid)[-1] for pid in others)
-        sleeps = sorted(map(str, [1000, *self._editor.sleeps]))
+        sleeps = self._editor.expected_sleeps()
         if words != sleeps:
             found.append(f'{words} sleep, not {sleeps}')
         return found
@@ -519,7 +538,7 @@ one_by_one = pytest.mark.xdist_group('random edits')
 @one_by_one
 @pytest.mark.parametrize('number', range(SEEDS if SECONDS else 1))
 def test_what_runs_is_what_a_fresh_launch_would_run(user, number):
-    edit_at_random(user, number, in_ros=False)
+    edit_at_random(user, number)
 
 
 @one_by_one
@@ -534,16 +553,22 @@ def test_nodes_of_ros_are_what_they_would_be(
         'ROS_DOMAIN_ID': str(ros_domain_id),
         'TMPDIR': str(user.root.parent),
     }
-    edit_at_random(user, number, in_ros=True)
+    edit_at_random(user, number, 'ros')
 
 
-def edit_at_random(user: User, number: int, *, in_ros: bool) -> None:
+@one_by_one
+@pytest.mark.skipif(not SECONDS, reason='it takes minutes: make soak')
+@pytest.mark.parametrize('number', range(SEEDS))
+def test_launch_files_in_python_are_no_exception(ros_user, number):
+    edit_at_random(ros_user, number, 'python')
+
+
+def edit_at_random(user: User, number: int, kind: str = '') -> None:
     """Edit the files of a launch, and compare after each burst."""
-    seed = f'{SEED}.{number}'
     user.root = user.root.resolve()
     # what Python has compiled is told apart by whole seconds
     user.environment['PYTHONDONTWRITEBYTECODE'] = '1'
-    editor = Editor(user.root, random.Random(seed), in_ros=in_ros)
+    editor = Editor(user.root, number, kind)
     editor.lay_out()
     watched = Watched(user)
     editor.running = watched.running
@@ -557,7 +582,7 @@ def edit_at_random(user: User, number: int, *, in_ros: bool) -> None:
             shown = watched.launch.output
             assert watched.launch.process.poll() is None, shown
             if time.monotonic() > deadline:
-                pytest.fail(f'{seed} {history}: {found}\n{shown}')
+                pytest.fail(f'{SEED} {history}: {found}\n{shown}')
             time.sleep(0.05)
 
     judged()
