@@ -254,7 +254,12 @@ def third_files() -> dict[str, str]:
 def robot_files() -> dict[str, str]:
     """Return the files of a package with a lifecycle node and a component."""
     return {
-        'robot/package.xml': manifest('robot', 'cmake'),
+        'robot/package.xml': manifest(
+            'robot',
+            'cmake',
+            '<exec_depend>rclcpp_components</exec_depend>'
+            '<exec_depend>composition</exec_depend>',
+        ),
         'robot/CMakeLists.txt': ROBOT_CMAKE,
         'robot/camera.py': CAMERA,
         'robot/config/camera.yaml': VALUES.format(name='camera'),
