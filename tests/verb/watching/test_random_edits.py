@@ -444,8 +444,8 @@ class Judge:
         """Look for a process too many."""
         running = set(self._watched.running().values())
         helpers = _descendants(self._watched.launch.process.pid) - running
-        if not self._helpers:
-            self._helpers = helpers
+        # what asks for versions as the launch begins comes no more
+        self._helpers = self._helpers & helpers or helpers
         found = []
         if helpers != self._helpers:
             found.append(f'{helpers} are beside it, not {self._helpers}')
