@@ -5,9 +5,11 @@
 Edits at random, also while something is built or started anew.
 
 After each burst of edits, what runs is what a fresh launch would run, and
-nothing else. `SOAK_MINUTES` says for how long, and `SOAK_SEED` with what it
-begins; `make soak` takes minutes, other runs of the tests some bursts that
-are always the same.
+nothing else: processes say what they were made from, and are compared with
+the plan of a launch that begins then, and with `/proc`. `SOAK_MINUTES` says
+for how long, `SOAK_SEED` with what it begins; `make soak` takes minutes, with
+nodes of ROS and launch files in Python, too. Other runs of the tests have some
+bursts that are always the same.
 """
 
 from collections.abc import Callable
