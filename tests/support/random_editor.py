@@ -81,10 +81,10 @@ class Editor:
     def burst(self) -> list[str]:
         """Edit this and that, until all is whole."""
         done = []
-        if self._chance.random() < 0.4:
-            # what hides behind nothing else
-            self._word()
-            return ['_word']
+        if self._chance.random() < 0.5:
+            # what follows hides behind nothing else
+            self._only_word()
+            return ['_only_word']
         for _ in range(self._chance.randrange(1, 6)):
             edit = self._chance.choice(self.edits)
             edit()
@@ -176,15 +176,21 @@ class Editor:
 
     def _word(self) -> None:
         """Have a file say something else."""
+        self._change(self._chance.choice(self._with_words()))
+
+    def _only_word(self) -> None:
+        """Have a file say something else, each in its turn."""
         if not self._turn:
-            # another part of them for each seed of a series
-            names = [n for n in self.whole if WORD.search(self.whole[n])]
+            names = self._with_words()
             random.Random(0).shuffle(names)
             begin = int(self._offset * len(names))
             self._turn = [*names[begin:], *names[:begin]]
         name = self._turn.pop()
         if name in self.whole:
             self._change(name)
+
+    def _with_words(self) -> list[str]:
+        return [n for n in sorted(self.whole) if WORD.search(self.whole[n])]
 
     def _change(self, name: str) -> None:
         text = WORD.sub(self._next(), self.whole[name])
@@ -234,7 +240,7 @@ class Editor:
         self._git('add', '-A')
         self._git('commit', '-q', '--allow-empty', '-m', 'one')
         before = dict(self.whole)
-        names = [n for n in sorted(before) if WORD.search(before[n])]
+        names = self._with_words()
         for name in self._chance.sample(names, min(len(names), 12)):
             text = WORD.sub(self._next(), self.whole[name])
             self.whole[name] = text
