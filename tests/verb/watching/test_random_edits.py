@@ -25,6 +25,7 @@ from typing import Any
 import pytest
 from support.random_editor import Editor
 from support.ros_parts import sourced
+from support.user import DEADLINE
 from support.user import User
 from support.watched import launch_processes
 from support.watched import Watched
@@ -37,8 +38,7 @@ SEED = os.environ.get('SOAK_SEED', '1')
 FEW = 2
 #: With minutes, the seeds that there are one after the other.
 SEEDS = 4
-#: How long what an edit leads to may take on a busy machine (seconds).
-PATIENCE = 120.0
+NUMBERS = range(SEEDS if SECONDS else 1)
 
 
 class Judge:
@@ -185,14 +185,14 @@ one_by_one = pytest.mark.xdist_group('random_edits')
 
 
 @one_by_one
-@pytest.mark.parametrize('number', range(SEEDS if SECONDS else 1))
+@pytest.mark.parametrize('number', NUMBERS)
 def test_what_runs_is_what_a_fresh_launch_would_run(user, number):
     edit_at_random(user, number)
 
 
 @one_by_one
 @pytest.mark.skipif(not SECONDS, reason='it takes minutes: make soak')
-@pytest.mark.parametrize('number', range(SEEDS))
+@pytest.mark.parametrize('number', NUMBERS)
 def test_nodes_of_ros_are_what_they_would_be(
     user, ros_parts, ros_domain_id, number
 ):
@@ -207,7 +207,7 @@ def test_nodes_of_ros_are_what_they_would_be(
 
 @one_by_one
 @pytest.mark.skipif(not SECONDS, reason='it takes minutes: make soak')
-@pytest.mark.parametrize('number', range(SEEDS))
+@pytest.mark.parametrize('number', NUMBERS)
 def test_launch_files_in_python_are_no_exception(ros_user, number):
     edit_at_random(ros_user, number, 'python')
 
@@ -226,7 +226,7 @@ def edit_at_random(user: User, number: int, kind: str = '') -> None:
     history: list[list[str]] = [[]]
 
     def judged() -> None:
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + DEADLINE
         while found := judge.differences():
             shown = watched.launch.output
             assert watched.launch.process.poll() is None, shown
