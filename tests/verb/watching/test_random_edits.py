@@ -12,6 +12,7 @@ nodes of ROS and launch files in Python, too. Other runs of the tests have some
 bursts that are always the same.
 """
 
+from collections import Counter
 import hashlib
 import json
 import os
@@ -48,7 +49,7 @@ class Judge:
         self._user = user
         self._editor = editor
         self._watched = watched
-        self._helpers: set[int] = set()
+        self._beside: Counter[str] = Counter()
 
     def differences(self) -> list[str]:
         """Tell what is not as it is in a fresh launch."""
@@ -92,13 +93,15 @@ class Judge:
         """Look for a process too many."""
         running = set(self._watched.running().values())
         helpers = _descendants(self._watched.launch.process.pid) - running
+        # each job has a process of its own, which one like it comes after
+        beside = Counter(' '.join(_command(pid)) for pid in helpers)
         # what asks for versions as the launch begins comes no more
-        self._helpers = self._helpers & helpers or helpers
+        self._beside = self._beside & beside or beside
         found = []
-        if helpers != self._helpers:
-            found.append(f'{helpers} are beside it, not {self._helpers}')
+        if beside != self._beside:
+            found.append(f'{beside} are beside it, not {self._beside}')
         # what speaks with ROS belongs to the launch, too
-        of_launch = launch_processes(min(running)) - self._helpers
+        of_launch = launch_processes(min(running)) - helpers
         if of_launch != running:
             found.append(f'{of_launch} are of the launch, not {running}')
         return found
@@ -246,9 +249,11 @@ def edit_at_random(user: User, number: int, kind: str = '') -> None:
 
 def _complaints(output: str) -> list[str]:
     """Return what no user should see, but for what the edits broke."""
+    # what colcon says of a package that it could not build is its own
+    own = re.sub(r'(?ms)^--- stderr: \S+$.*?^---$', '', output)
     lines = [
         line
-        for line in output.splitlines()
+        for line in own.splitlines()
         if not re.match(r'\[(talk|mind|camera|box|further_\w+)\]', line)
     ]
     bad = ('Traceback', 'internal error', 'File "', 'nothing is watched')
