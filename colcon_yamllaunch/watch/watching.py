@@ -30,26 +30,26 @@ from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.course.plan_changes import RunningLaunch
-from colcon_yamllaunch.watch.build_effects import touched_by
-from colcon_yamllaunch.watch.changes import Batch
-from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.consequences import Consequence
 from colcon_yamllaunch.watch.consequences import consequences
 from colcon_yamllaunch.watch.consequences import missed
 from colcon_yamllaunch.watch.consequences import Steps
 from colcon_yamllaunch.watch.consequences import steps
-from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.mapped_files import with_libraries
+from colcon_yamllaunch.watch.files.changes import Batch
+from colcon_yamllaunch.watch.files.changes import Change
+from colcon_yamllaunch.watch.files.watcher_link import WatcherLink
+from colcon_yamllaunch.watch.knowledge.build_effects import touched_by
+from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge.mapped_files import with_libraries
 from colcon_yamllaunch.watch.plan_difference import plan_difference
 from colcon_yamllaunch.watch.watch_lines import came_of
 from colcon_yamllaunch.watch.watch_lines import happened
 from colcon_yamllaunch.watch.watch_lines import why_lines
-from colcon_yamllaunch.watch.watcher_link import WatcherLink
-from colcon_yamllaunch.watch.worker import Announced
-from colcon_yamllaunch.watch.worker import Failed
-from colcon_yamllaunch.watch.worker import Job
-from colcon_yamllaunch.watch.worker import Prepared
-from colcon_yamllaunch.watch.worker_link import WorkerLink
+from colcon_yamllaunch.watch.worker.jobs import Announced
+from colcon_yamllaunch.watch.worker.jobs import Failed
+from colcon_yamllaunch.watch.worker.jobs import Job
+from colcon_yamllaunch.watch.worker.jobs import Prepared
+from colcon_yamllaunch.watch.worker.worker_link import WorkerLink
 
 #: How long after a file was something else for a moment, or before that was
 #: noticed, something may fail by that (seconds).

@@ -17,15 +17,15 @@ from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.watch import watching
-from colcon_yamllaunch.watch.changes import Batch
-from colcon_yamllaunch.watch.changes import Change
-from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge import PackageUse
-from colcon_yamllaunch.watch.knowledge import ProcessUse
+from colcon_yamllaunch.watch.files.changes import Batch
+from colcon_yamllaunch.watch.files.changes import Change
+from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge.knowledge import PackageUse
+from colcon_yamllaunch.watch.knowledge.knowledge import ProcessUse
 from colcon_yamllaunch.watch.watching import Watching
-from colcon_yamllaunch.watch.worker import Announced
-from colcon_yamllaunch.watch.worker import Failed
-from colcon_yamllaunch.watch.worker import Prepared
+from colcon_yamllaunch.watch.worker.jobs import Announced
+from colcon_yamllaunch.watch.worker.jobs import Failed
+from colcon_yamllaunch.watch.worker.jobs import Prepared
 import pytest
 
 ARM = '/ws/src/arm'

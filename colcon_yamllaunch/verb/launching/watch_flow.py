@@ -26,19 +26,19 @@ from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.launching.launch_flow import GiveUpError
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
-from colcon_yamllaunch.watch.build_effects import changed_by_build
-from colcon_yamllaunch.watch.build_effects import records
-from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.learning import knowledge_of
-from colcon_yamllaunch.watch.watcher_link import is_installed
-from colcon_yamllaunch.watch.watcher_link import MISSING
+from colcon_yamllaunch.watch.files.watcher_link import is_installed
+from colcon_yamllaunch.watch.files.watcher_link import MISSING
+from colcon_yamllaunch.watch.knowledge.build_effects import changed_by_build
+from colcon_yamllaunch.watch.knowledge.build_effects import records
+from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge.learning import knowledge_of
 from colcon_yamllaunch.watch.watching import Watching
-from colcon_yamllaunch.watch.worker import Announced
-from colcon_yamllaunch.watch.worker import Failed
-from colcon_yamllaunch.watch.worker import Job
-from colcon_yamllaunch.watch.worker import Prepared
-from colcon_yamllaunch.watch.worker import Tell
-from colcon_yamllaunch.watch.worker_link import WorkerLink
+from colcon_yamllaunch.watch.worker.jobs import Announced
+from colcon_yamllaunch.watch.worker.jobs import Failed
+from colcon_yamllaunch.watch.worker.jobs import Job
+from colcon_yamllaunch.watch.worker.jobs import Prepared
+from colcon_yamllaunch.watch.worker.worker import Tell
+from colcon_yamllaunch.watch.worker.worker_link import WorkerLink
 from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
 
 logger = logging.getLogger('colcon.colcon_yamllaunch')

@@ -20,8 +20,8 @@ from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.fingerprint import has_same_times
 from colcon_yamllaunch.common.fingerprint import TICK
 from colcon_yamllaunch.common.fingerprint import with_content
-from colcon_yamllaunch.watch.changes import Change
-from colcon_yamllaunch.watch.changes import Kind
+from colcon_yamllaunch.watch.files.changes import Change
+from colcon_yamllaunch.watch.files.changes import Kind
 from colcon_yamllaunch.workspace.packages.source_files import entries_of
 from colcon_yamllaunch.workspace.packages.source_files import is_skipped_file
 from colcon_yamllaunch.workspace.packages.source_files import is_skipped_folder

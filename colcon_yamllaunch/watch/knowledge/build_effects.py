@@ -13,10 +13,10 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 import os
 
-from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge import ProcessUse
-from colcon_yamllaunch.watch.learning import record_of
-from colcon_yamllaunch.watch.learning import Workspace
+from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge.knowledge import ProcessUse
+from colcon_yamllaunch.watch.knowledge.package_uses import record_of
+from colcon_yamllaunch.watch.knowledge.package_uses import Workspace
 
 #: What was built and installed of packages: for each file, behind all links,
 #: what tells its content.

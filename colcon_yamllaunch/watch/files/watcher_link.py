@@ -18,15 +18,15 @@ from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.streams.json_pipes import JsonPipes
 from colcon_yamllaunch.runtime.streams.watches import Watches
-from colcon_yamllaunch.watch.changes import Batch
-from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.files.changes import Batch
+from colcon_yamllaunch.watch.files.changes import Change
 
 #: What brings the library that watches.
 INSTALL = "pip install 'colcon-yamllaunch[watch]'"
 #: What to say without it.
 MISSING = f"--watch needs the Python package 'watchfiles': {INSTALL}"
 #: What the process runs.
-PROGRAM = 'colcon_yamllaunch.watch.watcher'
+PROGRAM = 'colcon_yamllaunch.watch.files.watcher'
 
 _LIBRARY = 'watchfiles'
 #: So that it finds the modules that we find, and none in the current folder.

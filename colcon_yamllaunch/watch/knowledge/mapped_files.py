@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 import os
 
-from colcon_yamllaunch.watch.knowledge import is_edited
-from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge.knowledge import is_edited
+from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
 
 _DELETED = ' (deleted)'
 

@@ -9,7 +9,7 @@ import shutil
 import tempfile
 import time
 
-from colcon_yamllaunch.watch.watched_files import WatchedFiles
+from colcon_yamllaunch.watch.files.watched_files import WatchedFiles
 from hypothesis import given
 from hypothesis import strategies
 import pytest

@@ -15,12 +15,12 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.runtime.process.children import has_ended
-from colcon_yamllaunch.watch.worker import CANCEL
-from colcon_yamllaunch.watch.worker import DO
-from colcon_yamllaunch.watch.worker import LENGTH
-from colcon_yamllaunch.watch.worker import PID
-from colcon_yamllaunch.watch.worker import Prepare
-from colcon_yamllaunch.watch.worker import serve
+from colcon_yamllaunch.watch.worker.worker import CANCEL
+from colcon_yamllaunch.watch.worker.worker import DO
+from colcon_yamllaunch.watch.worker.worker import LENGTH
+from colcon_yamllaunch.watch.worker.worker import PID
+from colcon_yamllaunch.watch.worker.worker import Prepare
+from colcon_yamllaunch.watch.worker.worker import serve
 
 #: Bytes that are read at once.
 _READ_SIZE = 1024 * 1024

@@ -12,7 +12,7 @@ import sys
 import time
 
 from colcon_yamllaunch.common import file_sync
-from colcon_yamllaunch.watch.worker_link import WorkerLink
+from colcon_yamllaunch.watch.worker.worker_link import WorkerLink
 import pytest
 
 #: Seconds after which something will not happen any more.
@@ -72,7 +72,7 @@ def test_disks_are_waited_for_after_the_answer(make_worker, monkeypatch):
         os.read(told, 1)
         os.write(done, b'w')
 
-    name = 'colcon_yamllaunch.watch.worker.catch_up'
+    name = 'colcon_yamllaunch.watch.worker.worker.catch_up'
     monkeypatch.setattr(name, catch_up)
     link = make_worker(lambda request, tell: 'answer')
     link.ask('something')
@@ -209,7 +209,7 @@ def test_another_job_makes_the_one_under_way_void(make_worker):
 def test_nothing_is_left_when_the_launcher_is_killed(tmp_path):
     program = f"""
 import os, signal, subprocess, sys, time
-from colcon_yamllaunch.watch.worker_link import WorkerLink
+from colcon_yamllaunch.watch.worker.worker_link import WorkerLink
 
 def prepare(request, tell):
     started = subprocess.Popen(['sleep', '1000'])

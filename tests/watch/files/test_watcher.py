@@ -18,11 +18,12 @@ from typing import Any
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.process.children import ended_children
 from colcon_yamllaunch.runtime.streams.watches import Watches
-from colcon_yamllaunch.watch import watcher
-from colcon_yamllaunch.watch.changes import Batch
-from colcon_yamllaunch.watch.changes import Change
-from colcon_yamllaunch.watch.watcher_link import is_installed
-from colcon_yamllaunch.watch.watcher_link import WatcherLink
+from colcon_yamllaunch.watch.files import watcher
+from colcon_yamllaunch.watch.files import watcher_link
+from colcon_yamllaunch.watch.files.changes import Batch
+from colcon_yamllaunch.watch.files.changes import Change
+from colcon_yamllaunch.watch.files.watcher_link import is_installed
+from colcon_yamllaunch.watch.files.watcher_link import WatcherLink
 import pytest
 
 #: Seconds; a loaded machine needs some.
@@ -31,7 +32,7 @@ DEADLINE = 60
 LAUNCHER = """\
 import sys, time
 from colcon_yamllaunch.runtime.streams.watches import Watches
-from colcon_yamllaunch.watch.watcher_link import WatcherLink
+from colcon_yamllaunch.watch.files.watcher_link import WatcherLink
 watches = Watches()
 link = WatcherLink(watches, print, print, time.monotonic)
 link.start()
@@ -290,15 +291,12 @@ def test_it_is_started_again_and_misses_nothing(watched: Watched) -> None:
 def test_it_is_given_up_in_the_end(
     watched: Watched, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(watcher_link, 'PROGRAM', 'no_such_module')
     monkeypatch.setattr(
-        'colcon_yamllaunch.watch.watcher_link.PROGRAM', 'no_such_module'
+        'colcon_yamllaunch.watch.files.watcher_link.limits.SHORTEST_PAUSE',
+        0.001,
     )
-    monkeypatch.setattr(
-        'colcon_yamllaunch.watch.watcher_link.limits.SHORTEST_PAUSE', 0.001
-    )
-    monkeypatch.setattr(
-        'colcon_yamllaunch.watch.watcher_link.limits.CLIENT_RESTARTS', 1
-    )
+    monkeypatch.setattr(watcher_link.limits, 'CLIENT_RESTARTS', 1)
     watched.link.start()
     watched.wait(lambda: bool(watched.warnings))
     (warning,) = watched.warnings

@@ -31,8 +31,8 @@ import time
 from typing import Any
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.watch.changes import Change
-from colcon_yamllaunch.watch.watched_files import WatchedFiles
+from colcon_yamllaunch.watch.files.changes import Change
+from colcon_yamllaunch.watch.files.watched_files import WatchedFiles
 
 if TYPE_CHECKING:
     from watchfiles._rust_notify import RustNotify

@@ -1,209 +1,49 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What a launch uses, learnt from its plan and from what was built."""
+"""
+What each process of a plan uses, as its entry and its program tell.
+
+That is the program, the files that its arguments, variables and parameters
+name, and the packages whose code it may run. Nothing is started for that.
+"""
 
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
-from functools import lru_cache
 import os
-from pathlib import Path
-import re
 import shlex
 import shutil
-from typing import Protocol
 
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import SetParameter
-from colcon_yamllaunch.language.policies.evaluate import Evaluation
-from colcon_yamllaunch.watch.knowledge import is_edited
-from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge import PackageUse
-from colcon_yamllaunch.watch.knowledge import ProcessUse
-from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
-from colcon_yamllaunch.workspace.freshness.build_record import (
-    DamagedRecordError,
-)
-from colcon_yamllaunch.workspace.freshness.build_record import read_record
-from colcon_yamllaunch.workspace.freshness.build_record import Record
-from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
-from colcon_yamllaunch.workspace.packages.closure import closure
+from colcon_yamllaunch.watch.knowledge.knowledge import is_edited
+from colcon_yamllaunch.watch.knowledge.knowledge import ProcessUse
 from colcon_yamllaunch.workspace.packages.package import Package
-from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 _PYTHON_SUFFIX = '.py'
-_LINK = 'link to '
 _ELF = b'\x7fELF'
 _LONGEST_PATH = 4096
 #: Links that lead to links.
 _LONGEST_CHAIN = 8
 _SHELLS = frozenset(('bash', 'dash', 'sh', 'zsh'))
 _ROS = 'ros2'
-#: As many as a workspace may have packages.
-_RECORDS = 10_000
 
 
-class Workspace(Protocol):
-    """The workspace of a launch."""
-
-    @property
-    def colcon(self) -> CachedColcon:
-        """What knows the packages; there must be a workspace."""
-
-    locator: PackageLocator
-    root: Path | None
-
-
-def knowledge_of(
-    plan: Plan,
-    evaluation: Evaluation,
-    workspace: Workspace,
-    wanted: Iterable[str],
-    libraries: Mapping[str, frozenset[str] | None],
-    environment: Mapping[str, str],
-) -> Knowledge:
+class ProcessUses:
     """
-    Return what a launch uses.
+    What the processes and components of a plan use.
 
-    :param plan: Its plan, with the labels that are in use
-    :param evaluation: What the plan was made from
-    :param wanted: The packages of the workspace that it names
+    :param packages: Those of the workspace that the launch needs
     :param libraries: What is known of the files mapped into processes
-    :param environment: The environment of the processes
+    :param environment: That of the processes
+    :param install: The install base, with a separator at its end
+    :param own: The folders that may have files of the user, each so
     """
-    packages: list[Package] = []
-    products: set[str] = set()
-    folders: list[Path] = []
-    install = os.sep
-    if workspace.root is not None:
-        for base in (
-            workspace.colcon.build_base,
-            workspace.colcon.install_base,
-        ):
-            products |= {str(base), os.path.realpath(base)}
-        by_name = {p.name: p for p in workspace.locator.packages()}
-        install = f'{workspace.colcon.install_base}{os.sep}'
-        names = closure(by_name.values(), wanted)
-        packages = [by_name[name] for name in names]
-        folders = [workspace.root, *(package.path for package in packages)]
-    own = tuple(f'{os.path.realpath(p)}{os.sep}' for p in folders)
-    uses = _Uses(plan, packages, libraries, environment, install, own)
-    read = [*(file.path for file in evaluation.files), *evaluation.inputs]
-    return Knowledge(
-        tuple(uses.all()),
-        tuple(package_use(package, workspace) for package in packages),
-        frozenset(map(os.path.realpath, read)),
-        reads_more=evaluation.has_run_programs,
-        is_plan_broken=bool(evaluation.errors),
-        products=tuple(sorted(products)),
-    )
-
-
-def record_of(workspace: Workspace, name: str) -> Record | None:
-    """Return what is known about the last build of a package."""
-    stamp = _stamp(workspace, name)
-    return None if stamp is None else _record(*stamp)
-
-
-def package_use(package: Package, workspace: Workspace) -> PackageUse:
-    """Return what is used of a package, as of its last build."""
-    stamp = _stamp(workspace, package.name)
-    if stamp is None:
-        return PackageUse(package.name, str(package.path))
-    return _package_use(package.name, str(package.path), stamp)
-
-
-def _stamp(workspace: Workspace, name: str) -> tuple[str, int, int] | None:
-    path = f'{workspace.colcon.build_base}{os.sep}{name}{os.sep}{RECORD_NAME}'
-    try:
-        status = os.stat(path)
-    except OSError:
-        return None
-    return path, status.st_mtime_ns, status.st_ino
-
-
-@lru_cache(_RECORDS)
-def _record(path: str, _time: int, _inode: int) -> Record | None:
-    try:
-        return read_record(Path(path))
-    except DamagedRecordError:
-        return None
-
-
-@lru_cache(_RECORDS)
-def _package_use(
-    name: str, path: str, stamp: tuple[str, int, int]
-) -> PackageUse:
-    record = _record(*stamp)
-    if record is None:
-        return PackageUse(name, path)
-    build = os.path.dirname(stamp[0])
-    modules = frozenset(_modules(name, Path(path), record, build))
-    return PackageUse(
-        name,
-        path,
-        record.live,
-        modules,
-        frozenset(map(os.path.dirname, modules)),
-        frozenset(filter(os.path.isabs, record.files)),
-    )
-
-
-def _modules(
-    name: str, folder: Path, record: Record, build: str
-) -> Iterator[str]:
-    """
-    Iterate over the files that programs in Python import.
-
-    :param build: The package's folder in the build space, where those of
-      packages in Python are linked, too
-    """
-    candidates = [r for r in record.live if r.endswith(_PYTHON_SUFFIX)]
-    if not candidates:
-        return
-    folders = {str(folder), os.path.realpath(folder), build}
-    starts = [f'{_LINK}{start}{os.sep}' for start in sorted(folders)]
-    data, programs = set(), set()
-    for installed, found in record.installed.items():
-        for start in starts:
-            if not found.digest.startswith(start):
-                continue
-            parts = installed.split(os.sep)
-            target = found.digest[len(start) :].rstrip(os.sep)
-            if 'share' in parts:
-                data.add(target)
-            elif parts[-3:-1] == ['lib', name]:
-                programs.add(target)
-    imported = _imported(folder, programs)
-    for relative in candidates:
-        above = {relative, *map(str, Path(relative).parents)}
-        if data.isdisjoint(above) and (
-            relative not in programs
-            or Path(relative).stem in imported
-            or not os.access(folder / relative, os.X_OK)
-        ):
-            yield relative
-
-
-def _imported(folder: Path, programs: Iterable[str]) -> set[str]:
-    """Return the modules that programs import, up to the first dot."""
-    found: set[str] = set()
-    for program in programs:
-        try:
-            text = (folder / program).read_text('utf-8')
-        except (OSError, UnicodeDecodeError):
-            continue
-        found.update(re.findall(r'(?m)^\s*(?:from|import)\s+(\w+)', text))
-    return found
-
-
-class _Uses:
-    """What the processes and components of a plan use."""
 
     def __init__(
         self,

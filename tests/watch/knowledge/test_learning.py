@@ -20,14 +20,14 @@ from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.source_text import Source
-from colcon_yamllaunch.watch.build_effects import changed_by_build
-from colcon_yamllaunch.watch.build_effects import records
-from colcon_yamllaunch.watch.build_effects import touched_by
-from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge import ProcessUse
-from colcon_yamllaunch.watch.learning import knowledge_of
-from colcon_yamllaunch.watch.mapped_files import mapped_files
-from colcon_yamllaunch.watch.mapped_files import with_libraries
+from colcon_yamllaunch.watch.knowledge.build_effects import changed_by_build
+from colcon_yamllaunch.watch.knowledge.build_effects import records
+from colcon_yamllaunch.watch.knowledge.build_effects import touched_by
+from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge.knowledge import ProcessUse
+from colcon_yamllaunch.watch.knowledge.learning import knowledge_of
+from colcon_yamllaunch.watch.knowledge.mapped_files import mapped_files
+from colcon_yamllaunch.watch.knowledge.mapped_files import with_libraries
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
@@ -181,7 +181,9 @@ def test_a_workspace_may_be_where_installers_put_things(
 ) -> None:
     # as in /opt/my_ws
     system = f'{workspace.root}/'
-    monkeypatch.setattr('colcon_yamllaunch.watch.knowledge._SYSTEM', (system,))
+    monkeypatch.setattr(
+        'colcon_yamllaunch.watch.knowledge.knowledge._SYSTEM', (system,)
+    )
     workspace.build('arm')
     file = workspace.file('src/arm/a.yaml')
     known = learn(workspace, process('x', file, '/dev/null', '/etc/passwd'))

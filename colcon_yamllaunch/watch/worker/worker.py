@@ -19,7 +19,6 @@ worker with the child that waits.
 """
 
 from collections.abc import Callable
-from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import suppress
 import gc
@@ -32,15 +31,11 @@ import socket
 import struct
 import sys
 from typing import Any
-from typing import Literal
 from typing import NamedTuple
 from typing import NoReturn
 
 from colcon_yamllaunch.common.file_sync import catch_up
 from colcon_yamllaunch.common.file_sync import put_off
-from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.watch.knowledge import Knowledge
 
 #: Asks for a job, and ends the one that is under way.
 DO = b'd'
@@ -56,67 +51,6 @@ GRACE = 3.0
 Tell = Callable[[object], None]
 #: Does a job: gets what is asked, and returns the answer.
 Prepare = Callable[[Any, Tell], object]
-
-
-@dataclass(frozen=True, slots=True)
-class Job:
-    """
-    The launch is to be prepared again, as one that begins now would be.
-
-    :param built: What the builds were that the running processes have, see
-      `build_effects`
-    :param libraries: What is mapped into each process, by its label
-    """
-
-    built: Mapping[str, Any]
-    libraries: Mapping[str, frozenset[str] | None]
-
-
-@dataclass(frozen=True, slots=True)
-class Announced:
-    """A line that the user should see while a job is done."""
-
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Prepared:
-    """
-    A launch as it would begin now.
-
-    :param environment: That of its processes
-    :param knowledge: What it uses
-    :param built: What its builds are
-    :param changed: What differs in the install space from what the running
-      processes were started with
-    :param packages: The packages that the job has built
-    :param since_ns: When it began, by the clock of the files
-    :param grown_from: The files that it was made from, with their contents,
-      if it grows while it runs
-    """
-
-    plan: Plan
-    environment: Mapping[str, str]
-    knowledge: Knowledge
-    built: Mapping[str, Any]
-    changed: Mapping[str, str]
-    packages: tuple[str, ...]
-    since_ns: int
-    grown_from: Mapping[str, str] | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Failed:
-    """
-    A launch would not begin now; the output of the job tells why.
-
-    :param what: What failed: the build, or else what the launch file says, or
-      the job itself, as it was killed
-    :param packages: The packages that were built all the same
-    """
-
-    what: Literal['build', 'plan', 'job']
-    packages: tuple[str, ...] = ()
 
 
 def serve(
