@@ -28,6 +28,11 @@ _HAPPENED_IN_SHORT = {
     'deleted': 'deleted',
     'again': 'saved again',
 }
+_WHAT_FAILED = {
+    'build': 'the build failed',
+    'plan': 'it cannot be launched so',
+    'job': 'what prepares it was killed',
+}
 
 
 def why_lines(found: Iterable[Consequence], cwd: str = '') -> Iterator[str]:
@@ -78,6 +83,15 @@ def came_of(
     if is_lost:
         parts.append('what builds for --watch is gone')
     return ', '.join(parts) or 'nothing that runs differs'
+
+
+def failed_by(what: str) -> str:
+    """
+    Say that nothing comes of a change for now.
+
+    :param what: See :class:`.Failed`
+    """
+    return f'{_WHAT_FAILED[what]}, everything runs on as before'
 
 
 def _listed(names: Sequence[str]) -> str:

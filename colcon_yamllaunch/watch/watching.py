@@ -5,7 +5,9 @@
 The course of watching: from the change of a file to what runs anew.
 
 What follows from a change is decided in `consequences`. Whatever needs more
-than a restart is prepared by the worker, while everything runs on.
+than a restart is prepared by the worker, while everything runs on. What is
+under way, and what is told of it in the end, is in `rounds`. What a job that
+failed has left undone is owed: it follows the next one that does not.
 """
 
 from collections.abc import Callable
@@ -13,8 +15,6 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
-from dataclasses import field
 from dataclasses import replace
 import os
 from pathlib import Path
@@ -35,6 +35,7 @@ from colcon_yamllaunch.watch.consequences import consequences
 from colcon_yamllaunch.watch.consequences import missed
 from colcon_yamllaunch.watch.consequences import Steps
 from colcon_yamllaunch.watch.consequences import steps
+from colcon_yamllaunch.watch.failed_parts import FailedParts
 from colcon_yamllaunch.watch.files.changes import Batch
 from colcon_yamllaunch.watch.files.changes import Change
 from colcon_yamllaunch.watch.files.watcher_link import WatcherLink
@@ -42,7 +43,12 @@ from colcon_yamllaunch.watch.knowledge.build_effects import touched_by
 from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
 from colcon_yamllaunch.watch.knowledge.mapped_files import with_libraries
 from colcon_yamllaunch.watch.plan_difference import plan_difference
-from colcon_yamllaunch.watch.watch_lines import came_of
+from colcon_yamllaunch.watch.rounds import Round
+from colcon_yamllaunch.watch.rounds import Rounds
+from colcon_yamllaunch.watch.rounds import without
+from colcon_yamllaunch.watch.saved_again import READING
+from colcon_yamllaunch.watch.saved_again import SavedAgain
+from colcon_yamllaunch.watch.watch_lines import failed_by
 from colcon_yamllaunch.watch.watch_lines import happened
 from colcon_yamllaunch.watch.watch_lines import why_lines
 from colcon_yamllaunch.watch.worker.jobs import Announced
@@ -51,52 +57,7 @@ from colcon_yamllaunch.watch.worker.jobs import Job
 from colcon_yamllaunch.watch.worker.jobs import Prepared
 from colcon_yamllaunch.watch.worker.worker_link import WorkerLink
 
-#: How long after a file was something else for a moment, or before that was
-#: noticed, something may fail by that (seconds).
-_READING = 3.0
 _NUMBER = re.compile(r'\d+')
-_AS_BEFORE = 'everything runs on as before'
-_WHAT_FAILED = {
-    'build': 'the build failed',
-    'plan': 'it cannot be launched so',
-    'job': 'what prepares it was killed',
-}
-#: What is said of a change that needs more when there is no worker any more.
-
-
-@dataclass(slots=True, eq=False)
-class _Round:
-    """
-    A change, or several that count as one, and what has come of it.
-
-    :param since: When it was noticed first, by the clock that never goes back
-    :param files: What was changed, with how
-    :param late: What is started anew when all is built, whatever that brings
-    :param waits: The labels of what is to come up yet
-    :param has_job: Whether the worker is at it
-    :param is_lost: Whether it would have to be, but is gone
-    """
-
-    since: float
-    files: Mapping[str, str]
-    late: set[str] = field(default_factory=set)
-    waits: set[str] = field(default_factory=set)
-    has_job: bool = False
-    is_lost: bool = False
-    built: tuple[str, ...] = ()
-    started: tuple[str, ...] = ()
-    stopped: tuple[str, ...] = ()
-    restarted: tuple[str, ...] = ()
-    failed: tuple[str, ...] = ()
-
-    @property
-    def is_over(self) -> bool:
-        return not (self.has_job or self.waits)
-
-    @property
-    def is_as_before(self) -> bool:
-        """Whether all files were just saved as they were."""
-        return set(self.files.values()) == {'again'}
 
 
 class Watching:
@@ -142,28 +103,19 @@ class Watching:
         self._why = why
         self._cwd = cwd
         self._launch: RunningLaunch | None = None
-        self._rounds: list[_Round] = []
+        self._rounds = Rounds()
+        self._failed = FailedParts()
+        self._again = SavedAgain()
         # what is owed from jobs that failed
         self._late: set[str] = set()
         # whether the last job failed
         self._is_owed = False
-        # what could not be started as things were
-        self._unstarted: set[str] = set()
-        # when each process failed that has not been started since
-        self._crashed: dict[str, float] = {}
         # since when builds may have been under way that came to no good end
         self._unsure_since: float | None = None
         # what the last job that failed has written, without numbers
         self._failure = ''
         # when the launch was prepared last
         self._prepared_at = clock()
-        # what was saved as it was lately, with when
-        self._saved: list[tuple[float, Change]] = []
-        # what of that is to be looked at yet, and since when
-        self._again: list[Change] = []
-        self._again_since = 0.0
-        # when each part was started or loaded last
-        self._began: dict[str, float] = {}
         self._group = 0
         self._labels: set[str] = set()
 
@@ -202,11 +154,11 @@ class Watching:
             case events.StartFailed() | events.LoadFailed():
                 self._came_up(event, failed=True)
             case events.Exited(asked=False, failed=True):
-                self._has_failed(event.process.label)
+                self._crashed(event.process.label)
             case events.Dropped():
-                self._gone(event.process.label)
+                self._rounds.gone(event.process.label)
             case events.Requested(action='stop'):
-                self._stopped(event.process.label)
+                self._rounds.stopped(event.process.label)
             case _:
                 return
 
@@ -215,15 +167,15 @@ class Watching:
         if self._watcher is not None:
             self._watcher.advance()
         if self._must_look_again:
-            again, self._again = tuple(self._again), []
-            self._take(Batch(again, round(self._again_since * 1e9)))
-        for done in [r for r in self._rounds if r.is_over]:
-            self._rounds.remove(done)
-            self._tell_of(done)
+            self._take(self._again.take())
+        for done in self._rounds.pop_over():
+            outcome = done.outcome(self._clock())
+            if outcome is not None:
+                self._the_launch.tell(outcome)
 
     def seconds_to_wait(self) -> float | None:
         """Return the seconds until :meth:`advance` is to be called again."""
-        if self._must_look_again or any(r.is_over for r in self._rounds):
+        if self._must_look_again or self._rounds.are_over:
             return 0.0
         if self._watcher is None:
             return None
@@ -273,12 +225,12 @@ class Watching:
             return
         acted = [one.change for one in found if one.action != 'ignore']
         files = {os.path.basename(c.path): c.kind for c in acted}
-        current = _Round(seen, files)
+        current = Round(seen, files)
         if changes or wanted.restart or wanted.after_build:
             paths = tuple(dict.fromkeys(c.path for c in acted))
             launch.tell(events.Changed(paths))
         is_open = self._is_owed or self._has_job
-        self._rounds.append(current)
+        self._rounds.add(current)
         # what comes or goes may be what a build has missed
         must_ask = is_open and any(c.kind != 'changed' for c in acted)
         self._do(wanted, current, must_ask=must_ask)
@@ -290,44 +242,36 @@ class Watching:
         self, again: Collection[Change], seen: float
     ) -> tuple[Consequence, ...]:
         """Tell what follows from files that were others for a moment."""
-        since = seen - _READING
-        self._saved = [(at, c) for at, c in self._saved if at >= since]
-        self._saved += [(seen, change) for change in again]
+        self._again.add(again, seen)
         if again and self._has_job:
             # it mostly is none the worse for that, so it is not given up
-            self._look_later(again, seen)
+            self._again.look_later(again, seen)
             return ()
-        failed = {name for name, at in self._crashed.items() if at >= since}
+        since = seen - READING
         return missed(
             again,
             self._knowledge,
-            failed=failed | self._unstarted,
+            failed=self._failed.crashed_since(since) | self._failed.unstarted,
             has_looked=self._prepared_at >= (since if self._is_owed else seen),
         )
 
-    def _has_failed(self, label: str) -> None:
-        now = self._crashed[label] = self._clock()
-        since = max(self._began.get(label, 0.0), now - _READING)
-        self._look_later([c for at, c in self._saved if at >= since], now)
-
-    def _look_later(self, again: Collection[Change], seen: float) -> None:
-        if not self._again:
-            self._again_since = seen
-        self._again += again
+    def _crashed(self, label: str) -> None:
+        now = self._clock()
+        self._again.has_failed(self._failed.crashed(label, now), now)
 
     @property
     def _has_job(self) -> bool:
-        return any(r.has_job for r in self._rounds)
+        return self._rounds.with_job is not None
 
     @property
     def _must_look_again(self) -> bool:
-        return bool(self._again) and not self._has_job
+        return self._again.is_due and not self._has_job
 
-    def _do(self, wanted: Steps, current: _Round, *, must_ask: bool) -> None:
+    def _do(self, wanted: Steps, current: Round, *, must_ask: bool) -> None:
         needs_job = wanted.build or wanted.replan or wanted.after_build
         if not self._worker.pid or not (needs_job or must_ask):
             away = self._put_off(wanted.restart, current)
-            self._restart(_without(wanted.restart, away), current)
+            self._restart(without(wanted.restart, away), current)
             current.is_lost = bool(needs_job)
             return
         # what the job brings may be what a restart needs
@@ -336,13 +280,13 @@ class Watching:
         self._late = set()
         self._ask(current)
 
-    def _put_off(self, labels: Collection[str], current: _Round) -> set[str]:
+    def _put_off(self, labels: Collection[str], current: Round) -> set[str]:
         """
         Return what cannot start before the job that is under way is done.
 
         A build may take away what it installs, and all runs on meanwhile.
         """
-        job = next((r for r in self._rounds if r.has_job), None)
+        job = self._rounds.with_job
         if job is None:
             return set()
         away = {
@@ -358,18 +302,12 @@ class Watching:
                 self._rounds.remove(current)
         return away
 
-    def _ask(self, current: _Round) -> None:
+    def _ask(self, current: Round) -> None:
         """Have the launch prepared again; what is prepared now is void."""
-        for other in self._rounds:
-            if other.has_job:
-                other.has_job = False
-                current.late |= other.late
-                current.files = {**other.files, **current.files}
-                current.waits |= other.waits
-                current.restarted = _joined(other.restarted, current.restarted)
-                current.failed = _joined(other.failed, current.failed)
-                self._rounds.remove(other)
-                break
+        other = self._rounds.with_job
+        if other is not None:
+            current.take_over(other)
+            self._rounds.remove(other)
         self._job_ended()
         if self._unsure_since is None:
             self._unsure_since = self._clock()
@@ -386,10 +324,8 @@ class Watching:
             watches = self._the_launch.watches
             watches.add(descriptor, self._take_answers)
 
-    def _restart(self, labels: Iterable[str], current: _Round) -> None:
-        restarted = self._the_launch.restart(tuple(labels))
-        current.waits.update(restarted)
-        current.restarted = _joined(current.restarted, restarted)
+    def _restart(self, labels: Iterable[str], current: Round) -> None:
+        current.add_restarted(self._the_launch.restart(tuple(labels)))
 
     # from the answer of the worker to what runs
 
@@ -397,12 +333,12 @@ class Watching:
         for group in self._worker.take_children():
             self._job_ended()
             # one that has answered already ends by itself
-            if any(r.has_job for r in self._rounds):
+            if self._has_job:
                 self._group = group
                 self._the_launch.guard_group(group)
 
     def _take_answers(self, _: int) -> None:
-        current = next((r for r in self._rounds if r.has_job), None)
+        current = self._rounds.with_job
         try:
             for message in self._worker.take():
                 if current is not None:
@@ -411,7 +347,7 @@ class Watching:
             if current is not None:
                 self._fail(Failed('job'), current)
 
-    def _answered(self, message: object, current: _Round) -> None:
+    def _answered(self, message: object, current: Round) -> None:
         match message:
             case Announced():
                 text = f'{happened(current.files)}: {message.text}'
@@ -423,7 +359,7 @@ class Watching:
             case Failed():
                 self._fail(message, current)
 
-    def _end_job(self, current: _Round) -> None:
+    def _end_job(self, current: Round) -> None:
         current.has_job = False
         self._prepared_at = self._clock()
         self._worker.forget()
@@ -437,9 +373,7 @@ class Watching:
         self._the_launch.release_group(self._worker.pid)
         self._worker.lost()
         self._job_ended()
-        for one in self._rounds:
-            one.is_lost = one.is_lost or one.has_job
-            one.has_job = False
+        self._rounds.lose_worker()
         self._the_launch.tell(
             events.Warned(
                 f'what builds for --watch {outcome}: from now on only what '
@@ -452,7 +386,7 @@ class Watching:
             self._launch.release_group(self._group)
         self._group = 0
 
-    def _fail(self, failure: Failed, current: _Round) -> None:
+    def _fail(self, failure: Failed, current: Round) -> None:
         written = self._worker.written.decode(errors='replace').rstrip()
         before, self._failure = self._failure, _NUMBER.sub('', written)
         if current.is_as_before and self._failure == before:
@@ -468,16 +402,13 @@ class Watching:
             self._the_launch.tell(
                 events.Built(failure.packages, seconds, failed=True)
             )
-        text = (
-            f'{happened(current.files)}: {_WHAT_FAILED[failure.what]}, '
-            f'{_AS_BEFORE} ({seconds:.2f} s)'
-        )
+        text = current.line(failed_by(failure.what), self._clock())
         self._rounds.remove(current)
         self._the_launch.tell(
             events.Watched(text, failed=True, details=written)
         )
 
-    def _apply(self, prepared: Prepared, current: _Round) -> None:
+    def _apply(self, prepared: Prepared, current: Round) -> None:
         """
         Have run what a launch that begins now would run.
 
@@ -493,21 +424,21 @@ class Watching:
         if prepared.packages:
             seconds = self._clock() - current.since
             launch.tell(events.Built(prepared.packages, seconds))
-            current.built = _joined(current.built, prepared.packages)
+            current.built = prepared.packages
         launch.renew_environment(prepared.environment)
         touched = touched_by(prepared.changed, self._knowledge)
         if self._why:
             for label, reason in touched.items():
                 self._explain(f'restart {label}, as {reason}')
         differs = set(new.differs)
-        anew = {*touched, *current.late, *self._unstarted}
+        anew = {*touched, *current.late, *self._failed.unstarted}
         anew |= self._failed_in_builds()
         anew -= {*differs, *new.gone}
         if not new.is_empty:
             started = _labels(new.new)
             launch.tell(events.Replanned(started, new.gone, new.differs))
-            current.started = _joined(current.started, started)
-            current.stopped = _joined(current.stopped, new.gone)
+            current.started = started
+            current.stopped = new.gone
         current.waits.update(new.gone)
         for label in new.gone:
             launch.drop(label)
@@ -532,26 +463,21 @@ class Watching:
         It may have missed what comes out as it was before.
         """
         since, self._unsure_since = self._unsure_since, None
-        return {
-            use.label
-            for use in self._knowledge.processes
-            if use.packages
-            and since is not None
-            and self._crashed.get(use.label, 0.0) >= since
-        }
+        if since is None:
+            return set()
+        failed = self._failed.crashed_since(since)
+        uses = self._knowledge.processes
+        return {u.label for u in uses if u.packages and u.label in failed}
 
-    def _begin_anew(self, current: _Round) -> None:
+    def _begin_anew(self, current: Round) -> None:
         """
         End the launch, to run it anew.
 
         What has grown already, and what event handlers remember, is not to
         be told from what the other handlers would have done.
         """
-        seconds = self._clock() - current.since
-        text = (
-            f'{happened(current.files)}: the launch begins anew, as there '
-            f'are event handlers in Python ({seconds:.2f} s)'
-        )
+        why = 'the launch begins anew, as there are event handlers in Python'
+        text = current.line(why, self._clock())
         self._rounds.remove(current)
         self._begins_anew = True
         self._the_launch.tell(events.Watched(text))
@@ -575,48 +501,10 @@ class Watching:
         )
         label = part.label
         self._labels.add(label)
-        self._began[label] = self._clock()
-        self._crashed.pop(label, None)
-        self._unstarted.discard(label)
-        if failed:
-            self._unstarted.add(label)
-        for one in self._rounds:
-            if label not in one.waits:
-                continue
-            one.waits.discard(label)
-            if failed:
-                one.failed = _joined(one.failed, (label,))
-            elif label in one.restarted:
-                seconds = self._clock() - one.since
-                self._the_launch.tell(events.Restarted(part, seconds))
-
-    def _gone(self, label: str) -> None:
-        for one in self._rounds:
-            one.waits.discard(label)
-
-    def _stopped(self, label: str) -> None:
-        for one in self._rounds:
-            if label not in one.stopped:
-                one.waits.discard(label)
-                one.restarted = _without(one.restarted, (label,))
-
-    def _tell_of(self, done: _Round) -> None:
-        """Tell what came of a change."""
-        outcome = {
-            'built': done.built,
-            'stopped': done.stopped,
-            'started': _without(done.started, done.failed),
-            'restarted': _without(done.restarted, done.failed),
-            'could not start': done.failed,
-        }
-        is_silent = done.is_as_before and not done.is_lost
-        if is_silent and not any(outcome.values()):
-            return
-        what = came_of(outcome, is_lost=done.is_lost)
-        seconds = self._clock() - done.since
-        text = f'{happened(done.files)}: {what} ({seconds:.2f} s)'
-        failed = bool(done.failed) or done.is_lost
-        self._the_launch.tell(events.Watched(text, failed=failed))
+        now = self._clock()
+        self._failed.came_up(label, now, failed=failed)
+        for one in self._rounds.came_up(label, failed=failed):
+            self._the_launch.tell(events.Restarted(part, now - one.since))
 
     # what is waited for
 
@@ -654,12 +542,3 @@ def _labels(entries: Iterable[Entry]) -> tuple[str, ...]:
 def _labels_at_once(entries: Iterable[Entry]) -> set[str]:
     """Return the labels of what begins now, and not behind a timer."""
     return {e.label for e in entries if isinstance(e, Process)}
-
-
-def _joined(first: tuple[str, ...], second: Iterable[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys((*first, *second)))
-
-
-def _without(names: Iterable[str], others: Iterable[str]) -> tuple[str, ...]:
-    left = set(others)
-    return tuple(name for name in names if name not in left)

@@ -292,10 +292,7 @@ def test_it_is_given_up_in_the_end(
     watched: Watched, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(watcher_link, 'PROGRAM', 'no_such_module')
-    monkeypatch.setattr(
-        'colcon_yamllaunch.watch.files.watcher_link.limits.SHORTEST_PAUSE',
-        0.001,
-    )
+    monkeypatch.setattr(watcher_link.limits, 'SHORTEST_PAUSE', 0.001)
     monkeypatch.setattr(watcher_link.limits, 'CLIENT_RESTARTS', 1)
     watched.link.start()
     watched.wait(lambda: bool(watched.warnings))
