@@ -16,6 +16,7 @@ from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
+import math
 import os
 from pathlib import Path
 import re
@@ -432,7 +433,7 @@ class Watching:
                 self._explain(f'restart {label}, as {reason}')
         differs = set(new.differs)
         anew = {*touched, *current.late, *self._failed.unstarted}
-        anew |= self._failed_in_builds()
+        anew |= self._failed_before(prepared)
         anew -= {*differs, *new.gone}
         if not new.is_empty:
             started = _labels(new.new)
@@ -456,18 +457,23 @@ class Watching:
         self._knowledge = prepared.knowledge
         self._watch(prepared.since_ns)
 
-    def _failed_in_builds(self) -> set[str]:
+    def _failed_before(self, prepared: Prepared) -> set[str]:
         """
-        Return what has failed while builds were under way.
+        Return what has failed, and may go well by what was built.
 
-        It may have missed what comes out as it was before.
+        It may have missed what is as it was before, by a build that was under
+        way, or while a package was not there.
         """
         since, self._unsure_since = self._unsure_since, None
-        if since is None:
-            return set()
-        failed = self._failed.crashed_since(since)
-        uses = self._knowledge.processes
-        return {u.label for u in uses if u.packages and u.label in failed}
+        late = set() if since is None else self._failed.crashed_since(since)
+        failed = self._failed.crashed_since(-math.inf)
+        built = set(prepared.packages)
+        return {
+            use.label
+            for use in prepared.knowledge.processes
+            if use.label in (failed if built & use.packages else late)
+            and use.packages
+        }
 
     def _begin_anew(self, current: Round) -> None:
         """

@@ -316,6 +316,22 @@ def test_what_a_failed_build_owes_follows_the_next(played: Played) -> None:
     assert played.prepared() == ['restart talk']
 
 
+def test_what_failed_is_started_anew_when_its_package_is_built(
+    played: Played,
+) -> None:
+    end = events.Exited(TALK, 1, Outcome(1), 0.4, asked=False, failed=True)
+    played.watching.handle(end)
+    played.now += 60
+    played.save('loop.c')
+    # another package brings nothing that it has
+    assert played.prepared(packages=('leg',)) == []
+    played.save('loop.c')
+    assert played.prepared(packages=('arm',)) == ['restart talk']
+    played.lines(TALK)
+    played.save('loop.c')
+    assert played.prepared(packages=('arm',)) == []
+
+
 def test_another_plan_is_done_in_its_order(played: Played) -> None:
     played.save('demo.yaml')
     more = process('more', '/bin/true')
