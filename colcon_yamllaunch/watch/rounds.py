@@ -30,6 +30,7 @@ class Round:
     :param waits: The labels of what is to come up, or to end, yet
     :param has_job: Whether the worker is at it
     :param is_lost: Whether it would have to be, but is gone
+    :param details: What a build or an evaluation has said, if anything
     """
 
     since: float
@@ -38,6 +39,7 @@ class Round:
     waits: set[str] = field(default_factory=set)
     has_job: bool = False
     is_lost: bool = False
+    details: str = ''
     built: tuple[str, ...] = ()
     started: tuple[str, ...] = ()
     stopped: tuple[str, ...] = ()
@@ -82,11 +84,11 @@ class Round:
             'could not start': self.failed,
         }
         is_silent = self.is_as_before and not self.is_lost
-        if is_silent and not any(outcome.values()):
+        if is_silent and not any((*outcome.values(), self.details)):
             return None
         text = self.line(came_of(outcome, is_lost=self.is_lost), now)
         failed = bool(self.failed) or self.is_lost
-        return events.Watched(text, failed=failed)
+        return events.Watched(text, failed=failed, details=self.details)
 
 
 class Rounds:

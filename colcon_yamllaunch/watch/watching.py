@@ -354,11 +354,16 @@ class Watching:
                 text = f'{happened(current.files)}: {message.text}'
                 self._the_launch.tell(events.Watched(text, is_final=False))
             case Prepared():
+                # such as warnings of a compiler
+                current.details = self._written()
                 self._end_job(current)
                 with suppress(RefusedError):
                     self._apply(message, current)
             case Failed():
                 self._fail(message, current)
+
+    def _written(self) -> str:
+        return self._worker.written.decode(errors='replace').rstrip()
 
     def _end_job(self, current: Round) -> None:
         current.has_job = False
@@ -388,7 +393,7 @@ class Watching:
         self._group = 0
 
     def _fail(self, failure: Failed, current: Round) -> None:
-        written = self._worker.written.decode(errors='replace').rstrip()
+        written = self._written()
         before, self._failure = self._failure, _NUMBER.sub('', written)
         if current.is_as_before and self._failure == before:
             # it stands on the screen already, but for how long it took

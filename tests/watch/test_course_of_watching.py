@@ -303,6 +303,18 @@ def test_what_a_build_has_taken_away_is_restarted_when_it_is_done(
     ]
 
 
+def test_warnings_of_a_build_are_shown(played: Played) -> None:
+    played.save('loop.c')
+    played.worker.written = b'loop.c:1: warning: unused\n'
+    played.prepared(packages=('arm',))
+    played.watching.advance()
+    (event,) = [e for e in played.told if isinstance(e, events.Watched)]
+    assert (event.failed, event.details) == (
+        False,
+        'loop.c:1: warning: unused',
+    )
+
+
 def test_what_a_failed_build_owes_follows_the_next(played: Played) -> None:
     played.save('loop.c', 'talk.py')
     played.worker.written = b'loop.c:1: error'
