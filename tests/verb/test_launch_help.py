@@ -20,7 +20,7 @@ def test_help_fits_and_has_the_common_options_first(user: User) -> None:
         'Building',
         'What is shown and kept',
         'Running',
-        'Going on with the files',
+        'Watching files',
         'Ending by itself, as in CI',
         'Running launches',
     ]
