@@ -88,8 +88,9 @@ class Watched:
         raise AssertionError(f'no {pattern!r} in:\n{self.launch.output}')
 
     def watches(self) -> 'Watched':
-        """Wait until all runs."""
-        self.says('loop says .*')
+        """Wait until all runs, and needs no file any more to begin."""
+        for name in ('talk', 'loop', 'other'):
+            self.says(f'{name} says ')
         wait_until(lambda: len(self.running()) >= 4)
         return self
 
