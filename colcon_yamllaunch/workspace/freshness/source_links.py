@@ -13,6 +13,7 @@ import re
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.text_files import text_of
+from colcon_yamllaunch.workspace.packages.source_files import entries_of
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
@@ -117,12 +118,7 @@ def remove_dangling(folder: Path, source: Path) -> None:
 
 def _links(folder: str) -> Iterator[str]:
     """Iterate over the links below a folder, without a look at the rest."""
-    try:
-        with os.scandir(folder) as entries:
-            found = list(entries)
-    except OSError:
-        return
-    for entry in found:
+    for entry in entries_of(folder):
         if entry.is_symlink():
             yield entry.path
         elif entry.is_dir(follow_symlinks=False):
