@@ -27,6 +27,7 @@ from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.process.children import has_ended
 from colcon_yamllaunch.runtime.process.pythons import pythons
+from colcon_yamllaunch.runtime.process.restarts import Restarts
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.runtime.streams.json_pipes import JsonPipes
 from colcon_yamllaunch.runtime.streams.watches import Watches
@@ -63,7 +64,7 @@ class RosLink:
         self._pipes = JsonPipes(watches, self._take, log)
         self._start = start
         self._tell = tell
-        self._clock = clock
+        self._restarts = Restarts(clock)
         self._packages = needed_packages(plan)
         self._pythons = pythons(environment.get('PATH', os.defpath))
         self._python = self._first_found = 0
@@ -83,9 +84,6 @@ class RosLink:
         self.error: str | None = None
         self._is_ready = False
         self._is_wanted = True
-        self._begun = 0.0
-        self._ends = 0
-        self._due: float | None = None
 
     def expect(self, more: Plan, *, is_late: bool) -> None:
         """
@@ -100,8 +98,7 @@ class RosLink:
 
     def start(self) -> None:
         """Start the client; it comes up while the caller goes on."""
-        self._due = None
-        self._begun = self._clock()
+        self._restarts.begin()
         self._is_ready = False
         streams = self._pipes.open()
         try:
@@ -126,18 +123,16 @@ class RosLink:
 
     def advance(self) -> None:
         """Start the client again when that is due."""
-        if self._due is not None and self._due <= self._clock():
+        if self._restarts.is_due:
             self.start()
 
     def seconds_to_wait(self) -> float | None:
         """Return the seconds until :meth:`advance` is to be called again."""
-        if self._due is None:
-            return None
-        return max(0.0, self._due - self._clock())
+        return self._restarts.seconds_to_wait()
 
     def hang_up(self) -> None:
         """Have the client end, as nothing is asked of it any more."""
-        self._due = None
+        self._restarts.cancel()
         self._is_wanted = False
         self._pipes.close()
 
@@ -170,24 +165,19 @@ class RosLink:
         if not (was_ready or was_killed or is_last):
             # what it cannot import may be there for another one
             self._python += 1
-            self._due = self._clock()
+            self._restarts.plan_at_once()
             return
         if not was_ready and not was_killed:
             self._python = self._first_found
         if not self.is_found:
             self.error = f'the ROS client {ending}{self._last_words()}'
             return
-        if self._clock() - self._begun > limits.CLIENT_STEADY:
-            self._ends = 0
-        self._ends += 1
-        if self._ends > limits.CLIENT_RESTARTS:
+        if not self._restarts.plan():
             self.composition.client_given_up(
-                f'the ROS client ended {self._ends} times, at last it '
-                f'{ending}{self._last_words()}'
+                f'the ROS client ended {self._restarts.ends} times, at last '
+                f'it {ending}{self._last_words()}'
             )
             return
-        pause = limits.SHORTEST_PAUSE * 2.0 ** (self._ends - 1)
-        self._due = self._clock() + pause
         text = f'the ROS client {ending}, and is started again'
         self._tell(events.Warned(text))
 

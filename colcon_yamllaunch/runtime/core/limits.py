@@ -124,7 +124,8 @@ PATIENCE = 5.0
 LONGEST_SILENCE = 600.0
 #: Seconds until a container that could not say what is loaded is asked again.
 LIST_PAUSE = 1.0
-#: How often the process that speaks with ROS is started again in a row.
+#: How often a process that serves the launcher (the one that speaks with ROS,
+#: the one that watches files) is started again in a row.
 CLIENT_RESTARTS = 5
 #: Seconds that it must have run for an end to be the first of a row.
 CLIENT_STEADY = 60.0

@@ -14,8 +14,8 @@ import signal
 import sys
 from typing import Any
 
-from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.process.restarts import Restarts
 from colcon_yamllaunch.runtime.streams.json_pipes import JsonPipes
 from colcon_yamllaunch.runtime.streams.watches import Watches
 from colcon_yamllaunch.watch.files.changes import Batch
@@ -62,20 +62,16 @@ class WatcherLink:
         self._pipes = JsonPipes(watches, self._read, log)
         self._take = take
         self._warn = warn
-        self._clock = clock
+        self._restarts = Restarts(clock)
         #: The process, or 0 while there is none.
         self.pid = 0
         self._is_wanted = True
         self._request: dict[str, Any] | None = None
         self._heard = 0
-        self._begun = 0.0
-        self._ends = 0
-        self._due: float | None = None
 
     def start(self) -> None:
         """Start the process; it comes up while the caller goes on."""
-        self._due = None
-        self._begun = self._clock()
+        self._restarts.begin()
         streams = self._pipes.open()
         code = _START.format([path for path in sys.path if path], PROGRAM)
         try:
@@ -121,14 +117,12 @@ class WatcherLink:
 
     def advance(self) -> None:
         """Start the process again when that is due."""
-        if self._due is not None and self._due <= self._clock():
+        if self._restarts.is_due:
             self.start()
 
     def seconds_to_wait(self) -> float | None:
         """Return the seconds until :meth:`advance` is to be called again."""
-        if self._due is None:
-            return None
-        return max(0.0, self._due - self._clock())
+        return self._restarts.seconds_to_wait()
 
     def ended(self, outcome: Outcome) -> None:
         """Take into account that the process ended."""
@@ -141,7 +135,7 @@ class WatcherLink:
 
     def hang_up(self) -> None:
         """Have the process end, as nothing is to follow from changes."""
-        self._due = None
+        self._restarts.cancel()
         self._is_wanted = False
         self._pipes.close()
 
@@ -156,17 +150,12 @@ class WatcherLink:
 
     def _lost(self, reason: str) -> None:
         """Take into account that there is no process, and what follows."""
-        if self._clock() - self._begun > limits.CLIENT_STEADY:
-            self._ends = 0
-        self._ends += 1
-        if self._ends > limits.CLIENT_RESTARTS:
+        if not self._restarts.plan():
             self._warn(
                 f'the process that watches files {reason}: nothing is watched '
                 'any more' + self._last_words()
             )
             return
-        pause = limits.SHORTEST_PAUSE * 2.0 ** (self._ends - 1)
-        self._due = self._clock() + pause
         if self._request is not None and self._heard:
             # what happens meanwhile is told by the next one
             self._request['since'] = self._heard

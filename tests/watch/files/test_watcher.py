@@ -15,6 +15,7 @@ import sys
 import time
 from typing import Any
 
+from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.process.children import ended_children
 from colcon_yamllaunch.runtime.streams.watches import Watches
@@ -292,8 +293,8 @@ def test_it_is_given_up_in_the_end(
     watched: Watched, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(watcher_link, 'PROGRAM', 'no_such_module')
-    monkeypatch.setattr(watcher_link.limits, 'SHORTEST_PAUSE', 0.001)
-    monkeypatch.setattr(watcher_link.limits, 'CLIENT_RESTARTS', 1)
+    monkeypatch.setattr(limits, 'SHORTEST_PAUSE', 0.001)
+    monkeypatch.setattr(limits, 'CLIENT_RESTARTS', 1)
     watched.link.start()
     watched.wait(lambda: bool(watched.warnings))
     (warning,) = watched.warnings
