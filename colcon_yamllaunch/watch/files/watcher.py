@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 #: Set as for the library itself, so that it need not be set twice.
 POLLING_VARIABLE = 'WATCHFILES_FORCE_POLLING'
 #: Milliseconds without an event after which those before are taken together.
-STEP = 5
+STEP = 2
 #: The same once there were some files, as one after the other is saved.
 LONG_STEP = 25
 SOME = 3
