@@ -170,7 +170,8 @@ class Freshness:
         self._write(name, record)
         listed = frozenset(self._products.listed(name))
         links = self._make_room(package, mode, known)
-        self._write(name, record)
+        if not self._path(name).exists():
+            self._write(name, record)
         if package.type.endswith('python'):
             link_project(package.path, self._products.build(name))
         return Attempt(package, record, self._now(name), listed, links)
