@@ -16,12 +16,15 @@ import os
 from pathlib import Path
 import signal
 import sys
+import threading
 import time
 from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
+from colcon_yamllaunch.runtime.process.cgroup import CGROUP_VARIABLE
+from colcon_yamllaunch.runtime.process.cgroup import expect_moves
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.launching.launch_flow import GiveUpError
@@ -137,6 +140,8 @@ class WatchFlow:
                 is_again=True,
             )
             flow.trees.update(self._trees)
+            if flow.workspace.root is not None:
+                flow.workspace.colcon.when_built = self._expect_restarts
             with closing(flow), flow.workspace.lock:
                 return self._prepared(flow, job, since_ns)
         except GiveUpError as e:
@@ -166,6 +171,11 @@ class WatchFlow:
             since_ns,
             _grown_from(flow),
         )
+
+    def _expect_restarts(self) -> None:
+        if self._environment.get(CGROUP_VARIABLE) != '0':
+            # until the child ends, which then takes some milliseconds
+            threading.Thread(target=expect_moves, daemon=True).start()
 
     def _knowledge_of(
         self,

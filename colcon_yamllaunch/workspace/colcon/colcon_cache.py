@@ -9,6 +9,7 @@ a launch does. What it said is kept below `build/`, with everything that it
 depends on. When anything of this differs, colcon is asked again.
 """
 
+from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
@@ -83,6 +84,8 @@ class CachedColcon:
         self._packages: dict[str, Package] = {}
         self._sorted: tuple[Package, ...] = ()
         self._metadata: dict[str, str] = {}
+        #: Is called when packages were built, or failed to.
+        self.when_built: Callable[[], None] = _do_nothing
         # before anything is asked, so that a change in between will show
         self._key = cache_key(self.root, self._build_arguments, os.environ)
         self._is_settled = self._key is not None and is_settled(self._key)
@@ -179,6 +182,7 @@ class CachedColcon:
             else:
                 colcon.restrict_to(known)
         result = colcon.build(names, environment)
+        self.when_built()
         # there may have been no folder to write to before
         self._write()
         return result
@@ -321,6 +325,10 @@ def read_cache(root: Path) -> dict[str, Any]:
 
 def _path(root: Path) -> Path:
     return root / 'build' / CACHE_NAME
+
+
+def _do_nothing() -> None:
+    """Leave it at that."""
 
 
 def _is_same(stored: object, now: object) -> bool:

@@ -93,6 +93,32 @@ def test_what_is_started_is_born_in_the_group_of_its_process(made):
 
 
 @needs_control_group
+def test_who_expects_moves_stays_where_he_is():
+    home = cgroup_of('self')
+    program = (
+        'import threading, time\n'
+        'from colcon_yamllaunch.common.process_scan import cgroup_of\n'
+        'from colcon_yamllaunch.runtime.process import cgroup\n'
+        'move, moves = cgroup._move_to, []\n'
+        'def moved(folder):\n'
+        '    move(folder)\n'
+        '    moves.append(cgroup_of("self"))\n'
+        'cgroup._move_to = moved\n'
+        'threading.Thread(target=cgroup.expect_moves, daemon=True).start()\n'
+        'while len(moves) < 3: time.sleep(0.01)\n'
+        'print(*moves[:3])'
+    )
+    command = [sys.executable, '-c', program]
+    told = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert told.stdout.split() == [home] * 3, told.stderr
+
+
+def test_where_there_are_no_moves_none_are_expected(monkeypatch):
+    monkeypatch.setattr(cgroup, 'cgroup_of', lambda pid: None)
+    cgroup.expect_moves()
+
+
+@needs_control_group
 def test_two_launches_have_groups_of_their_own(made):
     one, other = made(), made()
     with one.entered(0), other.entered(0):
