@@ -219,7 +219,10 @@ def _warm_up(flow: LaunchFlow) -> None:
         if flow.workspace.root is not None:
             # it was understood when the launch began
             with suppress(UserError):
-                flow.workspace.colcon.warm_up()
+                workspace = flow.workspace
+                workspace.colcon.warm_up(
+                    workspace.build_environment().variables
+                )
     gc.collect()
     # so that no job touches all of it
     gc.freeze()

@@ -58,6 +58,9 @@ from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
 from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
 from colcon_yamllaunch.workspace.colcon.build_result import INTERRUPTED
 from colcon_yamllaunch.workspace.colcon.identification import Identification
+from colcon_yamllaunch.workspace.colcon.known_environment import (
+    remember_environment,
+)
 from colcon_yamllaunch.workspace.packages.closure import closure
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -273,13 +276,15 @@ class Colcon:
             except OSError as e:
                 raise WorkspaceError(f'cannot build: {e}') from e
 
-    def warm_up(self) -> None:
+    def warm_up(self, environment: Mapping[str, str]) -> None:
         """
         Do in vain what each build does, as colcon keeps some of it.
 
         That is the version of CMake, and templates as they were read. It
-        also loads what a build takes. The builds of forks then take a short
-        cut, too, which others need not.
+        also loads what a build takes. The builds of forks then take short
+        cuts, too, which others need not.
+
+        :param environment: The variables that builds will see
         """
         self._is_warm = True
         with TemporaryDirectory() as name, self._in_root():
@@ -293,6 +298,9 @@ class Colcon:
                 importlib.import_module('colcon_cmake.task.cmake.build')
                 cmake = importlib.import_module('colcon_cmake.task.cmake')
                 cmake.get_cmake_version()
+            variables = _INSTALL_MODE | dict(environment)
+            with suppress(Exception), _changed(variables):
+                remember_environment(Path(name, 'build'))
 
     def _parse(self) -> Any:
         parser = command.create_parser(_NO_VARIABLES)

@@ -139,15 +139,17 @@ class CachedColcon:
             'metadata': self._metadata.get(name, _NO_METADATA),
         }
 
-    def warm_up(self) -> None:
+    def warm_up(self, environment: Mapping[str, str]) -> None:
         """
         Load what a build takes, for forks of this process.
 
         A fork that is about the same workspace need not ask colcon again for
         what its arguments mean; see `Colcon.warm_up`, too.
+
+        :param environment: The variables that builds will see
         """
         colcon = self._ask()
-        colcon.warm_up()
+        colcon.warm_up(environment)
         if self._key is not None:
             CachedColcon._warm = colcon, self._depends_on()
 
