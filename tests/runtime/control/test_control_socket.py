@@ -316,7 +316,8 @@ def test_a_launcher_without_a_guard_leaves_a_socket_for_the_next_look(
     c = controlled(sleep('a'))
     (guard,) = wait_until(c.one.guards)
     # who is just being started has the socket, too
-    wait_until(c.one.processes)
+    (process,) = wait_until(c.one.processes)
+    wait_until(lambda: len(os.listdir(f'/proc/{process}/fd')) == 3)
     c.one.sends(signal.SIGSTOP)
     os.kill(guard, signal.SIGKILL)
     c.one.sends(signal.SIGKILL)
