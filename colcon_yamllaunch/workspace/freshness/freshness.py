@@ -171,6 +171,7 @@ class Freshness:
         listed = frozenset(self._products.listed(name))
         links = self._make_room(package, mode, known)
         if not self._path(name).exists():
+            # it was removed with the build folder
             self._write(name, record)
         if package.type.endswith('python'):
             link_project(package.path, self._products.build(name))
