@@ -44,8 +44,10 @@ _TRIES = 3
 # take a moment longer with that than with reporting their end.
 _PATIENCE = 0.5
 _INTERVAL = 0.002
-# Seconds that the kernel is ready for another move at least.
+# Seconds that the kernel is ready for another move at least, and how many
+# moves of nobody keep it so: for half a second.
 _READY_FOR = 0.004
+_VAIN_MOVES = 125
 
 
 class LaunchCgroup:
@@ -177,17 +179,19 @@ class LaunchCgroup:
 
 def expect_moves() -> None:
     """
-    Have the kernel be ready for moves, which then take no time.
+    Have the kernel be ready for moves for a moment; they then take no time.
 
     By moves to where we are, again and again: the first one takes the 10 ms
     (see :meth:`LaunchCgroup.entered`) that one of any process takes else. To
-    be called in a thread, for a moment only; it returns where there can be no
-    moves.
+    be called in a thread, as it returns only when that moment is over, or
+    where there can be no moves.
     """
     path = cgroup_of('self')
     folder = None if path is None else _mounted(path)
+    if folder is None:
+        return
     with suppress(OSError):
-        while folder is not None:
+        for _ in range(_VAIN_MOVES):
             _move_to(folder)
             time.sleep(_READY_FOR)
 

@@ -174,7 +174,7 @@ class WatchFlow:
 
     def _expect_restarts(self) -> None:
         if self._environment.get(CGROUP_VARIABLE) != '0':
-            # until the child ends, which then takes some milliseconds
+            # it ends with the child, if not before
             threading.Thread(target=expect_moves, daemon=True).start()
 
     def _knowledge_of(

@@ -113,6 +113,16 @@ def test_who_expects_moves_stays_where_he_is():
     assert told.stdout.split() == [home] * 3, told.stderr
 
 
+def test_moves_are_expected_for_a_moment(monkeypatch):
+    moves = []
+    monkeypatch.setattr(cgroup, '_VAIN_MOVES', 3)
+    monkeypatch.setattr(cgroup, 'cgroup_of', lambda pid: '/group')
+    monkeypatch.setattr(cgroup, '_mounted', lambda path: '/group')
+    monkeypatch.setattr(cgroup, '_move_to', moves.append)
+    cgroup.expect_moves()
+    assert moves == ['/group'] * 3
+
+
 def test_where_there_are_no_moves_none_are_expected(monkeypatch):
     monkeypatch.setattr(cgroup, 'cgroup_of', lambda pid: None)
     cgroup.expect_moves()
