@@ -57,10 +57,10 @@ from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.workspace.colcon.build_arguments import BuildArguments
 from colcon_yamllaunch.workspace.colcon.build_result import BuildResult
 from colcon_yamllaunch.workspace.colcon.build_result import INTERRUPTED
-from colcon_yamllaunch.workspace.colcon.identification import Identification
-from colcon_yamllaunch.workspace.colcon.known_environment import (
-    remember_environment,
+from colcon_yamllaunch.workspace.colcon.command_environment import (
+    remember_command_environment,
 )
+from colcon_yamllaunch.workspace.colcon.identification import Identification
 from colcon_yamllaunch.workspace.packages.closure import closure
 from colcon_yamllaunch.workspace.packages.package import is_merged
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -300,7 +300,7 @@ class Colcon:
                 cmake.get_cmake_version()
             variables = _INSTALL_MODE | dict(environment)
             with suppress(Exception), _changed(variables):
-                remember_environment(Path(name, 'build'))
+                remember_command_environment(Path(name, 'build'))
 
     def _parse(self) -> Any:
         parser = command.create_parser(_NO_VARIABLES)

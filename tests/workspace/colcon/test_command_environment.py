@@ -6,8 +6,8 @@ from collections import OrderedDict
 
 from colcon_core.shell import get_command_environment
 from colcon_core.shell import get_shell_extensions
-from colcon_yamllaunch.workspace.colcon.known_environment import (
-    remember_environment,
+from colcon_yamllaunch.workspace.colcon.command_environment import (
+    remember_command_environment,
 )
 import pytest
 
@@ -18,7 +18,7 @@ SCRIPT = 'colcon_command_prefix_build.sh'
 def remembered(tmp_path, monkeypatch):
     """Return the folder of a build whose environment is remembered."""
     monkeypatch.setenv('A_VARIABLE', 'one line\nand another = with this')
-    remember_environment(tmp_path / 'warm')
+    remember_command_environment(tmp_path / 'warm')
     yield tmp_path / 'build'
     for extensions in get_shell_extensions().values():
         for extension in extensions.values():
@@ -78,7 +78,7 @@ def test_dependencies_are_sourced(remembered, tmp_path):
 def test_a_shell_that_changes_variables_is_asked_on(tmp_path, monkeypatch):
     # shells take no other one from outside
     monkeypatch.setenv('IFS', ':')
-    remember_environment(tmp_path / 'warm')
+    remember_command_environment(tmp_path / 'warm')
     asked(tmp_path)
     assert is_answered_by_a_shell(tmp_path)
     assert asked(tmp_path)['IFS'] != ':'

@@ -2,11 +2,11 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The variables for the build of a package that depends on no other, remembered.
+The command environment of a package that depends on no other, remembered.
 
-colcon runs a shell for each package, which sources the scripts of those that
-it depends on and prints its variables. Where there are none, it prints what it
-printed before.
+That is what colcon calls the variables of a build. It has a shell source the
+scripts of the packages that are needed, and print its variables. Where there
+are none, it prints what it printed before.
 """
 
 import asyncio
@@ -28,7 +28,7 @@ _TASK = 'build'
 _FOLDER = 'PWD'
 
 
-def remember_environment(folder: Path) -> None:
+def remember_command_environment(folder: Path) -> None:
     """
     Have builds in this process run no shell that is to source nothing.
 
