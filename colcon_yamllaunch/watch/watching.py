@@ -39,6 +39,7 @@ from colcon_yamllaunch.watch.consequences import steps
 from colcon_yamllaunch.watch.failed_parts import FailedParts
 from colcon_yamllaunch.watch.files.changes import Batch
 from colcon_yamllaunch.watch.files.changes import Change
+from colcon_yamllaunch.watch.files.changes import merged
 from colcon_yamllaunch.watch.files.watcher_link import WatcherLink
 from colcon_yamllaunch.watch.knowledge.build_effects import touched_by
 from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
@@ -117,6 +118,8 @@ class Watching:
         self._failure = ''
         # when the launch was prepared last
         self._prepared_at = clock()
+        # what was changed while nothing was to follow from that
+        self._paused: list[Batch] | None = None
         self._group = 0
         self._labels: set[str] = set()
 
@@ -162,6 +165,33 @@ class Watching:
                 self._rounds.stopped(event.process.label)
             case _:
                 return
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether nothing follows from changes for the time being."""
+        return self._paused is not None
+
+    def pause(self) -> None:
+        """
+        Have nothing follow from changes until :meth:`resume`.
+
+        What is being done about earlier ones is done.
+        """
+        if self._paused is None:
+            self._paused = []
+            self._the_launch.tell(
+                events.Watched('off: what is saved now has to wait')
+            )
+
+    def resume(self) -> None:
+        """Do what follows from the changes since :meth:`pause`."""
+        batches, self._paused = self._paused, None
+        if batches is None:
+            return
+        self._the_launch.tell(events.Watched('on again'))
+        if batches:
+            # whoever has started since may have read what was there then
+            self._follow(merged(batches), self._clock())
 
     def advance(self) -> None:
         """Do what is due."""
@@ -210,6 +240,17 @@ class Watching:
     # from the change to the steps
 
     def _take(self, batch: Batch) -> None:
+        if self._paused is not None:
+            self._paused.append(batch)
+            return
+        self._follow(batch, batch.seen_ns / 1e9)
+
+    def _follow(self, batch: Batch, since: float) -> None:
+        """
+        Do what follows from changes.
+
+        :param since: When that began, by the clock that never goes back
+        """
         launch = self._the_launch
         seen = batch.seen_ns / 1e9
         changes = [c for c in batch.changes if c.kind != 'again']
@@ -226,7 +267,7 @@ class Watching:
             return
         acted = [one.change for one in found if one.action != 'ignore']
         files = {os.path.basename(c.path): c.kind for c in acted}
-        current = Round(seen, files)
+        current = Round(since, files)
         if changes or wanted.restart or wanted.after_build:
             paths = tuple(dict.fromkeys(c.path for c in acted))
             launch.tell(events.Changed(paths))

@@ -97,6 +97,16 @@ class PlanChanges(Protocol):
     def handle(self, event: events.Event) -> None:
         """Take note of what happened."""
 
+    @property
+    def is_paused(self) -> bool:
+        """Whether nothing follows from changes for the time being."""
+
+    def pause(self) -> None:
+        """Have nothing follow from changes until :meth:`resume`."""
+
+    def resume(self) -> None:
+        """Do what follows from the changes since :meth:`pause`."""
+
     def advance(self) -> None:
         """Do what is due."""
 

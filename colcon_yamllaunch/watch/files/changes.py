@@ -3,6 +3,7 @@
 
 """What the file system told: changes of files, as plain data."""
 
+from collections.abc import Sequence
 from typing import Literal
 from typing import NamedTuple
 
@@ -40,3 +41,18 @@ class Batch(NamedTuple):
     changes: tuple[Change, ...]
     seen_ns: int
     notes: tuple[str, ...] = ()
+
+
+def merged(batches: Sequence[Batch]) -> Batch:
+    """
+    Return all changes of some batches as one.
+
+    What follows from any of them follows from that, too.
+
+    :param batches: At least one
+    """
+    changes = (change for batch in batches for change in batch.changes)
+    notes = (note for batch in batches for note in batch.notes)
+    return Batch(
+        tuple(dict.fromkeys(changes)), batches[0].seen_ns, tuple(notes)
+    )
