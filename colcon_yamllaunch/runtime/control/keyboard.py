@@ -46,7 +46,7 @@ class Keyboard:
         False when another job has the terminal, or it is gone.
         """
         try:
-            if not _is_in_foreground(self.descriptor):
+            if not is_in_foreground(self.descriptor):
                 return False
             before = self._before or termios.tcgetattr(self.descriptor)
             termios.tcsetattr(self.descriptor, termios.TCSANOW, _raw(before))
@@ -55,10 +55,19 @@ class Keyboard:
         self._before = before
         return True
 
+    @property
+    def modes(self) -> tuple[list[Any], list[Any]] | None:
+        """The modes that it had, and those that it has while it is grabbed."""
+        return (
+            None
+            if self._before is None
+            else (self._before, _raw(self._before))
+        )
+
     def release(self) -> None:
         """Leave the terminal as it was."""
         before, self._before = self._before, None
-        if before is None or not _is_in_foreground(self.descriptor):
+        if before is None or not is_in_foreground(self.descriptor):
             # the shell that has it now has set it as it wants it
             return
         try:
@@ -90,7 +99,8 @@ def _raw(attributes: list[Any]) -> list[Any]:
     return result
 
 
-def _is_in_foreground(descriptor: int) -> bool:
+def is_in_foreground(descriptor: int) -> bool:
+    """Tell whether a terminal is ours, and not that of another job."""
     try:
         return os.tcgetpgrp(descriptor) == os.getpgrp()
     except OSError:

@@ -51,6 +51,7 @@ from colcon_yamllaunch.runtime.process.cgroup import LaunchCgroup
 from colcon_yamllaunch.runtime.process.own_files import Place
 from colcon_yamllaunch.runtime.process.own_files import remove_file
 from colcon_yamllaunch.runtime.process.own_files import remove_parameter_files
+from colcon_yamllaunch.runtime.stopping.held_terminal import HeldTerminal
 from colcon_yamllaunch.runtime.stopping.launch_scan import Adopter
 from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
 from colcon_yamllaunch.runtime.stopping.launch_scan import Known
@@ -77,6 +78,8 @@ class GuardedLaunch(Targets):
         self.outputs: dict[int, HeldOutput] = {}
         self.known: Known = {}
         self.places: dict[str, list[Place]] = {}
+        #: The terminal that the launcher has drawn something in, if any.
+        self.terminal: HeldTerminal | None = None
 
     def note(self, frame: list[Any], descriptors: list[int]) -> None:
         """
@@ -100,6 +103,14 @@ class GuardedLaunch(Targets):
                 output = self.outputs.pop(key, None)
                 if output is not None:
                     os.close(output.descriptor)
+            case ['terminal', before, now]:
+                self._drop_terminal()
+                if descriptors:
+                    self.terminal = HeldTerminal(
+                        descriptors.pop(0), before, now
+                    )
+            case ['no terminal']:
+                self._drop_terminal()
             case ['adopted', pid, birth, number]:
                 self.known[pid, birth] = number
             case ['socket' | 'folder' | 'record' as kind, *place]:
@@ -135,6 +146,11 @@ class GuardedLaunch(Targets):
         for place in self.places.get(kind, ()):
             how(place)
 
+    def _drop_terminal(self) -> None:
+        if self.terminal is not None:
+            os.close(self.terminal.descriptor)
+            self.terminal = None
+
     def kill(self, number: int) -> None:
         """Kill all of a process of the plan; see `Targets`."""
         self.cgroup.kill(number)
@@ -159,6 +175,9 @@ def main() -> None:
 
 
 def _take_over(launch: GuardedLaunch) -> None:
+    if launch.terminal is not None:
+        # before the shell uses it, if that can be
+        launch.terminal.restore()
     launch.remove('socket', remove_file)
     output = OrphanedOutput(launch.outputs.values())
     output.say('the launcher was killed; the guard stops its processes')

@@ -18,6 +18,7 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.output_modes import IN_COMMON_LOG
 from colcon_yamllaunch.runtime.process.own_files import Place
+from colcon_yamllaunch.runtime.stopping.held_terminal import as_numbers
 
 # -c, as a file that is run has to be compiled anew each time. Its words do not
 # name us: `pkill -9 -f colcon` ends the launcher and leaves the guard to stop
@@ -153,6 +154,25 @@ class GuardLink:
         If the launcher is gone, nothing tells that it belongs to the launch.
         """
         self._tell(('adopted', pid), ['adopted', pid, birth, number])
+
+    def terminal(
+        self, descriptor: int, modes: tuple[list[Any], list[Any]] | None
+    ) -> None:
+        """
+        Hand over a terminal that has something of ours below the cursor.
+
+        :param modes: The modes that it had before us and those that it has
+          now, as :mod:`termios` has them, or None if these are the same
+        """
+        before, now = (None, None) if modes is None else map(as_numbers, modes)
+        frame = ['terminal', before, now]
+        self._tell(('terminal', None), frame, descriptor)
+        self.flush()
+
+    def no_terminal(self) -> None:
+        """Tell that the terminal is as it was before."""
+        self._take_back(('terminal', None), ['no terminal'])
+        self.flush()
 
     def reaped(self, pid: int) -> None:
         """Take note that a process that lost its parent has ended."""

@@ -1,0 +1,60 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What the guard does with the terminal of a killed launcher."""
+
+import json
+import os
+import termios
+
+from colcon_yamllaunch.runtime.control.keyboard import Keyboard
+from colcon_yamllaunch.runtime.stopping.held_terminal import as_numbers
+from colcon_yamllaunch.runtime.stopping.held_terminal import HeldTerminal
+import pytest
+
+
+@pytest.fixture
+def held():
+    """Return a terminal whose keyboard was grabbed, and its modes before."""
+    ours, theirs = os.openpty()
+    before = termios.tcgetattr(theirs)
+    keyboard = Keyboard(theirs)
+    assert keyboard.grab()
+    # as they get to the guard
+    modes = json.loads(json.dumps([*map(as_numbers, keyboard.modes)]))
+    yield HeldTerminal(theirs, *modes), before, ours
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_it_is_as_it_was_before(held):
+    terminal, before, ours = held
+    assert termios.tcgetattr(terminal.descriptor) != before
+    terminal.restore()
+    assert termios.tcgetattr(terminal.descriptor) == before
+    assert os.read(ours, 100).endswith(b'\x1b[J')
+
+
+def test_modes_that_a_shell_has_set_stay(held):
+    terminal, _, _ = held
+    shell = termios.tcgetattr(terminal.descriptor)
+    shell[6][termios.VMIN] = 1
+    termios.tcsetattr(terminal.descriptor, termios.TCSANOW, shell)
+    shell = termios.tcgetattr(terminal.descriptor)
+    terminal.restore()
+    assert termios.tcgetattr(terminal.descriptor) == shell
+
+
+def test_modes_that_were_not_changed_stay(held):
+    terminal, _, _ = held
+    modes = termios.tcgetattr(terminal.descriptor)
+    HeldTerminal(terminal.descriptor, None, None).restore()
+    assert termios.tcgetattr(terminal.descriptor) == modes
+
+
+def test_a_terminal_that_is_gone_is_no_matter(held):
+    terminal, _, _ = held
+    reader, writer = os.pipe()
+    os.close(reader)
+    HeldTerminal(writer, terminal.before, terminal.now).restore()
+    os.close(writer)
