@@ -44,7 +44,9 @@ from colcon_yamllaunch.runtime.record.launch_logs import CLIENT_LOG
 from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
 from colcon_yamllaunch.runtime.record.launch_logs import Logs
 from colcon_yamllaunch.runtime.record.launch_logs import Store
+from colcon_yamllaunch.runtime.screen.display import can_have_foot
 from colcon_yamllaunch.runtime.screen.display import Display
+from colcon_yamllaunch.runtime.screen.display import is_same_terminal
 from colcon_yamllaunch.runtime.screen.line_formats import layout_of
 from colcon_yamllaunch.runtime.screen.line_formats import LOG_FORMAT
 from colcon_yamllaunch.runtime.screen.presentation import present
@@ -54,9 +56,13 @@ from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
 from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
 from colcon_yamllaunch.runtime.streams.relay import Recorder
 from colcon_yamllaunch.runtime.streams.signals import caught
+from colcon_yamllaunch.runtime.streams.writer import Writer
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
+    from colcon_yamllaunch.runtime.terminal.terminal_session import (
+        TerminalSession,
+    )
 
 
 def run_plan(
@@ -129,7 +135,13 @@ def run_plan(
     with ExitStack() as stack:
         signals = stack.enter_context(caught())
         keep_to_ourselves()
-        display = Display(stream, color, environment)
+        has_foot = (
+            presentation is not None
+            and presentation.status
+            and can_have_foot(stream, environment)
+        )
+        open_writer = _foot if has_foot else Writer
+        display = Display(stream, color, environment, open_writer)
         stack.callback(display.writer.close)
         environment = display.environment
         # before the guard, which is a child, too
@@ -203,6 +215,17 @@ def run_plan(
             attachment = LocalAttachment(attach, keyboard, screen, show)
             show = attachment.handle
         conditions = conditions or ExitConditions(clock=clock)
+        session = None
+        if has_foot:
+            session = _session(
+                plan,
+                display,
+                guard,
+                conditions,
+                clock,
+                has_keys=attach is None,
+            )
+            show = session.showing(show)
         engine = Engine(
             plan,
             settings,
@@ -223,6 +246,9 @@ def run_plan(
         for text in troubles:
             engine.tell(events.Warned(text))
         with ExitStack() as control:
+            if session is not None:
+                session.connect(engine)
+                control.callback(session.close)
             if attachment is not None:
                 attachment.connect(engine)
                 control.callback(attachment.close)
@@ -246,6 +272,48 @@ def run_plan(
         if display.writer.error is not None:
             raise OutputError(display.writer.error)
         return ended.exit_code
+
+
+def _foot(descriptor: int) -> Writer:
+    # few launches that nobody looks at need it
+    from colcon_yamllaunch.runtime.terminal.foot import Foot
+
+    return Foot(descriptor)
+
+
+def _session(
+    plan: Plan,
+    display: Display,
+    guard: GuardLink,
+    conditions: ExitConditions,
+    clock: Callable[[], float],
+    *,
+    has_keys: bool,
+) -> 'TerminalSession':
+    from colcon_yamllaunch.runtime.terminal.foot import Foot
+    from colcon_yamllaunch.runtime.terminal.terminal_session import (
+        TerminalSession,
+    )
+
+    assert isinstance(display.writer, Foot)
+    keyboard = None
+    if has_keys:
+        # what would be shown of keys would be in the block
+        keyboard = (
+            Keyboard(sys.stdin.fileno())
+            if is_same_terminal(sys.stdin, display.descriptor)
+            else Keyboard(display.descriptor, takes_keys=False)
+        )
+    return TerminalSession(
+        plan.entries,
+        display.writer,
+        guard,
+        keyboard,
+        color=display.color,
+        is_plain=display.is_ascii,
+        conditions=conditions,
+        clock=clock,
+    )
 
 
 def _record_nothing(

@@ -64,10 +64,11 @@ class Launch:
             'cwd': folder,
             **settings.pop('popen', {}),
         }
+        shell = settings.pop('shell', ())
         plan = {'entries': entries, 'log_folder': str(self.log_folder)}
         (folder / 'plan.json').write_text(json.dumps({**plan, **settings}))
         # -S, as it needs nothing but the product
-        command = [sys.executable, '-S', str(LAUNCHER)]
+        command = [*shell, sys.executable, '-S', str(LAUNCHER)]
         command.append(str(folder / 'plan.json'))
         with (folder / 'screen').open('wb') as screen:
             popen.setdefault('stdout', screen)

@@ -92,7 +92,9 @@ def main() -> int:
         conditions=ExitConditions(
             map(LinePattern, data.get('until', ())), data.get('timeout')
         ),
-        presentation=Presentation(data.get('verbosity', 'normal')),
+        presentation=Presentation(
+            data.get('verbosity', 'normal'), status=data.get('status', False)
+        ),
         source=source,
     )
 

@@ -29,7 +29,9 @@ from support.terminal import Terminal
 
 _BLOCK = re.compile(r'^```(\w+)(?: (\S+))?\n(.*?)^```$', re.DOTALL | re.M)
 #: Colours, and the title of the window.
-_ESCAPES = re.compile(r'\x1b\[[0-9;?]*[a-zA-Z]|\x1b\][^\x07]*\x07')
+_ESCAPES = re.compile(r'\x1b\[[0-9;?]*[a-zA-Z]|\x1b\][^\x07]*\x07|\x1bD')
+#: What stays below the output, as it is drawn.
+_STATUS = re.compile(r'\x1b7.*?\x1b8', re.DOTALL)
 _ANYTHING = '…'
 _PROMPT = '$ '
 _TYPED = '> '
@@ -172,8 +174,9 @@ def _goes_on(command: str, lines: list[str]) -> bool:
 
 
 def shown(terminal: Terminal) -> str:
-    """Return what a terminal has shown, as text."""
-    return _ESCAPES.sub('', terminal.screen).replace('\r', '')
+    """Return the output that a terminal has shown, as text."""
+    output = _STATUS.sub('', terminal.screen)
+    return _ESCAPES.sub('', output).replace('\r', '')
 
 
 def _wait(terminal: Terminal, seen: int, wanted: str) -> int:

@@ -32,10 +32,15 @@ class Keyboard:
 
     Ctrl-C and Ctrl-Z stay signals to whoever reads; all other keys are taken
     as they are.
+
+    :param takes_keys: Whether we read them; if not, they are only not shown,
+      and wait for who does
     """
 
-    def __init__(self, descriptor: int) -> None:
+    def __init__(self, descriptor: int, *, takes_keys: bool = True) -> None:
         self.descriptor = descriptor
+        #: Whether keys are to be read from it.
+        self.takes_keys = takes_keys
         self._before: list[Any] | None = None
 
     def grab(self) -> bool:
@@ -49,7 +54,8 @@ class Keyboard:
             if not is_in_foreground(self.descriptor):
                 return False
             before = self._before or termios.tcgetattr(self.descriptor)
-            termios.tcsetattr(self.descriptor, termios.TCSANOW, _raw(before))
+            modes = self._modes(before)
+            termios.tcsetattr(self.descriptor, termios.TCSANOW, modes)
         except termios.error:
             return False
         self._before = before
@@ -58,11 +64,8 @@ class Keyboard:
     @property
     def modes(self) -> tuple[list[Any], list[Any]] | None:
         """The modes that it had, and those that it has while it is grabbed."""
-        return (
-            None
-            if self._before is None
-            else (self._before, _raw(self._before))
-        )
+        before = self._before
+        return None if before is None else (before, self._modes(before))
 
     def release(self) -> None:
         """Leave the terminal as it was."""
@@ -86,6 +89,15 @@ class Keyboard:
         """
         keys, escape, _ = os.read(self.descriptor, _SIZE).partition(ESCAPE)
         return keys, bool(escape)
+
+    def _modes(self, before: list[Any]) -> list[Any]:
+        return _raw(before) if self.takes_keys else _silent(before)
+
+
+def _silent(attributes: list[Any]) -> list[Any]:
+    result = [*attributes[:_CC], list(attributes[_CC])]
+    result[_LFLAG] &= ~termios.ECHO
+    return result
 
 
 def _raw(attributes: list[Any]) -> list[Any]:

@@ -44,7 +44,7 @@ class LocalAttachment:
     def connect(self, engine: Engine) -> None:
         """Use an engine, before it runs."""
         self._engine = engine
-        engine.suspended = self._suspend
+        engine.when_suspended.append(self._suspend)
 
     def handle(self, event: events.Event) -> None:
         """Show an event, and follow the process."""

@@ -85,6 +85,10 @@ class CheckRounds(ExitConditions):
             return self._begun
         return None if self._limit is None else self._begun + self._limit
 
+    def waited_for(self) -> tuple[str, ...]:
+        """Return what has not been seen in this round, if one is open."""
+        return tuple(self._missing) if self._is_open else ()
+
     def reason_to_stop(self) -> None:
         """Tell what came of the round when that is clear; stop nothing."""
         due = self.due()

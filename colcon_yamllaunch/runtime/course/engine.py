@@ -184,11 +184,15 @@ class Engine:
         self.terminals.closing = self._forget_output
         self._known: Known = {}
         self._looked = settings.clock()
+        # whether this turn is more than time that has passed
+        self._has_news = True
         self._last_stop = -limits.SIGNAL_ECHO
         self._stopped_by_signal = False
-        #: Is called with True before Ctrl-Z suspends the launch, and
+        #: Are called with True before Ctrl-Z suspends the launch, and
         #: with False when it goes on.
-        self.suspended: Callable[[bool], None] | None = None
+        self.when_suspended: list[Callable[[bool], None]] = []
+        #: Are called when the screen has another size.
+        self.when_resized: list[Callable[[], None]] = []
 
     @property
     def composition(self) -> 'Composition | None':
@@ -254,6 +258,11 @@ class Engine:
         self.supervisor.outlasts_failures = True
         self.reasons_to_wait.append(lambda: True)
         self.listen(changes.handle)
+
+    @property
+    def changes(self) -> 'PlanChanges | None':
+        """What changes the plan while it runs, if anything does."""
+        return self._changes
 
     @property
     def is_changed(self) -> bool:
@@ -358,7 +367,8 @@ class Engine:
             if self.supervisor.done:
                 break
             more = self._end_turn()
-            self.watches.wait(0.0 if more else self._seconds_to_wait())
+            wait = 0.0 if more else self._seconds_to_wait()
+            self._has_news = self.watches.wait(wait)
         self.watches.remove(signals)
         self._end_ros()
         if self._changes is not None:
@@ -620,7 +630,9 @@ class Engine:
             if ros.error is not None:
                 raise UserError(ros.error)
             self._end_turn()
-            self.watches.wait(ros.seconds_to_wait())
+            self.watches.wait(
+                _soonest(ros.seconds_to_wait(), self._writer.seconds_to_wait())
+            )
             ros.advance()
 
     def _end_ros(self) -> None:
@@ -678,32 +690,30 @@ class Engine:
             self.tell(silent)
 
     def _seconds_to_wait(self) -> float | None:
-        wait = self.supervisor.seconds_to_wait()
+        waits = [
+            self.supervisor.seconds_to_wait(),
+            self._writer.seconds_to_wait(),
+            # nobody reports that we adopted a process
+            limits.ADOPTION_PAUSE,
+        ]
         if self._ros is not None:
-            left_of_it = self._ros.seconds_to_wait()
-            if left_of_it is not None:
-                wait = left_of_it if wait is None else min(wait, left_of_it)
+            waits.append(self._ros.seconds_to_wait())
         if self._changes is not None and not self.supervisor.is_stopping:
-            until_due = self._changes.seconds_to_wait()
-            if until_due is not None:
-                wait = until_due if wait is None else min(wait, until_due)
+            waits.append(self._changes.seconds_to_wait())
         if self._feed is not None:
-            left_of_it = self._feed.seconds_to_wait()
-            if left_of_it is not None:
-                wait = left_of_it if wait is None else min(wait, left_of_it)
+            waits.append(self._feed.seconds_to_wait())
         for due in (self._conditions.due(), self._silence.due()):
-            if due is None:
-                continue
-            left = max(0.0, due - self._settings.clock())
-            wait = left if wait is None else min(wait, left)
-        # nobody reports that we adopted a process
-        pause = limits.ADOPTION_PAUSE
-        return pause if wait is None else min(wait, pause)
+            if due is not None:
+                waits.append(max(0.0, due - self._settings.clock()))
+        return _soonest(*waits)
 
     def _end_turn(self) -> bool:
         """Pass on what was collected; return whether there is more."""
         now = self._settings.clock()
-        if now - self._looked >= limits.ADOPTION_INTERVAL:
+        pause = limits.ADOPTION_PAUSE
+        if self._has_news:
+            pause = limits.ADOPTION_INTERVAL
+        if now - self._looked >= pause:
             self._look_for_adopted()
         self._guard.flush()
         more = not self.supervisor.is_starting and self._publish()
@@ -729,8 +739,8 @@ class Engine:
                 self._suspend()
             elif number == signal.SIGCONT:
                 self._signal_all(signal.SIGCONT)
-                if self.suspended is not None:
-                    self.suspended(False)
+                for listener in self.when_suspended:
+                    listener(False)
                 self._resize()
             elif number == signal.SIGWINCH:
                 self._resize()
@@ -758,8 +768,8 @@ class Engine:
                 self._feed.hurry()
 
     def _suspend(self) -> None:
-        if self.suspended is not None:
-            self.suspended(True)
+        for listener in self.when_suspended:
+            listener(True)
         self._signal_all(signal.SIGSTOP)
         stop_ourselves()
         # where nobody could continue us, the system has not stopped us
@@ -767,6 +777,8 @@ class Engine:
 
     def _resize(self) -> None:
         # the terminals control no session, so the kernel tells nobody
+        for listener in self.when_resized:
+            listener()
         size = size_of(self._settings.screen)
         self.terminals.resize(size)
         for group in self._relay.resize(size):
@@ -815,6 +827,10 @@ class Engine:
                 self.tell(events.Warned(_without_guard(text)))
         except OSError as error:
             self.tell(events.Warned(no_guard(error)))
+
+
+def _soonest(*waits: float | None) -> float | None:
+    return min((wait for wait in waits if wait is not None), default=None)
 
 
 def no_guard(error: OSError) -> str:

@@ -95,6 +95,10 @@ class ExitConditions:
             return self._start + self._found_at + self._duration
         return None if self._timeout is None else self._start + self._timeout
 
+    def waited_for(self) -> tuple[str, ...]:
+        """Return what has not been seen yet, as the user wrote it."""
+        return () if self._stopping else tuple(self._unseen)
+
     def reason_to_stop(self) -> str | None:
         """Return once, when it is time, why the launch is to be stopped."""
         due = self.due()

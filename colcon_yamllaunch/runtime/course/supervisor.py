@@ -216,6 +216,17 @@ class Supervisor:
         waits = (wait, self._composition.seconds_to_wait())
         return min((w for w in waits if w is not None), default=None)
 
+    def next_timer(self) -> float | None:
+        """Return when the next timer is due, by the clock, if one is set."""
+        return min(
+            (
+                handle.due
+                for timer, handle in self._timers.values()
+                if not timer.on_ros_time
+            ),
+            default=None,
+        )
+
     def exited(self, group: int, outcome: Outcome) -> None:
         """Take into account that the leader of a group ended."""
         task = self._running.pop(group)

@@ -6,6 +6,7 @@
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
+import os
 from typing import TextIO
 
 from colcon_yamllaunch.language.plan.plan import Process
@@ -15,6 +16,10 @@ from colcon_yamllaunch.runtime.screen.screen import Screen
 from colcon_yamllaunch.runtime.streams.writer import TextWriter
 from colcon_yamllaunch.runtime.streams.writer import Writer
 
+# the values of TERM of terminals that do no more than print
+_ONLY_PRINT = frozenset((None, '', 'dumb', 'emacs', 'unknown'))
+# those of terminals that have hardly more than ASCII, as a rule
+_ASCII = ('linux', *(f'vt{digit}' for digit in '12345'))
 # whether the nodes of ROS 2 use colours; unset, they do on a terminal
 _NODES_COLOUR = 'RCUTILS_COLORIZED_OUTPUT'
 
@@ -26,6 +31,7 @@ class Display:
     :param color: Whether it is coloured; by default on a terminal, unless
       `NO_COLOR` is set or `TERM` is dumb
     :param environment: The environment for all processes
+    :param open_writer: Returns what writes to the descriptor of the stream
     """
 
     def __init__(
@@ -33,6 +39,7 @@ class Display:
         stream: TextIO,
         color: bool | None,
         environment: Mapping[str, str],
+        open_writer: Callable[[int], Writer] = Writer,
     ) -> None:
         #: Whether it is a terminal.
         self.terminal = stream.isatty()
@@ -41,18 +48,21 @@ class Display:
         is_plain = color is False
         if color is None:
             color = self.terminal and _wants_color(environment)
-        self._color = color
+        #: Whether it is coloured.
+        self.color = color
         self._is_plain = is_plain
         #: The environment, and what makes output show at once and in colour.
         self.environment = self.environment_for(environment)
+        #: Whether it shows ASCII only.
+        self.is_ascii = _is_ascii(stream, environment)
         #: Writes to the stream.
-        self.writer = _writer(stream, self.descriptor)
+        self.writer = _writer(stream, self.descriptor, open_writer)
 
     def environment_for(
         self, environment: Mapping[str, str]
     ) -> dict[str, str]:
         """Add to an environment what makes output show as the user likes."""
-        return _process_environment(environment, self._color, self._is_plain)
+        return _process_environment(environment, self.color, self._is_plain)
 
     def screen(
         self, processes: Iterable[Process], warn: Callable[[str], None]
@@ -67,11 +77,43 @@ class Display:
         return Screen(
             self.writer,
             processes,
-            color=self._color,
+            color=self.color,
             terminal=self.terminal,
-            colourless=not self._color and not nodes_colour,
+            colourless=not self.color and not nodes_colour,
             layout=layout_of(SCREEN_FORMAT, self.environment, warn),
         )
+
+
+def can_have_foot(stream: TextIO, environment: Mapping[str, str]) -> bool:
+    """
+    Tell whether a stream is a terminal that lines can stay at the end of.
+
+    What a service for continuous integration shows of one is a log, which
+    keeps all that was drawn.
+    """
+    return (
+        stream.isatty()
+        and _descriptor(stream) != -1
+        and environment.get('TERM') not in _ONLY_PRINT
+        and not environment.get('CI')
+    )
+
+
+def is_same_terminal(stream: TextIO | None, descriptor: int) -> bool:
+    """Tell whether a stream is the terminal that a descriptor is."""
+    try:
+        if stream is None or not stream.isatty():
+            return False
+        return os.ttyname(stream.fileno()) == os.ttyname(descriptor)
+    except (OSError, ValueError):
+        return False
+
+
+def _is_ascii(stream: TextIO, environment: Mapping[str, str]) -> bool:
+    encoding = (getattr(stream, 'encoding', None) or '').lower()
+    return not encoding.startswith('utf') or environment.get(
+        'TERM', ''
+    ).startswith(_ASCII)
 
 
 def _wants_color(environment: Mapping[str, str]) -> bool:
@@ -100,10 +142,12 @@ def _process_environment(
     return result
 
 
-def _writer(stream: TextIO, descriptor: int) -> Writer:
+def _writer(
+    stream: TextIO, descriptor: int, open_writer: Callable[[int], Writer]
+) -> Writer:
     if descriptor == -1:
         return TextWriter(stream)
-    writer = Writer(descriptor)
+    writer = open_writer(descriptor)
     try:
         stream.flush()
     except BrokenPipeError:

@@ -39,6 +39,8 @@ class Presentation:
       signals that it is sent
     :param title: What the window is called, or None
     :param describe: Returns lines about a process that is started
+    :param status: Whether a terminal shows the state of all processes below
+      their output
     :param watch: Whether the launch goes on with its files
     :param bell: Whether a terminal rings when something of that fails
     """
@@ -46,6 +48,7 @@ class Presentation:
     verbosity: events.Verbosity = 'normal'
     title: str | None = None
     describe: Callable[[Process], Iterable[str]] = lambda _: ()
+    status: bool = False
     watch: bool = False
     bell: bool = False
 
@@ -62,7 +65,7 @@ def present(
     has_title = presentation.title and terminal not in _WITHOUT_WINDOW
     if has_title:
         title = _title(presentation.title or '')
-        display.writer.write(None, _SAVE + title)
+        display.writer.steer(_SAVE + title)
         stack.callback(_restore_title, display.writer)
     show = _shown(presentation, screen, plan, display)
     if presentation.watch and presentation.verbosity != 'verbose':
@@ -103,12 +106,12 @@ def _with_signs(
 
     def show_sign(sign: str) -> None:
         if title is not None:
-            writer.write(None, _title(f'{sign} {title}'))
+            writer.steer(_title(f'{sign} {title}'))
 
     def failed() -> None:
         show_sign(_FAILED)
         if bell:
-            writer.write(None, b'\a')
+            writer.steer(b'\a')
 
     def handle(event: events.Event) -> None:
         show(event)
@@ -182,7 +185,7 @@ def _without_restarts(
 
 
 def _restore_title(writer: Writer) -> None:
-    writer.write(None, _RESTORE)
+    writer.steer(_RESTORE)
     writer.flush()
 
 

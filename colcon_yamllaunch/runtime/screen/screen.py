@@ -102,7 +102,7 @@ class Screen:
 
         :param key: Where it comes from, see :class:`.writer.Writer`
         """
-        self._writer.write(key, data)
+        self._writer.write_raw(key, data)
         self._is_mid_line = not data.endswith((b'\n', b'\r'))
 
     def end_line(self) -> None:

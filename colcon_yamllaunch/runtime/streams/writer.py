@@ -52,6 +52,18 @@ class Writer:
             self._total += len(data)
             self._shares[key] = self._shares.get(key, 0) + len(data)
 
+    def write_raw(self, key: object, data: bytes) -> None:
+        """Take what a process wrote that has the keyboard, as it came."""
+        self.write(key, data)
+
+    def steer(self, data: bytes) -> None:
+        """Take what shows nothing, such as the title of a window."""
+        self.write(None, data)
+
+    def seconds_to_wait(self) -> float | None:
+        """Return the seconds until :meth:`flush` has more to do, if it has."""
+        return None
+
     def flush(self) -> None:
         """Show as much as can be shown without waiting."""
         try:

@@ -81,6 +81,7 @@ class LaunchOptions:
     verbose: bool = False
     tty: bool = False
     no_color: bool = False
+    no_status: bool = False
     log_limit: int | None = LOG_LIMIT
     watch: str | None = None
     until: tuple[LinePattern, ...] = ()

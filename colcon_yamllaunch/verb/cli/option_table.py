@@ -256,6 +256,10 @@ _SHOWN = (
     ),
     Option('--no-color', 'Use no colours'),
     Option(
+        '--no-status',
+        'Do not keep the state of the processes at the bottom of a terminal',
+    ),
+    Option(
         '--log-limit',
         'What the log files of the launch may take together, such as 500MB, '
         f'2GB or {NO_LIMIT} (default: {LOG_LIMIT // 10**9}GB)',

@@ -125,6 +125,7 @@ class PlanRun:
                 'quiet' if options.quiet else verbosity,
                 f'{self._title} - colcon launch',
                 self._describe,
+                status=not options.no_status,
                 watch=options.watch is not None,
                 bell=options.watch == WATCH_WITH_BELL,
             ),

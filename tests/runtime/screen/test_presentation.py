@@ -28,7 +28,7 @@ class Terminal:
             terminal=True,
             descriptor=-1,
             writer=SimpleNamespace(
-                write=lambda _, data: self.written.append(data.decode()),
+                steer=lambda data: self.written.append(data.decode()),
                 flush=bool,
             ),
         )

@@ -143,14 +143,15 @@ def test_a_dumb_terminal_gets_no_title_and_no_colour(
 
 def test_no_color_leaves_the_title(user: User, show: Show) -> None:
     write_launch(user)
-    text = show('a.yaml', '--until', 'hello', NO_COLOR='1')
+    text = show('a.yaml', '--until', 'hello', '--no-status', NO_COLOR='1')
     assert '\x1b' not in text.replace(TITLE, '').replace(RESTORED, '')
     assert TITLE in text
 
 
 def test_a_quiet_terminal_has_no_table(user: User, show: Show) -> None:
     write_launch(user)
-    text = show('a.yaml', '--until', 'hello', '--quiet', NO_COLOR='1')
+    options = '--until', 'hello', '--quiet', '--no-status'
+    text = show('a.yaml', *options, NO_COLOR='1')
     text = text.replace(TITLE, '').replace(RESTORED, '')
     assert {s.partition(']')[2].strip() for s in plain(text)} == {'hello'}
 

@@ -1,0 +1,53 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""How much of a line of a terminal a text takes."""
+
+import re
+
+_COLOUR = re.compile(r'\x1b\[[0-9;:]*m')
+_RESET = '\x1b[0m'
+
+
+def width(text: str) -> int:
+    """Return the cells that a text takes; colours take none."""
+    if '\x1b' in text:
+        text = _COLOUR.sub('', text)
+    return len(text) if text.isascii() else sum(map(_cells, text))
+
+
+def cut(text: str, cells: int) -> str:
+    """
+    Leave out the end of a text that takes more than so many cells.
+
+    A colour that is on where the text is cut is ended.
+    """
+    if width(text) <= cells:
+        return text
+    kept: list[str] = []
+    left = cells - 1
+    end = 0
+    while end < len(text):
+        colour = _COLOUR.match(text, end)
+        if colour is not None:
+            kept.append(colour[0])
+            end = colour.end()
+            continue
+        left -= width(text[end])
+        if left < 0:
+            break
+        kept.append(text[end])
+        end += 1
+    reset = _RESET if '\x1b' in text else ''
+    return ''.join((*kept, '…' if cells > 0 else '', reset))
+
+
+def _cells(character: str) -> int:
+    if character < '\u0300':
+        return 1
+    # few names have more than ASCII
+    import unicodedata
+
+    if unicodedata.category(character) in ('Mn', 'Me', 'Cf'):
+        return 0
+    return 1 + (unicodedata.east_asian_width(character) in 'WF')

@@ -1,0 +1,244 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+A terminal whose output scrolls as ever, above a block that stays.
+
+The block stands below the cursor, which is where the output goes on. So it is
+erased by one sequence, also after the terminal has wrapped its lines anew for
+another size, and nothing has to be undone when the launcher is killed: there
+is no scroll region, and the cursor stays visible.
+"""
+
+from collections.abc import Callable
+import math
+import select
+import time
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.runtime.streams.writer import Writer
+from colcon_yamllaunch.runtime.terminal.status_block import Block
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.runtime.terminal.tame import Tame
+
+#: Seconds between two drawings of the block. What is written meanwhile is held
+#: back, so that the block is not missing for a moment.
+INTERVAL = 0.1
+#: The same where the terminal does not take what it gets as fast as it comes.
+SLOW_INTERVAL = 1.0
+#: Bytes that are held back at most.
+HELD = 64 * 1024
+#: Seconds that a terminal gets to take the last of it before a suspension.
+PATIENCE = 0.2
+
+# ECMA-48 but for the cursor, whose place DEC's terminals save (DECSC, DECRC)
+_SAVE = '\x1b7'
+_RESTORE = '\x1b8'
+_INDEX = '\x1bD'
+_PLAIN = '\x1b[0m'
+# a line that takes more cells than we think does not become two (DECAWM)
+_CUT = '\x1b[?7l'
+_WRAP = '\x1b[?7h'
+_TO_LINE_END = '\x1b[K'
+_TO_SCREEN_END = '\x1b[J'
+
+#: Returns the block at a time, None for none, and when it may be another one,
+#: if nothing happens before.
+Compose = Callable[[float], tuple[Block | None, float | None]]
+
+
+class Foot(Writer):
+    """
+    A writer to a terminal, whose block is drawn by who calls :meth:`begin`.
+
+    :param clock: Returns seconds that never go back
+    """
+
+    def __init__(
+        self, descriptor: int, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        super().__init__(descriptor)
+        self._clock = clock
+        self._compose: Compose | None = None
+        self._block = Block(())
+        # whether it ends all that was written; whether there is none now;
+        # whether that is to be asked again
+        self._is_shown = False
+        self._is_hidden = False
+        self._is_stale = False
+        self._tame: dict[object, Tame] = {}
+        # whether the output ends in the middle of a line
+        self._is_mid_line = False
+        # when it may be drawn again, and when it may be another one
+        self._due = 0.0
+        self._next: float | None = None
+        self._is_holding = False
+        # whether the terminal has not taken all that it got, and whether it
+        # has taken anything since the last drawing
+        self._is_behind = False
+        self._has_moved = True
+
+    def begin(self, compose: Compose) -> None:
+        """Have a block from now on."""
+        self._compose = compose
+        self._is_stale = True
+
+    def end(self) -> None:
+        """Have no block any more; the output goes on in its place."""
+        if self._is_shown:
+            self._erase()
+        self._compose = None
+        self._is_holding = False
+        self.flush()
+
+    def leave(self) -> None:
+        """Have no block any more, before the terminal is somebody else's."""
+        self.end()
+        poll = select.poll()
+        poll.register(self.descriptor, select.POLLOUT)
+        while self.waits() and poll.poll(1000 * PATIENCE):
+            self.flush()
+
+    def touch(self, *, at_once: bool = False) -> None:
+        """
+        Draw the block anew, as soon as it is due.
+
+        :param at_once: Whether that is now, as somebody types
+        """
+        self._is_stale = True
+        if at_once:
+            self._due = 0.0
+
+    def write(self, key: object, data: bytes) -> None:
+        """Take something to be shown above the block."""
+        if not data or self.broken:
+            return
+        if self._is_shown:
+            self._erase()
+        super().write(key, data)
+        self._is_mid_line = not data.endswith(b'\n')
+
+    def write_raw(self, key: object, data: bytes) -> None:
+        """Take what a process wrote; it does not get at the block."""
+        if key not in self._tame:
+            # few processes have the keyboard
+            from colcon_yamllaunch.runtime.terminal.tame import Tame
+
+            self._tame[key] = Tame()
+        self.write(key, self._tame[key].feed(data))
+        # somebody types
+        self._due = 0.0
+
+    def steer(self, data: bytes) -> None:
+        """Take what shows nothing, as the title; the block stays."""
+        super().write(None, data)
+
+    def flush(self) -> None:
+        """Show as much as can be shown without waiting, and the block."""
+        self._is_holding = False
+        if self._compose is not None and not self.broken:
+            now = self._clock()
+            if self._next is not None and now >= self._next:
+                self._is_stale = True
+            if self._is_stale or not (self._is_shown or self._is_hidden):
+                if now >= self._due_now():
+                    self._draw(self._compose, now)
+                elif self._may_hold():
+                    self._is_holding = True
+                    return
+        super().flush()
+        self._is_behind = super().waits()
+
+    def waits(self) -> bool:
+        """Tell whether something waits for the terminal."""
+        return not self._is_holding and super().waits()
+
+    def seconds_to_wait(self) -> float | None:
+        """Return the seconds until there is something to be drawn."""
+        if self._compose is None or self.broken:
+            return None
+        due: float | None = self._due_now()
+        if not self._is_stale and (self._is_shown or self._is_hidden):
+            due = self._next
+        return None if due is None else max(0.0, due - self._clock())
+
+    def _may_hold(self) -> bool:
+        """Tell whether what waits is to be shown with the next drawing."""
+        is_missing = not (self._is_shown or self._is_hidden)
+        return is_missing and self._total < HELD and not self._is_behind
+
+    def _due_now(self) -> float:
+        if not self._is_behind:
+            return self._due
+        if not self._has_moved:
+            # it takes nothing at all
+            return math.inf
+        return self._due - INTERVAL + SLOW_INTERVAL
+
+    def _draw(self, compose: Compose, now: float) -> None:
+        if self._is_stale:
+            before = self._block
+            block, self._next = compose(now)
+            self._is_stale = False
+            self._is_hidden = block is None
+            if block is None:
+                if self._is_shown:
+                    self._erase()
+                return
+            if self._is_shown and block == before:
+                return
+            if self._is_shown and before.cursor is not None:
+                super().write(None, _RESTORE.encode())
+            self._block = block
+        super().write(None, drawn(self._block, self._is_mid_line))
+        self._is_shown = True
+        self._has_moved = False
+        self._due = now + INTERVAL
+
+    def _took(self, size: int) -> None:
+        super()._took(size)
+        self._has_moved = True
+
+    def _erase(self) -> None:
+        self._is_shown = False
+        data = erased(self._block, self._is_mid_line)
+        super().write(None, data)
+
+
+def drawn(block: Block, is_mid_line: bool) -> bytes:
+    """
+    Return what draws a block, and leaves the cursor where it was.
+
+    :param is_mid_line: Whether it is in the middle of a line, which stays
+    """
+    lines = block.lines
+    if not lines:
+        return _TO_SCREEN_END.encode()
+    below = len(lines) - 1 + is_mid_line
+    # to make room may scroll, and then the cursor moves with its line
+    room = f'{_INDEX * below}\x1b[{below}A' if below else ''
+    start = '\r\n' if is_mid_line else '\r'
+    text = f'{_TO_LINE_END}\r\n'.join(lines)
+    back = _RESTORE
+    if block.cursor is not None:
+        line, column = block.cursor
+        up = len(lines) - 1 - line
+        back = '\r'
+        if up:
+            back += f'\x1b[{up}A'
+        if column:
+            back += f'\x1b[{column}C'
+    body = f'{_PLAIN}{_CUT}{start}{text}{_TO_SCREEN_END}{_WRAP}'
+    return f'{room}{_SAVE}{body}{back}'.encode(errors='replace')
+
+
+def erased(block: Block, is_mid_line: bool) -> bytes:
+    """Return what erases a block that was drawn, and takes the cursor back."""
+    back = _RESTORE if block.cursor is not None else ''
+    if not is_mid_line:
+        return f'{back}\r{_TO_SCREEN_END}'.encode()
+    if not block.lines:
+        return back.encode()
+    # the cursor may be at the start of its line
+    return f'{back}{_SAVE}\x1b[B\r{_TO_SCREEN_END}{_RESTORE}'.encode()

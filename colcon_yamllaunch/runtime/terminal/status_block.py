@@ -1,0 +1,373 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The lines of the status block."""
+
+from collections import Counter
+from collections.abc import Iterable
+from collections.abc import Sequence
+import math
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.outcome import signal_name
+from colcon_yamllaunch.runtime.terminal.board import Board
+from colcon_yamllaunch.runtime.terminal.board import Countdown
+from colcon_yamllaunch.runtime.terminal.board import is_between_states
+from colcon_yamllaunch.runtime.terminal.board import Phase
+from colcon_yamllaunch.runtime.terminal.board import Row
+from colcon_yamllaunch.runtime.terminal.cells import cut
+from colcon_yamllaunch.runtime.terminal.cells import width
+
+#: Lines that the block takes at most.
+MAXIMUM_LINES = 4
+
+#: What is shown of a process, and the cells that it takes.
+_Chip = tuple[str, int]
+
+_GAP = '  '
+_RESET = '\x1b[0m'
+_DIM = '\x1b[2m'
+_BOLD = '\x1b[1m'
+_REVERSE = '\x1b[7m'
+_RED = '\x1b[31m'
+_ALARM = '\x1b[1;31m'
+_GREEN = '\x1b[32m'
+_YELLOW = '\x1b[33m'
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """
+    How a phase looks.
+
+    :param sign: In a terminal that has more than ASCII
+    :param plain_sign: In one that has not
+    :param colour: Of the sign
+    :param text_colour: Of the label
+    :param rank: What comes first where not all fit
+    """
+
+    sign: str
+    plain_sign: str
+    colour: str
+    text_colour: str = ''
+    rank: int = 2
+
+
+_LOOKS: dict[Phase, _Look] = {
+    'waiting': _Look('○', '.', _DIM, _DIM),
+    'starting': _Look('◌', ':', _YELLOW),
+    'running': _Look('●', '*', _GREEN),
+    'stopping': _Look('◍', '-', _YELLOW, rank=1),
+    'held': _Look('‖', '|', _YELLOW, rank=1),
+    'respawn': _Look('↻', '@', _YELLOW, rank=1),
+    'ended': _Look('✓', '+', _DIM, _DIM),
+    'stopped': _Look('■', '#', _DIM, _DIM),
+    'failed': _Look('✗', '!', _ALARM, _ALARM, rank=0),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """
+    What the keys have made of the block.
+
+    :param live: Lines of output that may still change, above the block
+    :param chosen: The label of the process that the next key is for
+    :param muted: The labels of those whose output is not shown
+    :param only: The labels of those whose output alone is shown; empty for
+      all
+    :param filter: What else is left out of the output, in short; empty if
+      nothing is
+    :param hint: What the next key may be, in one line, the first the most
+      important; empty for none
+    :param prompt: What stands before what is being typed; with it the last
+      line of the block is the one to type in
+    :param typed: What is being typed there
+    :param cursor: How many characters of that are before the cursor
+    :param note: What is to be told once, such as why a key did nothing
+    """
+
+    live: tuple[str, ...] = ()
+    chosen: str | None = None
+    muted: frozenset[str] = frozenset()
+    only: frozenset[str] = frozenset()
+    filter: str = ''
+    hint: str = ''
+    prompt: str | None = None
+    typed: str = ''
+    cursor: int = 0
+    note: str = ''
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """
+    What a terminal can show.
+
+    :param columns: Its width
+    :param lines: How many the block may take
+    :param color: Whether colours are used
+    :param ascii: Whether there is nothing but ASCII
+    """
+
+    columns: int
+    lines: int = MAXIMUM_LINES
+    color: bool = True
+    ascii: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """
+    What stands below the output.
+
+    :param lines: None of them takes the last column
+    :param cursor: The line and the column of the cursor, counted from 0; None
+      to leave it where the output ends
+    """
+
+    lines: tuple[str, ...]
+    cursor: tuple[int, int] | None = None
+
+
+def block_of(
+    board: Board,
+    view: View,
+    style: Style,
+    now: float,
+    waits_for: str = '',
+) -> Block:
+    """
+    Return the status block.
+
+    :param now: The time by the clock of the board
+    :param waits_for: What the launch waits for, in one line
+    """
+    # the first column has the cursor, and the last is left free
+    columns = max(1, style.columns - 2)
+    news = _news(board, view, style, now, waits_for)
+    typing = view.prompt is not None
+    rows = style.lines - bool(news) - typing
+    lines = []
+    if rows > 0:
+        lines += _processes(board, view, style, columns, rows)
+    if news and style.lines > typing:
+        lines.append(cut(f'{_GAP} '.join(news), columns))
+    lines = [*view.live, *(f' {line}' for line in lines)]
+    if style.ascii:
+        lines = [_as_ascii(line) for line in lines]
+    lines = [cut(line, columns + 1) for line in lines]
+    if view.prompt is None:
+        return Block(tuple(lines))
+    line, column = _typed(view, columns)
+    return Block((*lines, line), (len(lines), column))
+
+
+def next_change(board: Board, now: float) -> float | None:
+    """Return when the block is another one though nothing has happened."""
+    countdown = board.countdown
+    if countdown is None or countdown.event.next_signal is None:
+        return None
+    left = countdown.due - now
+    # when the number of seconds that is shown is another one
+    return now + (left - math.ceil(left) + 1.0) if left > 0 else None
+
+
+# the processes
+
+
+def _processes(
+    board: Board, view: View, style: Style, columns: int, count: int
+) -> list[str]:
+    """Return lines with all processes, or with those that matter most."""
+    rows = board.rows
+    shortest = 4
+    # what cannot fit is not even tried
+    if len(rows) * shortest <= count * (columns + len(_GAP)):
+        lines = _packed([_chip(r, view, style) for r in rows], columns)
+        if len(lines) <= count:
+            return lines
+    ordered = sorted(rows, key=lambda row: _rank(row, view))
+    low, high = 0, min(len(rows) - 1, count * columns // shortest)
+    chips = [_chip(row, view, style) for row in ordered[:high]]
+    best: list[str] = []
+    while low <= high:
+        middle = (low + high) // 2
+        rest = _measured(_rest(ordered[middle:], style))
+        lines = _packed([*chips[:middle], rest], columns)
+        if len(lines) <= count:
+            best, low = lines, middle + 1
+        else:
+            high = middle - 1
+    return best or [cut(_rest(rows, style), columns)]
+
+
+def _measured(text: str) -> _Chip:
+    return text, width(text)
+
+
+def _rank(row: Row, view: View) -> tuple[bool, int, int]:
+    rank = _LOOKS[row.phase].rank
+    if row.cpu or (row.phase == 'running' and row.failure):
+        rank = min(rank, 1)
+    return row.label != view.chosen, rank, -row.turn
+
+
+def _chip(row: Row, view: View, style: Style) -> _Chip:
+    """Return what is shown of one process."""
+    phase = row.phase
+    if phase == 'running' and is_between_states(row):
+        phase = 'starting'
+    look = _LOOKS[phase]
+    sign = look.plain_sign if style.ascii else look.sign
+    text = one_line(row.label)
+    text_colour = look.text_colour
+    if row.label in view.muted or (view.only and row.label not in view.only):
+        text = f'({text})'
+        text_colour = text_colour or _DIM
+    details = []
+    if row.starts > 1:
+        details.append(
+            (f'×{row.starts - 1}', _RED if row.failure else _YELLOW)
+        )
+    if row.cpu:
+        details.append((f'{row.cpu * 100:.0f}%', _YELLOW))
+    if row.lifecycle not in ('', 'active'):
+        details.append((row.lifecycle, _YELLOW))
+    if row.failure and (phase != 'running' or not row.starts > 1):
+        details.append((row.failure, _RED))
+    words = [(sign, look.colour), (text, text_colour), *details]
+    if row.key:
+        words.insert(0, (row.key, _BOLD))
+    plain = ' '.join(word for word, _ in words)
+    if row.label != view.chosen:
+        painted = ' '.join(_painted(word, c, style) for word, c in words)
+        return painted, width(plain)
+    if style.color:
+        return _painted(plain, _REVERSE, style), width(plain)
+    return _measured(f'>{plain}<')
+
+
+def _rest(rows: Iterable[Row], style: Style) -> str:
+    """Count those that there is no room for."""
+    counts = Counter(row.phase for row in rows)
+    parts = []
+    for phase, look in _LOOKS.items():
+        if counts[phase]:
+            sign = look.plain_sign if style.ascii else look.sign
+            sign = _painted(sign, look.colour, style)
+            parts.append(f'{counts[phase]} {sign}')
+    more = '+' if style.ascii else '… +'
+    return f'{more}{" ".join(parts)}'
+
+
+def _packed(chips: Sequence[_Chip], columns: int) -> list[str]:
+    lines: list[str] = []
+    line: list[str] = []
+    room = 0
+    for chip, cells in chips:
+        if line and room < cells + len(_GAP):
+            lines.append(_GAP.join(line))
+            line = []
+        room = (room - cells - len(_GAP)) if line else columns - cells
+        line.append(chip if cells <= columns else cut(chip, columns))
+    return [*lines, _GAP.join(line)] if line else lines
+
+
+# what else there is to tell
+
+
+def _news(
+    board: Board, view: View, style: Style, now: float, waits_for: str
+) -> list[str]:
+    news = []
+    if view.note:
+        news.append(_painted(one_line(view.note), _YELLOW, style))
+    if view.chosen is not None and view.hint:
+        news.append(view.hint)
+    if board.stopping:
+        text = _stopping(board.countdown, now)
+        news.append(_painted(text, _YELLOW, style))
+    else:
+        watched = board.watched
+        if watched is not None and not _is_settled(watched):
+            news.append(_watched(watched, style))
+        if waits_for:
+            news.append(one_line(waits_for))
+        if watched is not None and _is_settled(watched):
+            news.append(_watched(watched, style))
+    if view.filter:
+        news.append(_painted(one_line(view.filter), _YELLOW, style))
+    if view.chosen is None and view.hint:
+        news.append(_painted(view.hint, _DIM, style))
+    return news
+
+
+def _stopping(countdown: Countdown | None, now: float) -> str:
+    if countdown is None:
+        return 'stopping (Ctrl-C hurries)'
+    event = countdown.event
+    text = 'stopping'
+    if event.next_signal is not None:
+        seconds = max(0, math.ceil(countdown.due - now))
+        text += f', {signal_name(event.next_signal)} in {seconds} s'
+    names = list(event.labels[: limits.NAMES_SHOWN])
+    if len(event.labels) > len(names):
+        names.append(f'{len(event.labels) - len(names)} more')
+    if event.timers:
+        names.append(f'{event.timers} timer' + 's' * (event.timers > 1))
+    return f'{text} (Ctrl-C hurries): {one_line(", ".join(names))}'
+
+
+def _is_settled(event: events.Watched | events.Checked) -> bool:
+    return isinstance(event, events.Checked) or event.is_final
+
+
+def _watched(event: events.Watched | events.Checked, style: Style) -> str:
+    failed = event.severity != 'INFO'
+    if not _is_settled(event):
+        sign, colour = '…', _YELLOW
+    elif failed:
+        sign, colour = _LOOKS['failed'].sign, _ALARM
+    else:
+        sign, colour = _LOOKS['ended'].sign, _GREEN
+    text = one_line(' '.join(event.lines()))
+    return f'{_painted(sign, colour, style)} {text}'
+
+
+# the line to type in
+
+
+def _typed(view: View, columns: int) -> tuple[str, int]:
+    """Return the line, and the column of the cursor in it."""
+    prompt = cut(one_line(view.prompt or ''), max(1, columns // 2))
+    room = columns + 1 - width(prompt)
+    text = view.typed
+    before = text[: view.cursor]
+    # a text that is too long is shown around the cursor
+    start = 0
+    while width(before[start:]) >= room:
+        start += max(1, room // 2)
+    shown = cut(text[start:], room)
+    return f'{prompt}{shown}', width(prompt) + width(before[start:])
+
+
+def _painted(text: str, colour: str, style: Style) -> str:
+    return f'{colour}{text}{_RESET}' if colour and style.color else text
+
+
+def _as_ascii(line: str) -> str:
+    for before, after in _ASCII:
+        line = line.replace(before, after)
+    return line
+
+
+_ASCII = (
+    ('…', '~'),
+    ('×', 'x'),
+    *((look.sign, look.plain_sign) for look in _LOOKS.values()),
+)

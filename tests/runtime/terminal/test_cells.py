@@ -1,0 +1,42 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+from colcon_yamllaunch.runtime.terminal.cells import cut
+from colcon_yamllaunch.runtime.terminal.cells import width
+import pytest
+
+RED, RESET = '\x1b[31m', '\x1b[0m'
+
+
+@pytest.mark.parametrize(
+    ('text', 'cells'),
+    [
+        ('', 0),
+        ('kitchen', 7),
+        (f'{RED}kitchen{RESET}', 7),
+        ('Küche', 5),
+        ('Ku\u0308che', 5),
+        ('台所', 4),
+        ('● ×2', 4),
+    ],
+)
+def test_width(text, cells):
+    assert width(text) == cells
+
+
+@pytest.mark.parametrize(
+    ('text', 'cells', 'expected'),
+    [
+        ('kitchen', 7, 'kitchen'),
+        ('kitchen', 6, 'kitch…'),
+        ('kitchen', 1, '…'),
+        ('kitchen', 0, ''),
+        ('台所です', 5, '台所…'),
+        ('台所です', 4, '台…'),
+        (f'{RED}kitchen{RESET}', 4, f'{RED}kit…{RESET}'),
+        (f'{RED}kit{RESET}chen', 4, f'{RED}kit{RESET}…{RESET}'),
+    ],
+)
+def test_cut(text, cells, expected):
+    assert cut(text, cells) == expected
+    assert width(expected) <= cells

@@ -1,0 +1,202 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The lines of the status block."""
+
+import re
+
+from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.terminal.board import Board
+from colcon_yamllaunch.runtime.terminal.cells import width
+from colcon_yamllaunch.runtime.terminal.status_block import block_of
+from colcon_yamllaunch.runtime.terminal.status_block import next_change
+from colcon_yamllaunch.runtime.terminal.status_block import Style
+from colcon_yamllaunch.runtime.terminal.status_block import View
+import pytest
+
+COLOURS = re.compile(r'\x1b\[[0-9;]*m')
+BAD = Outcome(code=3)
+RED = '\x1b[1;31m'
+
+
+@pytest.fixture
+def board(process):
+    """Return a function that makes the board of a launch."""
+
+    def make(*labels):
+        made = Board([process(label) for label in labels], lambda: 100.0)
+        for pid, label in enumerate(labels, 100):
+            made.handle(events.Started(process(label), pid))
+        return made
+
+    return make
+
+
+@pytest.fixture
+def fails(process):
+    """Return a function that has a process of a board fail."""
+
+    def fail(board, label, again=None):
+        event = events.Exited(process(label), 7, BAD, 1.0, False, True, again)
+        board.handle(event)
+
+    return fail
+
+
+def lines(board, columns=80, view=None, waits_for='', **style):
+    view = view or View()
+    style = Style(columns, **{'color': False, **style})
+    block = block_of(board, view, style, 100.0, waits_for)
+    assert len(block.lines) <= style.lines + len(view.live)
+    for line in block.lines:
+        assert width(line) < columns
+    return list(block.lines)
+
+
+def test_few_processes_take_one_line(board):
+    assert lines(board('counter', 'doubler')) == [' 1 ● counter  2 ● doubler']
+
+
+def test_the_state_of_each(board, process, fails):
+    one = board('a', 'b', 'c', 'd')
+    fails(one, 'b')
+    fails(one, 'c', again=1.0)
+    one.handle(events.Started(process('c'), 300))
+    one.handle(events.StateChanged(process('d'), '/d', 'inactive', None))
+    one.take_cpu({'a': 1.5})
+    assert lines(one) == [
+        ' 1 ● a 150%  2 ✗ b exit 3  3 ● c ×1  4 ● d inactive'
+    ]
+    assert lines(one, ascii=True) == [
+        ' 1 * a 150%  2 ! b exit 3  3 * c x1  4 * d inactive'
+    ]
+
+
+def test_a_failure_is_red(board, fails):
+    one = board('a', 'b')
+    fails(one, 'b')
+    (line,) = lines(one, color=True)
+    assert f'{RED}✗\x1b[0m {RED}b' in line
+    assert COLOURS.sub('', line) == ' 1 ● a  2 ✗ b exit 3'
+
+
+@pytest.mark.parametrize('columns', [20, 40, 80, 200, 400])
+@pytest.mark.parametrize('count', [1, 3, 20, 200])
+@pytest.mark.parametrize('color', [False, True])
+def test_it_fits(board, fails, columns, count, color):
+    labels = [f'node_{n}' for n in range(count)]
+    one = board(*labels)
+    fails(one, labels[-1])
+    shown = lines(one, columns, color=color, waits_for="waits for 'received'")
+    text = COLOURS.sub('', '\n'.join(shown))
+    # what failed is there whatever else is
+    assert f'✗ {labels[-1]} exit 3' in text
+    assert "waits for 'r" in text
+    named = text.count('node_')
+    rest = re.search(r'\+(\d+) ●', text)
+    assert named + int(rest[1] if rest else 0) == count
+
+
+def test_what_failed_or_changed_comes_first(board, process, fails):
+    one = board(*(f'node_{n}' for n in range(200)))
+    fails(one, 'node_150')
+    ended = events.Exited(
+        process('node_120'), 7, Outcome(code=0), 1.0, False, False
+    )
+    one.handle(ended)
+    one.take_cpu({'node_170': 0.9})
+    assert lines(one, 40, lines=3) == [
+        ' ✗ node_150 exit 3  ● node_170 90%',
+        ' ✓ node_120  1 ● node_0  2 ● node_1',
+        ' 3 ● node_2  4 ● node_3  … +193 ●',
+    ]
+
+
+def test_the_rest_is_counted_by_state(board, process, fails):
+    one = board(*(f'node_{n}' for n in range(50)))
+    for number in range(20):
+        fails(one, f'node_{number}')
+    assert lines(one, 40, lines=1) == [' j ✗ node_19 exit 3  … +30 ● 19 ✗']
+
+
+def test_who_is_chosen_is_always_there(board):
+    one = board(*(f'node_{n}' for n in range(200)))
+    view = View(chosen='node_180', hint='s stop  r restart')
+    assert lines(one, 40, view)[0].startswith(' >● node_180<')
+    assert lines(one, 40, view)[-1] == ' s stop  r restart'
+    coloured = lines(one, 40, view, color=True)[0]
+    assert coloured.startswith(' \x1b[7m● node_180\x1b[0m')
+
+
+def test_who_is_not_shown_is_in_parentheses(board):
+    one = board('a', 'b', 'c')
+    view = View(muted=frozenset('b'), filter='/foo')
+    assert lines(one, view=view) == [' 1 ● a  2 ● (b)  3 ● c', ' /foo']
+    assert lines(one, view=View(only=frozenset('b')))[0] == (
+        ' 1 ● (a)  2 ● b  3 ● (c)'
+    )
+
+
+def test_the_countdown_of_stopping(board):
+    one = board('a', 'b')
+    one.handle(events.ShuttingDown('interrupted'))
+    assert lines(one)[-1] == ' stopping (Ctrl-C hurries)'
+    one.handle(events.StillRunning(('a', 'b'), 1, 2, 15, 3.5))
+    assert lines(one)[-1] == (
+        ' stopping, SIGTERM in 4 s (Ctrl-C hurries): a, b, 1 timer'
+    )
+    # it is another text in half a second, and then each second
+    assert next_change(one, 100.0) == pytest.approx(100.5)
+    assert next_change(one, 100.5) == pytest.approx(101.5)
+    assert next_change(one, 104.0) is None
+
+
+def test_the_last_result_of_the_watch(board):
+    one = board('a')
+    one.handle(events.Watched('double.py changed: building', is_final=False))
+    assert lines(one)[-1] == ' … double.py changed: building'
+    one.handle(events.Watched('double.py changed: restarted a (0.21 s)'))
+    assert lines(one)[-1] == ' ✓ double.py changed: restarted a (0.21 s)'
+    one.handle(events.Watched('double.py changed: it failed', failed=True))
+    assert lines(one)[-1] == ' ✗ double.py changed: it failed'
+    assert lines(one, 20)[-1] == ' ✗ double.py chang…'
+
+
+def test_who_types_has_the_last_line(board):
+    one = board(*(f'node_{n}' for n in range(200)))
+    view = View(prompt='/', typed='hello', cursor=2)
+    block = block_of(one, view, Style(40, color=False), 100.0, 'waits')
+    assert block.lines[-1] == '/hello'
+    assert block.cursor == (3, 3)
+    assert block.lines[-2] == ' waits'
+
+
+@pytest.mark.parametrize('columns', [10, 20, 40])
+@pytest.mark.parametrize('cursor', [0, 5, 50, 99, 100])
+def test_a_long_text_is_shown_around_the_cursor(board, columns, cursor):
+    text = ''.join(chr(ord('a') + n % 26) for n in range(100))
+    view = View(prompt='> ', typed=text, cursor=cursor)
+    block = block_of(board('a'), view, Style(columns, color=False), 100.0)
+    line, column = block.cursor
+    assert line == len(block.lines) - 1
+    assert width(block.lines[line]) < columns
+    assert column < columns
+    if cursor < len(text):
+        assert block.lines[line][column] in (text[cursor], '…')
+
+
+def test_names_do_a_terminal_no_harm(board):
+    (line,) = lines(board('a\x1b[2Jb\nc', '台所'))
+    assert line == r' 1 ● ab\nc  2 ● 台所'
+
+
+def test_lines_that_may_still_change_are_above_it(board):
+    view = View(live=('[a] 50 %',))
+    assert lines(board('a'), view=view) == ['[a] 50 %', ' 1 ● a']
+
+
+def test_a_low_terminal_has_little(board):
+    one = board(*(f'node_{n}' for n in range(200)))
+    assert len(lines(one, lines=1)) == 1
+    assert lines(one, lines=0) == []
