@@ -130,7 +130,10 @@ class Running:
             MARK: str(folder),
             'COLCON_LOG_PATH': str(folder / 'log'),
             'ROS_LOG_DIR': str(folder / 'log'),
+            'TERM': 'xterm',
         }
+        # which says that a terminal is none to look at
+        environment.pop('CI', None)
         self.pid, self.terminal = pty.fork()
         if self.pid == 0:
             os.chdir(folder)
@@ -157,7 +160,7 @@ class Running:
     def ends(self) -> None:
         """Wait for the end."""
         while self._read():
-            continue
+            self._shown = b''
         os.waitpid(self.pid, 0)
         self.pid = 0
 
@@ -263,6 +266,19 @@ def relayed(
     # the command itself takes its time without a line, too
     rate = each * ROUNDS * count / (seconds[1] - seconds[0])
     return f'{rate:,.0f} lines/s'
+
+
+def shown(
+    options: tuple[str, ...],
+    launcher: Launcher,
+    runs: int,
+    lines: int,
+    count: int,
+) -> str:
+    """Relay lines to a terminal that is read as fast as they come."""
+    if not launcher.engine:
+        return '-'
+    return relayed(_colcon(*options), runs, lines, count, 'terminal')
 
 
 def searched(
@@ -383,6 +399,15 @@ def rows(runs: int, lines: int) -> list[Row]:
         )
         for screen in ('file', 'pipe')
         for count in (1, 10)
+    ]
+    table += [
+        Row(
+            f'on a terminal, {count} process{"es" * (count > 1)}{how}',
+            '' if options else 'as with --no-status',
+            partial(shown, options, runs=runs, lines=lines, count=count),
+        )
+        for count in (1, 10)
+        for how, options in ((', --no-status', ('--no-status',)), ('', ()))
     ]
     table += [
         Row(
