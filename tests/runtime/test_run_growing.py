@@ -10,8 +10,8 @@ import signal
 import time
 
 from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.runtime.clients.client import running_launches
 from colcon_yamllaunch.runtime.control import socket_folder
-from colcon_yamllaunch.runtime.control.client import running_launches
 from colcon_yamllaunch.runtime.core import limits
 import pytest
 

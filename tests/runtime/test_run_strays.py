@@ -13,7 +13,7 @@ import subprocess
 import sys
 
 import colcon_yamllaunch
-from colcon_yamllaunch.runtime.control.client import running_launches
+from colcon_yamllaunch.runtime.clients.client import running_launches
 import pytest
 
 pytestmark = pytest.mark.hostile

@@ -18,8 +18,8 @@ from colcon_yamllaunch.common.process_scan import arguments_of
 from colcon_yamllaunch.common.process_scan import variable_of
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.runtime.control.client import ControlError
-from colcon_yamllaunch.runtime.control.client import running_launches
+from colcon_yamllaunch.runtime.clients.client import ControlError
+from colcon_yamllaunch.runtime.clients.client import running_launches
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 

@@ -13,8 +13,8 @@ import time
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.runtime.control.client import ControlError
-from colcon_yamllaunch.runtime.control.client import LaunchEndedError
+from colcon_yamllaunch.runtime.clients.client import ControlError
+from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.streams.lines import legible
 from colcon_yamllaunch.runtime.streams.lines import LineBuffer

@@ -11,11 +11,11 @@ from colcon_yamllaunch.common.table import column_widths
 from colcon_yamllaunch.common.table import table_lines
 from colcon_yamllaunch.common.table import table_width
 from colcon_yamllaunch.common.table import without_end
+from colcon_yamllaunch.runtime.clients.resource_usage import Usage
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.control.resource_usage import Usage
 
 _HEADS = ('PROCESS', 'STATE', 'PID', 'UP', 'RESTARTS', 'CPU', 'MEMORY')
 _RIGHT = frozenset((2, 3, 4, 5, 6))

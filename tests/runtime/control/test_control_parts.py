@@ -12,16 +12,16 @@ import socket
 import subprocess
 
 from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.runtime.clients.process_names import meant_by
+from colcon_yamllaunch.runtime.clients.process_names import ProcessNames
+from colcon_yamllaunch.runtime.clients.resource_usage import usage_of
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control import socket_folder
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import from_json
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.control.process_names import meant_by
-from colcon_yamllaunch.runtime.control.process_names import ProcessNames
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
-from colcon_yamllaunch.runtime.control.resource_usage import usage_of
 from colcon_yamllaunch.runtime.control.socket_address import Address
 from colcon_yamllaunch.runtime.control.socket_address import connections
 from colcon_yamllaunch.runtime.control.socket_folder import FolderError

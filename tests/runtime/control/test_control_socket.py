@@ -12,14 +12,14 @@ import signal
 import socket
 import time
 
-from colcon_yamllaunch.runtime.control import protocol
-from colcon_yamllaunch.runtime.control.client import ControlError
-from colcon_yamllaunch.runtime.control.client import LaunchEndedError
-from colcon_yamllaunch.runtime.control.client import running_launches
-from colcon_yamllaunch.runtime.control.client import RunningLaunch
-from colcon_yamllaunch.runtime.control.orphaned_launches import (
+from colcon_yamllaunch.runtime.clients.client import ControlError
+from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
+from colcon_yamllaunch.runtime.clients.client import running_launches
+from colcon_yamllaunch.runtime.clients.client import RunningLaunch
+from colcon_yamllaunch.runtime.clients.orphaned_launches import (
     orphaned_launches,
 )
+from colcon_yamllaunch.runtime.control import protocol
 import pytest
 
 ABOUT = {

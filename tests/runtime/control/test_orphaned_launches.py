@@ -7,9 +7,9 @@ import os
 from pathlib import Path
 import signal
 
-from colcon_yamllaunch.runtime.control.client import ControlError
-from colcon_yamllaunch.runtime.control.client import LaunchEndedError
-from colcon_yamllaunch.runtime.control.orphaned_launches import (
+from colcon_yamllaunch.runtime.clients.client import ControlError
+from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
+from colcon_yamllaunch.runtime.clients.orphaned_launches import (
     orphaned_launches,
 )
 from colcon_yamllaunch.runtime.process.cgroup import process_folder

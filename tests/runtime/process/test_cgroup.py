@@ -17,7 +17,7 @@ import colcon_yamllaunch
 from colcon_yamllaunch.common.escalation import Escalation
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.common.process_scan import cgroup_of
-from colcon_yamllaunch.runtime.control.resource_usage import usage_of
+from colcon_yamllaunch.runtime.clients.resource_usage import usage_of
 from colcon_yamllaunch.runtime.process import cgroup
 from colcon_yamllaunch.runtime.process.cgroup import LaunchCgroup
 from colcon_yamllaunch.runtime.stopping.guard import GuardedLaunch

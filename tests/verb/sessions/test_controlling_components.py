@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.runtime.control.client import ControlError
-from colcon_yamllaunch.runtime.control.client import LaunchEndedError
+from colcon_yamllaunch.runtime.clients.client import ControlError
+from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import Part

@@ -29,8 +29,8 @@ from colcon_yamllaunch.common.process_scan import running_processes
 from colcon_yamllaunch.common.process_scan import variable_of
 from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGTERM_TIMEOUT
-from colcon_yamllaunch.runtime.control.client import ControlError
-from colcon_yamllaunch.runtime.control.client import LaunchEndedError
+from colcon_yamllaunch.runtime.clients.client import ControlError
+from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
 from colcon_yamllaunch.runtime.control.launch_record import SUFFIX
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
