@@ -19,6 +19,7 @@ from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.acts.acts import Acts
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.control.launch_record import LaunchRecord
 from colcon_yamllaunch.runtime.control.launch_states import About
@@ -242,6 +243,7 @@ def run_plan(
         if changes is not None:
             engine.change_by(changes, display.environment_for)
         conditions.tell = engine.tell
+        acts = Acts(engine, log_files, parameters_of)
         engine.start_client()
         for text in troubles:
             engine.tell(events.Warned(text))
@@ -253,7 +255,9 @@ def run_plan(
                 attachment.connect(engine)
                 control.callback(attachment.close)
             if about is not None:
-                service = Service(about, engine, log_folder, log_files, clock)
+                service = Service(
+                    about, engine, acts, log_folder, log_files, clock
+                )
                 serve(
                     engine,
                     service,

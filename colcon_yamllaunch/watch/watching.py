@@ -161,7 +161,7 @@ class Watching:
                 self._crashed(event.process.label)
             case events.Dropped():
                 self._rounds.gone(event.process.label)
-            case events.Requested(action='stop'):
+            case events.Requested(action='stop' | 'kill'):
                 self._rounds.stopped(event.process.label)
             case _:
                 return
@@ -473,6 +473,7 @@ class Watching:
             launch.tell(events.Built(prepared.packages, seconds))
             current.built = prepared.packages
         launch.renew_environment(prepared.environment)
+        launch.blocks = new.plan.blocks
         touched = touched_by(prepared.changed, self._knowledge)
         if self._why:
             for label, reason in touched.items():

@@ -60,9 +60,9 @@ class PlanDraft:
         self._blocks[index] = replace(self._blocks[index], title=title)
 
     @property
-    def has_blocks(self) -> bool:
-        """Whether there is a block so far."""
-        return bool(self._blocks)
+    def blocks(self) -> tuple[Block, ...]:
+        """All blocks so far."""
+        return tuple(self._blocks)
 
     def go_on_in(self, block: int | None) -> None:
         """Let what comes stand in a block that was there before."""

@@ -67,7 +67,7 @@ class GrowingLaunch:
     def ask(self, request: HostMessage) -> None:
         """See `Growing`."""
         block = None
-        if self._walk.draft.has_blocks:
+        if self._walk.draft.blocks:
             # that of the launch itself
             block = 0
         if request['do'] == 'call':
@@ -139,7 +139,7 @@ class GrowingLaunch:
         labels |= {c.label for c in grown.components()}
         self._labels |= labels
         walk.draft.take_labels(labels)
-        return Growth(grown.entries, tuple(problems))
+        return Growth(grown.entries, tuple(problems), walk.draft.blocks)
 
 
 def growing_launch(

@@ -400,7 +400,10 @@ class Growth:
       processes and components differ from all that are there already
     :param problems: What went wrong, as lines for the user; the launch fails
       with any
+    :param blocks: The launch files, groups and timers of the plan as it is
+      now, if they are known
     """
 
     entries: tuple[Entry, ...] = ()
     problems: tuple[str, ...] = ()
+    blocks: tuple[Block, ...] = ()

@@ -13,11 +13,21 @@ which is :data:`VERSION`, and `request`:
 - `stop` and `restart`, with the label of a process as `process`, or what ROS 2
   calls it; that of a component, or the full name of its node, has it unloaded,
   or loaded anew;
+- `kill`, with such a name of a process: SIGKILL for all of it, at once; it
+  counts as stopped on request;
+- `debug`, likewise: it is started anew under a debugger, in a terminal that
+  `attach` types at; it runs as ever after the next `restart`, respawn or
+  change;
+- `describe`, with the name of a process or component: the answer has it as
+  `description`, see `description.Description`;
+- `tree`: the answer has the launch files, groups and timers of the plan, with
+  the processes and components in them, as `tree`, a list of
+  `plan_tree.Branch`;
 - `change_state`, with the label or the full name of a lifecycle node as
   `process`, and one of `transitions.TRANSITIONS` as `transition`: it is
   answered when the node has done it, or has not;
 - `shutdown`: everything is stopped; the connection ends with the launch;
-- `attach`, with such a name as `process`: from the answer on, the client sends
+- `attach`, with a name of a process: from the answer on, the client sends
   `{"keys": TEXT}` to type at the process, and gets `{"output": TEXT}` for
   what it writes, `{"skipped": NUMBER}` where that many bytes were lost
   because the client is slow, `{"started": PID}`, and `{"ended": TEXT,

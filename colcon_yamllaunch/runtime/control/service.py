@@ -12,6 +12,7 @@ from typing import Any
 from typing import Protocol
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.runtime.acts.acts import Acts
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
@@ -57,12 +58,14 @@ class Service:
         self,
         about: About,
         engine: Engine,
+        acts: Acts,
         log_folder: Path | None,
         log_files: Mapping[str, Path],
         clock: Callable[[], float],
     ) -> None:
         self._about = about
         self._engine = engine
+        self._acts = acts
         self._supervisor = engine.supervisor
         self._terminals = engine.terminals
         self._log_folder = log_folder
@@ -108,9 +111,18 @@ class Service:
                 case 'shutdown':
                     self._supervisor.stop('requested', drop_timers=True)
                 case 'stop':
-                    self._stop(_name(message))
+                    self._acts.stop(_name(message))
                 case 'restart':
-                    self._restart(_name(message))
+                    self._acts.restart(_name(message))
+                case 'kill':
+                    self._acts.kill(_name(message))
+                case 'debug':
+                    self._acts.debug(_name(message))
+                case 'describe':
+                    answer = self._description(_name(message))
+                case 'tree':
+                    tree = [asdict(branch) for branch in self._acts.tree()]
+                    answer = protocol.success(tree=tree)
                 case 'change_state':
                     self._change_state(message, reply)
                     return None
@@ -181,36 +193,15 @@ class Service:
             events.Detached(self._supervisor.task(label).process)
         )
 
+    def _description(self, name: str) -> dict[str, Any]:
+        description = asdict(self._acts.describe(name))
+        description['environment'] = dict(description['environment'])
+        return protocol.success(description=description)
+
     def _watch(self) -> str | None:
         if not self._engine.is_changed:
             return None
         return '' if self._watched is None else self._watched.text
-
-    def _stop(self, name: str) -> None:
-        component = self._component(name)
-        if component is None:
-            self._supervisor.stop_process(name)
-        else:
-            composition, label = component
-            composition.unload(label)
-
-    def _restart(self, name: str) -> None:
-        component = self._component(name)
-        if component is None:
-            self._supervisor.restart_process(name)
-        else:
-            composition, label = component
-            composition.reload(label)
-
-    def _component(self, name: str) -> 'tuple[Composition, str] | None':
-        """Return what loads a component, and its label, if it is one."""
-        composition = self._engine.composition
-        if composition is not None:
-            for task in composition.tasks:
-                node = task.full_name or task.component.node_name
-                if name in (task.label, node):
-                    return composition, task.label
-        return None
 
     def _change_state(self, message: Mapping[str, Any], reply: Reply) -> None:
         from colcon_yamllaunch.runtime.components.transitions import (
@@ -239,7 +230,10 @@ class Service:
         """Return a process that somebody may be attached to."""
         task = self._supervisor.task(name)
         label = task.process.label
-        if not task.process.emulate_tty:
+        # under a debugger, others have one, too
+        if not (
+            task.process.emulate_tty or self._terminals.has_keyboard(label)
+        ):
             raise RefusedError(
                 f'{label} has no keyboard, as it has no terminal: give it '
                 "'emulate_tty: true' in the launch file, or start the "

@@ -26,6 +26,8 @@ from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.core.outcome import signal_name
 
 Stream = Literal['stdout', 'stderr']
+#: What is asked of a part of a launch.
+Action = Literal['stop', 'kill', 'restart', 'debug', 'change']
 #: How much of what happens a user wants to see.
 Verbosity = Literal['quiet', 'normal', 'verbose']
 
@@ -316,14 +318,14 @@ class Signalled(Event):
 @dataclass(frozen=True, slots=True)
 class Requested(Event):
     """
-    Somebody asks to stop one process, or to start it anew.
+    Somebody asks to stop or kill one process, or to start it anew.
 
-    For a component, that is to unload it, or to load it anew. A `change` of
-    what it runs asks for the latter, too.
+    The latter may be under a debugger. For a component, that is to unload it,
+    or to load it anew. A `change` of what it runs asks for the latter, too.
     """
 
     process: Process | Component
-    action: Literal['stop', 'restart', 'change']
+    action: Action
 
     def lines(self) -> tuple[str, ...]:
         if self.action == 'change':

@@ -35,6 +35,8 @@ class Task:
     :param was_signalled: Whether the plan has sent it a signal that ends it
     :param successor: What it is when it starts next, if something else
     :param is_kept_stopped: Whether it was stopped on request
+    :param once: What its next start is of, and only that one, such as the
+      process under a debugger
     """
 
     number: int
@@ -50,3 +52,4 @@ class Task:
     was_signalled: bool = False
     successor: Process | None = None
     is_kept_stopped: bool = False
+    once: Process | None = None

@@ -26,6 +26,7 @@ from colcon_yamllaunch.common.escalation import WHOLE
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import is_alive
 from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.language.plan.plan import Block
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -139,6 +140,7 @@ class Engine:
     ) -> None:
         if settings.tty:
             plan = with_terminals(plan)
+        self._blocks = plan.blocks
         self._conditions = conditions
         self._settings = settings
         self._guard = guard
@@ -263,6 +265,15 @@ class Engine:
     def changes(self) -> 'PlanChanges | None':
         """What changes the plan while it runs, if anything does."""
         return self._changes
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """The launch files, groups and timers that parts stand in."""
+        return (self._feed and self._feed.blocks) or self._blocks
+
+    @blocks.setter
+    def blocks(self, blocks: tuple[Block, ...]) -> None:
+        self._blocks = blocks
 
     @property
     def is_changed(self) -> bool:
@@ -400,7 +411,7 @@ class Engine:
 
     def start(self, number: int, process: Process) -> int:
         """Start a process; see `supervisor.Host`."""
-        argv = self._command_line(number, process)
+        argv = self.command_line(number, process)
         size = None
         if process.emulate_tty:
             size = size_of(self._settings.screen)
@@ -507,13 +518,29 @@ class Engine:
         for listener in self._listeners:
             listener(event)
 
-    def _command_line(self, number: int, process: Process) -> list[str]:
+    def command_line(self, number: int, process: Process) -> list[str]:
+        """
+        Return the command line of a process as it is started.
+
+        :param number: Its number in the plan
+        :raises StartError: when its parameter file cannot be written
+        """
         try:
             return self._files.command_line(number, process)
         except (OSError, ValueError) as error:
             raise StartError(
                 f'its parameter file cannot be written: {error}'
             ) from error
+
+    def environment_of(self, process: Process) -> dict[str, str]:
+        """Return the variables of a process as the plan has them."""
+        environment = dict(self._variables)
+        for name, value in process.environment:
+            if value is None:
+                environment.pop(name, None)
+            else:
+                environment[name] = value
+        return environment
 
     def _spawn(
         self,
@@ -524,12 +551,7 @@ class Engine:
         stdout: Channel,
         stderr: Channel,
     ) -> int:
-        environment = dict(self._variables)
-        for name, value in process.environment:
-            if value is None:
-                environment.pop(name, None)
-            else:
-                environment[name] = value
+        environment = self.environment_of(process)
         buffering = self._settings.buffering
         environment |= buffering.variables(process, argv, environment)
         streams = stdin, stdout.writer, stderr.writer

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from collections.abc import Mapping
 from typing import Protocol
 
+from colcon_yamllaunch.language.plan.plan import Block
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Process
@@ -21,6 +22,9 @@ class RunningLaunch(Protocol):
 
     #: What the loop of the launch waits for.
     watches: Watches
+
+    #: The launch files, groups and timers that the parts of the plan stand in.
+    blocks: tuple[Block, ...]
 
     def groups(self) -> Mapping[str, int]:
         """Return the process groups of the processes that run, by label."""

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from itertools import chain
 import os
 
+from colcon_yamllaunch.language.plan.plan import Block
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Growth
 from colcon_yamllaunch.language.plan.plan import Shutdown
@@ -44,6 +45,8 @@ class PlanFeed:
         self._extend = extend
         self._tell = tell
         self._clock = clock
+        #: The launch files, groups and timers of the plan, once it has grown.
+        self.blocks: tuple[Block, ...] = ()
         # one of our own: the source closes its when it likes
         self._watched = -1
         # whether the source knows that the launch ends
@@ -178,6 +181,7 @@ class PlanFeed:
             problems = [p.split('\n') for p in growth.problems]
             if problems:
                 self._tell(events.PlanFailed(tuple(chain(*problems))))
+            self.blocks = growth.blocks or self.blocks
             # unless what came with it gives a better reason
             end = (Shutdown(_FAILED),) if problems else ()
             if growth.entries or end:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from dataclasses import replace
 from itertools import count
 import math
+import signal
 from typing import Literal
 from typing import Protocol
 from typing import TYPE_CHECKING
@@ -309,29 +310,38 @@ class Supervisor:
 
         :raises RefusedError: when there is nothing to stop
         """
-        task = self._asked_for(name, 'stop')
-        self._restarting.discard(task.number)
-        if task.number in self._queue:
-            self._queue.remove(task.number)
-        if self._composition is not None and task.group is None:
-            # one that was to be respawned
-            self._composition.ended(
-                task.process, 'stopped', asked=True, failed=False, again=False
-            )
+        task = self._ended_for(name, 'stop')
         if task.number in self._single_stops:
             self._single_stops[task.number].hurry()
         else:
             self._single_stops[task.number] = self._stop_of([task])
 
-    def restart_process(self, name: str) -> None:
+    def kill_process(self, name: str) -> None:
+        """
+        End one process, with all that it started, by SIGKILL.
+
+        What else holds for :meth:`stop_process` holds for this.
+
+        :raises RefusedError: when there is nothing to end
+        """
+        task = self._ended_for(name, 'kill')
+        if task.number in self._single_stops:
+            self._single_stops[task.number].cancel()
+        self._single_stops[task.number] = self._stop_of(
+            [task], first=signal.SIGKILL
+        )
+
+    def restart_process(self, name: str, once: Process | None = None) -> None:
         """
         Stop one process if it runs, then start it anew.
 
         It has all of its respawns again.
 
+        :param once: What is started this time in its place, under a debugger
         :raises RefusedError: when it cannot be started now
         """
-        task = self._asked_for(name, 'restart')
+        task = self._asked_for(name, 'restart' if once is None else 'debug')
+        task.once = once
         self._restarting.add(task.number)
         if task.number not in self._single_stops:
             self._single_stops[task.number] = self._stop_of([task])
@@ -581,8 +591,9 @@ class Supervisor:
         if task.successor is not None:
             self._succeed(task, task.successor)
         process = task.process
+        once, task.once = task.once, None
         try:
-            group = self._host.start(task.number, process)
+            group = self._host.start(task.number, once or process)
         except StartError as error:
             task.ended = self._clock()
             task.ending = f'could not be started: {error}'
@@ -681,15 +692,28 @@ class Supervisor:
         self._host.tell(events.Respawned(task.process, task.respawns))
         self._start(task)
 
-    def _asked_for(
-        self, name: str, action: Literal['stop', 'restart']
-    ) -> Task:
+    def _ended_for(self, name: str, action: events.Action) -> Task:
+        """Return a process that is to be stopped, and kept so."""
+        task = self._asked_for(name, action)
+        task.is_kept_stopped = True
+        task.once = None
+        self._restarting.discard(task.number)
+        if task.number in self._queue:
+            self._queue.remove(task.number)
+        if self._composition is not None and task.group is None:
+            # one that was to be respawned
+            self._composition.ended(
+                task.process, 'stopped', asked=True, failed=False, again=False
+            )
+        return task
+
+    def _asked_for(self, name: str, action: events.Action) -> Task:
         task = self.task(name)
         if not self._is_begun(task):
             raise RefusedError(f'{name} has not been started yet')
         self._host.tell(events.Requested(task.process, action))
-        self._prepare_stop(task, is_anew=action == 'restart')
-        task.is_kept_stopped = action == 'stop'
+        self._prepare_stop(task, is_anew=action in ('restart', 'debug'))
+        task.is_kept_stopped = False
         return task
 
     def _prepare_stop(self, task: Task, *, is_anew: bool) -> None:
@@ -769,10 +793,21 @@ class Supervisor:
         self._stop = self._stop_of(self.tasks, whole=True)
         self._progress_later(self._stop)
 
-    def _stop_of(self, tasks: Sequence[Task], *, whole: bool = False) -> Stop:
-        host, groups = self._host, self._groups
+    def _stop_of(
+        self,
+        tasks: Sequence[Task],
+        *,
+        whole: bool = False,
+        first: signal.Signals = signal.SIGINT,
+    ) -> Stop:
         return Stop(
-            tasks, host, self._schedule, self._clock, groups, whole=whole
+            tasks,
+            self._host,
+            self._schedule,
+            self._clock,
+            self._groups,
+            whole=whole,
+            first=first,
         )
 
     def _progress_later(self, stop: Stop) -> None:

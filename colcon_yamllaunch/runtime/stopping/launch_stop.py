@@ -57,6 +57,7 @@ class Stop(Targets):
     :param groups: The process groups of the launch, with their numbers
     :param whole: Whether this is the end of the launch, and so of what is
       known to belong to it, but not to which process
+    :param first: The signal to begin with
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class Stop(Targets):
         groups: Mapping[int, int],
         *,
         whole: bool = False,
+        first: signal.Signals = signal.SIGINT,
     ) -> None:
         self._tasks = {task.number: task for task in tasks}
         if whole and tasks:
@@ -80,7 +82,7 @@ class Stop(Targets):
         self._groups = groups
         self._next: TimerHandle | None = None
         timeouts = {t.number: timeouts_of(t.process) for t in tasks}
-        self._escalation = Escalation(self, timeouts, clock())
+        self._escalation = Escalation(self, timeouts, clock(), first)
         self.advance()
 
     @property

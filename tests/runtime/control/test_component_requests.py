@@ -8,9 +8,12 @@ from pathlib import Path
 import socket
 from types import SimpleNamespace
 
+from colcon_yamllaunch.language.plan.plan import Block
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.acts.acts import Acts
 from colcon_yamllaunch.runtime.components.composition import Composition
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.client_connection import Client
@@ -22,6 +25,10 @@ import pytest
 from support.history import History
 
 POSITION = Position('/ws/demo.yaml', 14, 5)
+BLOCKS = (
+    Block('file', '/ws/more.yaml', POSITION, None),
+    Block('group', '/ns', Position('/ws/more.yaml', 2, 3), 0),
+)
 
 
 def component(label, container='/box', **more):
@@ -46,6 +53,7 @@ class Controlled:
         )
         engine = SimpleNamespace(
             is_changed=False,
+            blocks=BLOCKS,
             supervisor=self.history.supervisor,
             composition=self.composition,
             terminals=terminals,
@@ -53,7 +61,8 @@ class Controlled:
         )
         logs = {'box-1': Path('/log/box-1')}
         about = About('demo', None, '/demo.yaml', '/')
-        service = Service(about, engine, None, logs, self.clock)
+        acts = Acts(engine, logs, lambda process: process.parameters)
+        service = Service(about, engine, acts, None, logs, self.clock)
         self.watches = Watches()
         self.near, far = socket.socketpair()
         far.setblocking(False)
@@ -236,3 +245,68 @@ def test_who_has_no_more_to_say_gets_the_answer(controlled):
     c.turn()
     assert c.answers() == [protocol.success()]
     assert c.left
+
+
+def test_a_component_is_described_and_stands_in_its_container(controlled):
+    value = SetParameter('rate', '2', POSITION, (Position('/ws/a', 1, 1),))
+    c = controlled(
+        component('talker', parameters=(value,), remaps=('a:=b',), block=1),
+        component('far', container='/elsewhere', block=0),
+    )
+    c.ask(('describe', {'process': '/ns/talker'}), ('tree', {}))
+    description, tree = c.answers()
+    assert description['description'] == {
+        'label': 'talker',
+        'name': 'talker',
+        'node': '/ns/talker',
+        'package': 'demo',
+        'position': '/ws/demo.yaml:14:5',
+        'within': [
+            {
+                'kind': 'file',
+                'title': '/ws/more.yaml',
+                'position': '/ws/demo.yaml:14:5',
+            },
+            {
+                'kind': 'group',
+                'title': '/ns',
+                'position': '/ws/more.yaml:2:3',
+            },
+        ],
+        'parameters': [
+            {
+                'name': 'rate',
+                'value': '2',
+                'position': '/ws/demo.yaml:14:5',
+                'origins': ['/ws/a:1:1'],
+            }
+        ],
+        'log': '/log/box-1',
+        'argv': [],
+        'cwd': None,
+        'environment': {},
+        'plugin': 'demo::T',
+        'container': '/box',
+        'remaps': ['a:=b'],
+    }
+    box, file = tree['tree']
+    assert (box['title'], file['title']) == ('box-1', '/ws/more.yaml')
+    assert [b['title'] for b in box['children']] == ['talker']
+    assert [b['title'] for b in file['children']] == ['far', '/ns']
+
+
+def test_a_component_is_neither_killed_nor_debugged_alone(controlled):
+    c = controlled(component('talker'), component('far', container='/else'))
+    c.ask(
+        ('kill', {'process': 'talker'}),
+        ('debug', {'process': '/ns/talker'}),
+        ('kill', {'process': 'far'}),
+    )
+    assert [answer['error'] for answer in c.answers()] == [
+        'talker is a component, which cannot be killed alone; its container '
+        'is box-1',
+        'talker is a component, which cannot be debugged alone; its '
+        'container is box-1',
+        'far is a component, which cannot be killed alone; its container is '
+        '/else',
+    ]

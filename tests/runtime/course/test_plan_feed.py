@@ -5,9 +5,11 @@
 
 import os
 
+from colcon_yamllaunch.language.plan.plan import Block
 from colcon_yamllaunch.language.plan.plan import Growth
 from colcon_yamllaunch.language.plan.plan import Message
 from colcon_yamllaunch.language.plan.plan import Shutdown
+from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import HostLost
 from colcon_yamllaunch.runtime.core.events import Output
@@ -93,6 +95,14 @@ def launch():
     made = Launch()
     yield made
     made.close()
+
+
+def test_the_blocks_of_the_plan_are_those_of_its_last_growth(launch):
+    blocks = (
+        Block('group', '/left', Position('/ws/a.launch.py', 7, 1), None),
+    )
+    launch.answers(Growth(blocks=blocks), Growth())
+    assert launch.feed.blocks == blocks
 
 
 def test_it_is_told_all_but_output_that_nobody_wants(launch, process):

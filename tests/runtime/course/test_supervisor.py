@@ -19,6 +19,7 @@ from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.core.events import StillRunning
 from colcon_yamllaunch.runtime.core.events import Warned
 from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.core.tasks import RefusedError
 import pytest
 from support.history import History
 
@@ -523,3 +524,53 @@ def test_a_process_is_asked_for_by_each_of_its_names(history, process):
     h.stop('talker-1')
     h.exit('kitchen')
     assert [e.asked for e in h.happened(Exited)] == [True]
+
+
+def test_a_process_is_killed_at_once_and_did_not_fail(history, process):
+    h = history(
+        process('a', respawn=True, on_exit_shutdown=True), process('b')
+    )
+    h.turn()
+    h.supervisor.kill_process('a')
+    assert h.sent('a') == [KILL]
+    # and all that it started
+    assert h.host.killed == [0]
+    assert h.state('a').phase == 'stopping'
+    h.exit('a', Outcome(signal=KILL))
+    assert h.phases() == ['ended', 'running']
+    (exited,) = h.happened(Exited)
+    assert exited.asked
+    assert not exited.failed
+
+
+def test_a_stop_that_takes_long_ends_by_a_kill(history, process):
+    h = history(process('a'), process('b'))
+    h.turn()
+    h.restart('a')
+    h.supervisor.kill_process('a')
+    assert h.sent('a') == [INT, KILL]
+    h.exit('a', Outcome(signal=KILL))
+    assert h.started() == ['a', 'b']
+    with pytest.raises(RefusedError, match="no process 'x'"):
+        h.supervisor.kill_process('x')
+
+
+def test_a_process_is_started_as_something_else_once(history, process):
+    h = history(process('a'), process('b'))
+    h.turn()
+    begun = []
+    start = h.host.start
+    h.host.start = lambda n, p: begun.append(p.argv) or start(n, p)
+    h.supervisor.restart_process('a', once=process('a', 'gdb'))
+    h.exit('a')
+    assert begun == [('gdb',)]
+    assert h.state('a').restarts == 1
+    h.restart('a')
+    h.exit('a')
+    assert begun == [('gdb',), ('true',)]
+    # who stops it instead wants it as ever afterwards
+    h.supervisor.restart_process('a', once=process('a', 'gdb'))
+    h.stop('a')
+    h.exit('a')
+    h.restart('a')
+    assert begun[-1] == ('true',)

@@ -1,0 +1,179 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What users do with single processes and components of a launch that runs."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.runtime.core.tasks import RefusedError
+from colcon_yamllaunch.runtime.course.engine import Engine
+from colcon_yamllaunch.runtime.process.spawn import StartError
+from colcon_yamllaunch.runtime.record.failures import ParametersOf
+
+if TYPE_CHECKING:
+    # few launches are asked for these, or have components
+    from colcon_yamllaunch.runtime.acts.description import Description
+    from colcon_yamllaunch.runtime.acts.plan_tree import Branch
+    from colcon_yamllaunch.runtime.components.component_task import (
+        ComponentTask,
+    )
+    from colcon_yamllaunch.runtime.components.composition import Composition
+
+
+class Acts:
+    """
+    What the control socket and the keys in the terminal both do.
+
+    Names are labels, or what ROS 2 calls a process, or the full name of the
+    node of a component. All of it begins at once and waits for nothing.
+
+    :param log_files: For each label the log with all output
+    :param parameters_of: Tells which parameters a process is given, and where
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        log_files: Mapping[str, Path],
+        parameters_of: ParametersOf,
+    ) -> None:
+        self._engine = engine
+        self._supervisor = engine.supervisor
+        self._log_files = log_files
+        self._parameters_of = parameters_of
+
+    def stop(self, name: str) -> None:
+        """
+        Stop a process, or unload a component, and keep it so.
+
+        Once more takes the next step of stopping at once.
+
+        :raises RefusedError: when there is nothing to stop
+        """
+        component = self._component(name)
+        if component is None:
+            self._supervisor.stop_process(name)
+        else:
+            composition, task = component
+            composition.unload(task.label)
+
+    def restart(self, name: str) -> None:
+        """
+        Start a process, or load a component, anew.
+
+        :raises RefusedError: when that cannot be now
+        """
+        component = self._component(name)
+        if component is None:
+            self._supervisor.restart_process(name)
+        else:
+            composition, task = component
+            composition.reload(task.label)
+
+    def kill(self, name: str) -> None:
+        """
+        End a process and all that it started by SIGKILL, as if by `stop`.
+
+        :raises RefusedError: when there is nothing to end, or it is a
+          component
+        """
+        self._refuse_component(name, 'killed')
+        self._supervisor.kill_process(name)
+
+    def debug(self, name: str) -> None:
+        """
+        Start a process anew under a debugger, in a terminal of its own.
+
+        A program in Python runs under `pdb`, any other under `gdb`, which
+        waits for commands. Its next start is as ever.
+
+        :raises RefusedError: when there is no debugger, when it cannot be
+          started now, or it is a component
+        """
+        from colcon_yamllaunch.runtime.acts.debugger import debugged
+
+        self._refuse_component(name, 'debugged')
+        task = self._supervisor.task(name)
+        process = task.successor or task.process
+        environment = self._engine.environment_of(process)
+        once = debugged(process, environment)
+        self._supervisor.restart_process(name, once)
+
+    def describe(self, name: str) -> 'Description':
+        """
+        Tell all of a process or component, as it is planned now.
+
+        :raises RefusedError: when there is none, or its parameter file cannot
+          be written
+        """
+        from colcon_yamllaunch.runtime.acts.description import (
+            component_description,
+        )
+        from colcon_yamllaunch.runtime.acts.description import (
+            process_description,
+        )
+
+        blocks = self._engine.blocks
+        found = self._component(name)
+        if found is not None:
+            composition, component = found
+            container = composition.container_process(component)
+            place = component.label if container is None else container.label
+            return component_description(
+                component, blocks, self._log_files.get(place)
+            )
+        task = self._supervisor.task(name)
+        process = task.successor or task.process
+        try:
+            argv = self._engine.command_line(task.number, process)
+        except StartError as error:
+            raise RefusedError(f'{process.label}: {error}') from error
+        return process_description(
+            process,
+            argv,
+            self._parameters_of(process),
+            blocks,
+            self._log_files.get(process.label),
+        )
+
+    def tree(self) -> 'tuple[Branch, ...]':
+        """Return the plan as a tree."""
+        from colcon_yamllaunch.runtime.acts.plan_tree import plan_tree
+
+        composition = self._engine.composition
+        return plan_tree(
+            self._engine.blocks,
+            [t.successor or t.process for t in self._supervisor.tasks],
+            ()
+            if composition is None
+            else [
+                (t.successor or t.component, composition.container_process(t))
+                for t in composition.tasks
+            ],
+        )
+
+    def _component(
+        self, name: str
+    ) -> 'tuple[Composition, ComponentTask] | None':
+        """Return a component, and what loads it, if it is one."""
+        composition = self._engine.composition
+        if composition is not None:
+            for task in composition.tasks:
+                node = task.full_name or task.component.node_name
+                if name in (task.label, node):
+                    return composition, task
+        return None
+
+    def _refuse_component(self, name: str, what: str) -> None:
+        found = self._component(name)
+        if found is not None:
+            composition, task = found
+            container = composition.container_process(task)
+            where = task.component.container
+            raise RefusedError(
+                f'{task.label} is a component, which cannot be {what} '
+                'alone; its container is '
+                f'{where if container is None else container.label}'
+            )
