@@ -10,6 +10,8 @@ import select
 import socket
 from typing import Any
 
+from colcon_yamllaunch.runtime.clients.subscription import Point
+from colcon_yamllaunch.runtime.clients.subscription import Subscription
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.launch_states import from_json
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
@@ -43,6 +45,10 @@ class RunningLaunch:
         self.connection = connection
         self._received = bytearray()
         connection.settimeout(PATIENCE)
+
+    def fileno(self) -> int:
+        """Return the descriptor of the connection."""
+        return self.connection.fileno()
 
     def close(self) -> None:
         """Leave it alone."""
@@ -81,6 +87,32 @@ class RunningLaunch:
         if not answer.get('ok'):
             raise ControlError(str(answer.get('error')))
         return answer
+
+    def subscribe(
+        self,
+        since: Point | None = None,
+        *,
+        events: bool = True,
+        output: bool = True,
+    ) -> Subscription:
+        """
+        Be told what happens from now on.
+
+        The connection is the subscription's then.
+
+        :param since: Where to begin, as far as that is remembered, if not now
+        :param events: Whether to be told events
+        :param output: Whether to be told what the processes write
+        :raises ControlError: when that is refused
+        """
+        point = None if since is None else since.as_json()
+        answer = self.request(
+            'subscribe', since=point, events=events, output=output
+        )
+        try:
+            return Subscription(self, since, answer)
+        except ProtocolError as error:
+            raise ControlError(str(error)) from error
 
     def send(self, message: Mapping[str, Any]) -> None:
         """

@@ -33,12 +33,37 @@ which is :data:`VERSION`, and `request`:
   because the client is slow, `{"started": PID}`, and `{"ended": TEXT,
   "again": BOOLEAN}`, which says how the process ended and whether it is
   respawned. In `keys` and `output` each character stands for the byte of its
-  number (ISO 8859-1).
+  number (ISO 8859-1);
+- `subscribe`, to be told what happens, see below.
 
 An answer has `version` and `ok`. Where that is false, `error` says why in one
 line; after an error of form the server closes the connection. Requests of
 another version get an error that names the server's. Unknown keys are
 ignored, so that they can be added without a new version.
+
+A request may have an `id`, a text or a number, which its answer has, too.
+Such requests need not wait for one another: one that takes its time is
+answered when it is done, after others that came later.
+
+`subscribe` takes `since`, a point in the course of the launch, by default
+now; `events` and `output`, whether these are wanted, by default true. A point
+is `{"events": NUMBER, "bytes": NUMBER}`: how many events there have been
+before it, and how many bytes of output of all processes; with two zeros it is
+the beginning. The answer has `launch`, as that of `status`, and `now`, the
+point where it is in that state. From the answer on come, in the order in
+which things happened,
+
+- `{"event": OBJECT}`, a line of `events.jsonl`, with its `time`;
+- `{"output": {"process": LABEL, "stream": "stdout" or "stderr", "data": TEXT,
+  "time": SECONDS}}`, whole lines as they were written, with a character for
+  each byte;
+- `{"missed": {"events": NUMBER, "bytes": NUMBER}}` where that much is lost
+  that was asked for, as it is too long ago, or the client too slow.
+
+What happened before `now` comes first. Whoever adds up what came and what was
+missed knows the point to go on from with another connection. Meanwhile the
+connection takes all requests but `attach`; only answers have `ok`. Another
+`subscribe` takes the place of the first.
 """
 
 from collections.abc import Mapping
@@ -52,8 +77,13 @@ MAXIMUM_REQUEST = 64 * 1024
 #: Bytes of output that wait for a client that is attached, before some is
 #: skipped.
 MAXIMUM_BACKLOG = 1024 * 1024
+#: Bytes of output in one message to a client that has subscribed.
+MAXIMUM_OUTPUT = 32 * 1024
+#: Requests with an `id` that may wait for an answer; further ones are not read
+#: until one has come.
+MAXIMUM_UNANSWERED = 32
 #: Clients at the same time; when there are more, the oldest has to go that is
-#: not attached.
+#: not attached, and has not subscribed.
 MAXIMUM_CLIENTS = 32
 
 

@@ -17,6 +17,7 @@ from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.control.socket_address import Address
 from colcon_yamllaunch.runtime.control.socket_address import is_own
 from colcon_yamllaunch.runtime.control.socket_folder import FolderError
+from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Planned
 from colcon_yamllaunch.runtime.core.events import Warned
@@ -69,7 +70,10 @@ def serve(
         engine.tell(Warned(f'{trouble}; the socket is in {address.path}'))
     guard.socket(address.place)
     engine.listen(service.handle)
-    stack.callback(Server(address, engine.watches, service).close)
+    engine.listen(service.backlog.handle)
+    server = Server(address, engine.watches, service)
+    engine.listen(server.handle)
+    stack.callback(server.close)
 
 
 class Server:
@@ -86,11 +90,26 @@ class Server:
         self._spare = _null()
         watches.add(address.socket.fileno(), self._accept)
 
+    def handle(self, event: Event) -> None:
+        """Listen to an event, when all others have."""
+        if isinstance(event, Ended):
+            for client in list(self._clients):
+                client.drain()
+            # so that what was told last finds room before what was written
+            self._service.backlog.drop_output()
+            for client in list(self._clients):
+                client.end()
+
     def close(self) -> None:
-        """Send all clients away, and remove the socket."""
+        """
+        Remove the socket, and send all clients away.
+
+        Only those that have subscribed stay until they are told the end.
+        """
         self._watches.remove(self._address.socket.fileno())
         for client in list(self._clients):
-            client.close()
+            if not client.has_subscribed:
+                client.close()
         self._address.close()
         os.close(self._spare)
 
@@ -114,7 +133,9 @@ class Server:
         )
 
     def _make_room(self) -> None:
-        waiting = [v for v in self._clients if not v.is_attached]
+        waiting = [
+            c for c in self._clients if not (c.is_attached or c.has_subscribed)
+        ]
         (waiting or self._clients)[0].close()
 
     def _turn_away(self) -> None:

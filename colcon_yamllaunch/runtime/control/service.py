@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.runtime.acts.acts import Acts
 from colcon_yamllaunch.runtime.control import protocol
+from colcon_yamllaunch.runtime.control.backlog import Backlog
+from colcon_yamllaunch.runtime.control.backlog import Cursor
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
@@ -74,6 +76,8 @@ class Service:
         self._started = clock()
         self._viewers: dict[str, list[Viewer]] = {}
         self._watched: events.Watched | None = None
+        #: What happened last, for those who subscribe.
+        self.backlog = Backlog()
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
@@ -88,13 +92,20 @@ class Service:
                     again = event.respawn_delay is not None
                     viewer.tell({'ended': ending, 'again': again})
 
-    def answer(self, message: Mapping[str, Any], reply: Reply) -> str | None:
+    def answer(
+        self,
+        message: Mapping[str, Any],
+        reply: Reply,
+        *,
+        may_attach: bool = True,
+    ) -> str | Cursor | None:
         """
         Answer a request, at once unless `protocol` says otherwise.
 
         Return the label of the process to :meth:`attach` the client to, or
-        None.
+        from where on it is told what happens, or None.
 
+        :param may_attach: Whether it may be attached to a process
         :raises ProtocolError: when it has a wrong form
         """
         if message.get('version') != protocol.VERSION:
@@ -102,7 +113,7 @@ class Service:
                 f'this launch speaks version {protocol.VERSION} of the '
                 'protocol; use the same colcon-yamllaunch as it does'
             )
-        attached = None
+        granted: str | Cursor | None = None
         answer = protocol.success()
         try:
             match message.get('request'):
@@ -127,15 +138,28 @@ class Service:
                     self._change_state(message, reply)
                     return None
                 case 'attach':
+                    if not may_attach:
+                        raise RefusedError(
+                            'who has subscribed attaches by another connection'
+                        )
                     task = self._may_attach(_name(message))
-                    attached = task.process.label
+                    granted = task.process.label
                     answer = protocol.success(pid=task.group)
+                case 'subscribe':
+                    granted = self.backlog.cursor(
+                        message.get('since'),
+                        wants_events=_flag(message, 'events'),
+                        wants_output=_flag(message, 'output'),
+                    )
+                    answer = protocol.success(
+                        launch=asdict(self.state()), now=self.backlog.point
+                    )
                 case _:
                     raise ProtocolError('there is no such request')
         except RefusedError as error:
-            answer, attached = protocol.failure(str(error)), None
+            answer = protocol.failure(str(error))
         reply(answer)
-        return attached
+        return granted
 
     def state(self) -> LaunchState:
         """Return the state of the launch."""
@@ -276,6 +300,13 @@ class Service:
         if composition is None or not composition.is_lifecycle(label):
             return None
         return composition.state(label) or UNKNOWN
+
+
+def _flag(message: Mapping[str, Any], name: str) -> bool:
+    flag = message.get(name, True)
+    if not isinstance(flag, bool):
+        raise ProtocolError(f"'{name}' is true or false")
+    return flag
 
 
 def _name(message: Mapping[str, Any]) -> str:

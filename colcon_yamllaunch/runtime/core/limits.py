@@ -134,5 +134,11 @@ CLIENT_PATIENCE = 0.5
 #: How many Pythons of the environment are tried.
 PYTHONS = 4
 
+#: Bytes of the latest events, and of the latest output, that are kept for
+#: clients of the control socket, and pieces of output at most.
+EVENT_BACKLOG = 512 * 1024
+OUTPUT_BACKLOG = 1024 * 1024
+OUTPUT_PIECES = 8192
+
 #: Bytes typed at a process that wait until it reads them.
 KEYS = 64 * 1024

@@ -310,3 +310,34 @@ def test_a_component_is_neither_killed_nor_debugged_alone(controlled):
         'far is a component, which cannot be killed alone; its container is '
         '/else',
     ]
+
+
+def test_requests_with_an_id_do_not_wait_for_one_another(controlled):
+    c = controlled(component('a', is_lifecycle=True))
+    c.answered('load', full_name='/ns/a', unique_id=1)
+    change = {'process': 'a', 'transition': 'configure'}
+    c.ask(('change_state', {**change, 'id': 'x'}), ('status', {'id': 2}))
+    assert [answer['id'] for answer in c.answers()] == [2]
+    c.near.shutdown(socket.SHUT_WR)
+    c.turn()
+    c.answered('change_state')
+    c.turn()
+    assert c.answers() == [{**protocol.success(), 'id': 'x'}]
+    assert c.left
+
+
+def test_only_so_many_requests_wait_for_an_answer(controlled, monkeypatch):
+    monkeypatch.setattr(protocol, 'MAXIMUM_UNANSWERED', 1)
+    c = controlled(component('a', is_lifecycle=True))
+    c.answered('load', full_name='/ns/a', unique_id=1)
+    change = {'process': 'a', 'transition': 'configure', 'id': 1}
+    c.ask(('change_state', change), ('status', {'id': 2}))
+    assert c.answers() == []
+    c.answered('change_state')
+    c.turn()
+    assert [answer['id'] for answer in c.answers()] == [1, 2]
+    # who leaves while that many wait is not waited for
+    c.ask(('change_state', change), ('status', {'id': 2}))
+    c.near.close()
+    c.turn()
+    assert c.left

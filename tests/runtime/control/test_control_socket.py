@@ -10,7 +10,6 @@ import resource
 import select
 import signal
 import socket
-import time
 
 from colcon_yamllaunch.runtime.clients.client import ControlError
 from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
@@ -21,92 +20,16 @@ from colcon_yamllaunch.runtime.clients.orphaned_launches import (
 )
 from colcon_yamllaunch.runtime.control import protocol
 import pytest
+from support.controlled import ABOUT
+from support.controlled import idles
+from support.controlled import memory_of
 
-ABOUT = {
-    'title': 'my_pkg demo.yaml',
-    'package': 'my_pkg',
-    'file': '/ws/demo.yaml',
-    'folder': '/ws',
-}
 #: Says what it reads, and reads each line of it at once.
 ECHO = (
     'import sys\n'
     'print("ready", flush=True)\n'
     'for line in sys.stdin: print("read", line.strip(), flush=True)\n'
 )
-
-
-class Controlled:
-    """A launch that others see, and a client of it."""
-
-    def __init__(self, one, wait_until):
-        self.one = one
-        self.wait_until = wait_until
-        # apart from other launches of the user
-        self.place = dict.fromkeys(
-            ('TMPDIR', 'XDG_RUNTIME_DIR'), str(one.folder)
-        )
-        self.folder = one.folder / f'colcon-launch-{os.getuid()}'
-        self.clients = []
-        self.client = self.connect()
-
-    def connect(self):
-        def one_launch():
-            return running_launches(self.place, pytest.fail)
-
-        (client,) = self.wait_until(one_launch)
-        self.clients.append(client)
-        return client
-
-    def raw(self):
-        """Return a connection that says what the test wants."""
-        return self.connect().connection
-
-    def process(self, label):
-        state = self.client.status()
-        return next(p for p in state.processes if p.label == label)
-
-    def becomes(self, label, phase):
-        """Wait until a process is in a phase."""
-        self.wait_until(lambda: self.process(label).phase == phase)
-        return self.process(label)
-
-
-@pytest.fixture
-def controlled(launch, wait_until):
-    made = []
-
-    def start(*entries, **settings):
-        one = launch(*entries, about=ABOUT, **settings)
-        made.append(Controlled(one, wait_until))
-        return made[-1]
-
-    yield start
-    for one in made:
-        for client in one.clients:
-            client.close()
-
-
-@pytest.fixture(scope='module')
-def shared(launch_type, tmp_path_factory, wait_until):
-    folder = tmp_path_factory.mktemp('shared')
-    entries = [{'label': 'a', 'argv': ['sleep', '9999']}]
-    one = launch_type(folder / 'launch', entries, about=ABOUT)
-    made = Controlled(one, wait_until)
-    yield made
-    made.client.close()
-    one.clean_up()
-
-
-@pytest.fixture
-def idle(shared):
-    """Return a launch of `a`, for tests that leave it as it was."""
-    shared.becomes('a', 'running')
-    yield shared
-    for client in shared.clients[1:]:
-        client.close()
-    del shared.clients[1:]
-    assert shared.process('a').phase == 'running'
 
 
 def stat_of(path):
@@ -448,25 +371,8 @@ def told(client: RunningLaunch, key):
     return message
 
 
-def memory_of(pid):
-    fields = Path(f'/proc/{pid}/statm').read_text().split()
-    return int(fields[1]) * os.sysconf('SC_PAGE_SIZE')
-
-
 def descriptors_of(pid):
     return len(os.listdir(f'/proc/{pid}/fd'))
-
-
-def idles(pid):
-    """Tell whether a process hardly computes, as one that spins would."""
-
-    def ticks():
-        stat = Path(f'/proc/{pid}/stat').read_text().rpartition(') ')[2]
-        return sum(map(int, stat.split()[11:13]))
-
-    before = ticks()
-    time.sleep(0.5)
-    return ticks() - before < 0.3 * os.sysconf('SC_CLK_TCK')
 
 
 def test_the_protocol_needs_no_client_of_ours(idle):
