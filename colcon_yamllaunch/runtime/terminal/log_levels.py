@@ -1,0 +1,86 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The level of a line of output, as the loggers of ROS 2 print it.
+
+rclcpp and rclpy print by rcutils, whose lines begin with `[INFO] [TIME]
+[NODE]: ` unless RCUTILS_CONSOLE_OUTPUT_FORMAT is set (rcutils, logging.h).
+"""
+
+from enum import IntEnum
+from functools import lru_cache
+import re
+
+#: The variable with the form of all lines of a node.
+FORMAT = 'RCUTILS_CONSOLE_OUTPUT_FORMAT'
+
+_COLOURS = rb'(?:\x1b\[[0-9;:]*m)*'
+_WORDS = rb'(?P<level>DEBUG|INFO|WARN(?:ING)?|ERROR|FATAL|CRITICAL)'
+# in brackets near the start, or first of all; or what ends a node
+_USUAL = re.compile(
+    rb'[^\n]{0,80}?\[' + _COLOURS + _WORDS + _COLOURS + rb'\s*\]'
+    rb'|\s*' + _COLOURS + _WORDS.replace(b'level', b'first') + rb'(?=[\s:])'
+    rb'|(?P<end>Traceback \(most recent call last\):'
+    rb'|terminate called |\S+: symbol lookup error:)'
+)
+_FIELD = re.compile(r'\{(\w+)\}')
+
+
+class Level(IntEnum):
+    """How bad something is, by the numbers of rcutils."""
+
+    DEBUG = 10
+    INFO = 20
+    WARN = 30
+    ERROR = 40
+    FATAL = 50
+
+
+_LEVELS = {
+    b'DEBUG': Level.DEBUG,
+    b'INFO': Level.INFO,
+    b'WARN': Level.WARN,
+    b'WARNING': Level.WARN,
+    b'ERROR': Level.ERROR,
+    b'FATAL': Level.FATAL,
+    b'CRITICAL': Level.FATAL,
+}
+#: What a line with a level of WARN or more has.
+LOUD_WORDS = (b'WARN', b'ERROR', b'FATAL', b'CRITICAL')
+
+
+def level_of(line: bytes, form: str | None = None) -> Level | None:
+    """
+    Return the level of a line, None if it has none of its own.
+
+    :param line: As it was written, colours included
+    :param form: The value of :data:`FORMAT`, if it is set
+    """
+    match = None
+    if form:
+        pattern = _pattern(form)
+        match = None if pattern is None else pattern.match(line)
+    if match is None:
+        match = _USUAL.match(line)
+    if match is None:
+        return None
+    if match.re is _USUAL and match['end']:
+        return Level.ERROR
+    word = match['level']
+    return _LEVELS[word or match['first']]
+
+
+@lru_cache(maxsize=16)
+def _pattern(form: str) -> re.Pattern[bytes] | None:
+    """Return what lines of a form match up to their level."""
+    before, field, _ = form.partition('{severity}')
+    if not field:
+        return None
+    parts = _FIELD.split(before)
+    # texts and names of fields by turns
+    texts = [
+        b'.*?' if index % 2 else re.escape(part.encode())
+        for index, part in enumerate(parts)
+    ]
+    return re.compile(_COLOURS + b''.join(texts) + _COLOURS + _WORDS)
