@@ -42,6 +42,7 @@ from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.run_plan import run_plan
 
 LINE = b'[INFO] [1732000000.123456789] [counter]: published number 42\n'
+OTHER_LINE = LINE.replace(b'42', b'43')
 #: How often a producer writes its file.
 ROUNDS = 20
 #: Expressions that no line matches: one that is searched for in many lines at
@@ -254,7 +255,8 @@ def relayed(
         source = Path(name, 'lines')
         seconds = []
         for size in (0, each):
-            source.write_bytes(LINE * size)
+            # the same line over and over would be counted on a terminal
+            source.write_bytes((LINE + OTHER_LINE) * (size // 2))
             producer = ('cat', *[str(source)] * ROUNDS)
             times = []
             for _ in range(runs):

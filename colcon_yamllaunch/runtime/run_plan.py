@@ -211,7 +211,8 @@ def run_plan(
             presentation or Presentation(), screen, plan, display, stack
         )
         attachment = None
-        if attach is not None:
+        has_keys = has_foot and is_same_terminal(sys.stdin, display.descriptor)
+        if attach is not None and not has_keys:
             keyboard = Keyboard(sys.stdin.fileno())
             attachment = LocalAttachment(attach, keyboard, screen, show)
             show = attachment.handle
@@ -221,10 +222,12 @@ def run_plan(
             session = _session(
                 plan,
                 display,
+                screen,
                 guard,
                 conditions,
                 clock,
-                has_keys=attach is None,
+                attach,
+                has_keys=has_keys,
             )
             show = session.showing(show)
         engine = Engine(
@@ -249,7 +252,7 @@ def run_plan(
             engine.tell(events.Warned(text))
         with ExitStack() as control:
             if session is not None:
-                session.connect(engine)
+                session.connect(engine, acts)
                 control.callback(session.close)
             if attachment is not None:
                 attachment.connect(engine)
@@ -288,9 +291,11 @@ def _foot(descriptor: int) -> Writer:
 def _session(
     plan: Plan,
     display: Display,
+    screen: Screen,
     guard: GuardLink,
     conditions: ExitConditions,
     clock: Callable[[], float],
+    attach: str | None,
     *,
     has_keys: bool,
 ) -> 'TerminalSession':
@@ -302,21 +307,22 @@ def _session(
     assert isinstance(display.writer, Foot)
     keyboard = None
     if has_keys:
+        keyboard = Keyboard(sys.stdin.fileno())
+    elif attach is None:
         # what would be shown of keys would be in the block
-        keyboard = (
-            Keyboard(sys.stdin.fileno())
-            if is_same_terminal(sys.stdin, display.descriptor)
-            else Keyboard(display.descriptor, takes_keys=False)
-        )
+        keyboard = Keyboard(display.descriptor, takes_keys=False)
     return TerminalSession(
         plan.entries,
         display.writer,
+        screen,
         guard,
         keyboard,
         color=display.color,
         is_plain=display.is_ascii,
+        environment=display.environment,
         conditions=conditions,
         clock=clock,
+        attach=attach if has_keys else None,
     )
 
 

@@ -161,6 +161,29 @@ def launch(tmp_path: Path) -> Iterator[Callable[..., Launch]]:
         one.clean_up()
 
 
+@pytest.fixture
+def status(launch: Callable[..., Launch]) -> Iterator[Callable[..., Any]]:
+    """Return a function that launches in a terminal with a status block."""
+    # few tests emulate one
+    from support.status_launch import StatusLaunch
+
+    made: list[Any] = []
+
+    def start(
+        *entries: dict[str, Any],
+        size: tuple[int, int] = (60, 12),
+        shell: tuple[str, ...] = (),
+        **settings: Any,
+    ) -> Any:
+        made.append(StatusLaunch(launch, size, entries, shell, settings))
+        return made[-1]
+
+    yield start
+    for one in made:
+        one.launch.clean_up()
+        one.screen.close()
+
+
 @pytest.fixture(scope='session')
 def launch_type() -> type[Launch]:
     """Return what makes launches that several tests look at."""

@@ -193,6 +193,9 @@ class Engine:
         #: Are called with True before Ctrl-Z suspends the launch, and
         #: with False when it goes on.
         self.when_suspended: list[Callable[[bool], None]] = []
+        #: Who is told when a child that he started ends, with True, or is
+        #: suspended, with False; by its process id.
+        self.helpers: dict[int, Callable[[bool], None]] = {}
         #: Are called when the screen has another size.
         self.when_resized: list[Callable[[], None]] = []
 
@@ -682,7 +685,7 @@ class Engine:
         client = 0 if self._ros is None else self._ros.pid
         host = 0 if self._feed is None else self._feed.pid
         changes = () if self._changes is None else self._changes.pids
-        return {self._guard.pid, client, host, *changes}
+        return {self._guard.pid, client, host, *changes, *self.helpers}
 
     def _mind_changes(self, changes: 'PlanChanges') -> None:
         if self.supervisor.is_stopping:
@@ -821,6 +824,10 @@ class Engine:
         adopted = self._look_for_adopted()
         ours = self._children_of_ours()
         for pid, number in suspended_children(ours):
+            if pid in self.helpers:
+                if number is not None:
+                    self.helpers[pid](False)
+                continue
             self.supervisor.suspended(pid, number)
         for pid, status in ended_children(ours | adopted):
             if pid in adopted:
@@ -828,6 +835,8 @@ class Engine:
                 self._guard.reaped(pid)
             elif pid == self._guard.pid:
                 self._replace_guard()
+            elif pid in self.helpers:
+                self.helpers.pop(pid)(True)
             elif self._ros is not None and pid == self._ros.pid:
                 self._guard.ended(pid)
                 self._ros.ended(Outcome.from_status(status))

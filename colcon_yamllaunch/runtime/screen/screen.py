@@ -3,6 +3,7 @@
 
 """The launch as the user sees it."""
 
+from collections.abc import Callable
 from collections.abc import Iterable
 
 from colcon_yamllaunch.common.printable import one_line
@@ -64,6 +65,9 @@ class Screen:
         self._width = len(events.LAUNCHER)
         self._names: dict[str, str] = {}
         self._prefixes: dict[str, bytes] = {}
+        #: Returns what stands before the output of processes, if anything is
+        #: to.
+        self.stamp: Callable[[], bytes] | None = None
         self._expect(processes)
 
     def handle(self, event: events.Event) -> None:
@@ -123,20 +127,23 @@ class Screen:
             data = self._folding.fold(process.label, event.stream, data)
             self._show_lines(process, event.stream, data)
 
-    def _show_lines(
-        self, process: Process, stream: events.Stream, data: bytes
-    ) -> None:
+    def rendered(self, process: Process, data: bytes) -> bytes:
+        """Return how lines of a process are shown."""
         data = legible(data, self._terminal)
         if self._colourless:
             data = colourless(data)
         if process.label not in self._prefixes:
             # it came while the launch ran
             self._expect((process,))
-        data = prefixed(
-            data,
-            self._prefixes[process.label],
-            reset=self._color or self._terminal,
-        )
+        prefix = self._prefixes[process.label]
+        if self.stamp is not None:
+            prefix = self.stamp() + prefix
+        return prefixed(data, prefix, reset=self._color or self._terminal)
+
+    def _show_lines(
+        self, process: Process, stream: events.Stream, data: bytes
+    ) -> None:
+        data = self.rendered(process, data)
         self._write((process.label, stream), data)
 
     def _show_message(self, event: events.Said) -> None:

@@ -205,7 +205,7 @@ class Board:
                 row.failure = ''
                 if row.phase in _UP:
                     self._turn(row, 'stopping')
-                elif event.action != 'stop':
+                elif event.action in ('restart', 'debug'):
                     self._turn(row, 'starting')
                 elif row.phase == 'respawn':
                     self._turn(row, 'stopped')

@@ -155,6 +155,10 @@ def block_of(
     lines = []
     if rows > 0:
         lines += _processes(board, view, style, columns, rows)
+    has_hint = view.hint and view.chosen is None
+    if has_hint and (news or len(lines) < style.lines - typing):
+        # nothing makes room for it
+        news.append(_painted(view.hint, _DIM, style))
     if news and style.lines > typing:
         lines.append(cut(f'{_GAP} '.join(news), columns))
     lines = [*view.live, *(f' {line}' for line in lines)]
@@ -302,8 +306,6 @@ def _news(
             news.append(_watched(watched, style))
     if view.filter:
         news.append(_painted(one_line(view.filter), _YELLOW, style))
-    if view.chosen is None and view.hint:
-        news.append(_painted(view.hint, _DIM, style))
     return news
 
 

@@ -10,6 +10,7 @@ from colcon_yamllaunch.runtime.terminal.line_filter import LineFilter
 from colcon_yamllaunch.runtime.terminal.line_filter import MAXIMUM_LIVE
 from colcon_yamllaunch.runtime.terminal.log_levels import Level
 from hypothesis import given
+from hypothesis import settings
 from hypothesis import strategies as st
 import pytest
 
@@ -208,6 +209,7 @@ LINES = st.lists(
 )
 
 
+@settings(max_examples=40, deadline=None)
 @given(st.lists(LINES, max_size=5))
 def test_nothing_else_is_lost(chunks):
     one = line_filter()

@@ -1,0 +1,394 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What the keys mean that are typed at the terminal of a launch."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Iterator
+from typing import Literal
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.runtime.control.keyboard import ESCAPE
+from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
+from colcon_yamllaunch.runtime.terminal.board import Board
+from colcon_yamllaunch.runtime.terminal.input_line import InputLine
+from colcon_yamllaunch.runtime.terminal.key_decoder import KeyDecoder
+from colcon_yamllaunch.runtime.terminal.line_filter import Filtering
+from colcon_yamllaunch.runtime.terminal.log_levels import Level
+from colcon_yamllaunch.runtime.terminal.status_block import View
+
+#: What is done with one process.
+Action = Literal[
+    'stop', 'restart', 'kill', 'attach', 'detach', 'debug', 'log', 'describe'
+]
+#: What is done otherwise: `break` ends a line, as in any terminal, to tell
+#: what comes from what was.
+General = Literal['watch', 'help', 'quit', 'break']
+
+
+@dataclass(frozen=True, slots=True)
+class Act:
+    """Something is to be done with a process or component."""
+
+    action: Action
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
+class Typed:
+    """Keys are to go to the process that has the keyboard."""
+
+    keys: bytes
+
+
+Command = Act | Typed | General
+
+_ACTIONS: dict[str, Action] = {
+    's': 'stop',
+    'r': 'restart',
+    'k': 'kill',
+    'a': 'attach',
+    'd': 'debug',
+    'l': 'log',
+    'i': 'describe',
+}
+#: How the keys for all processes are told in the block.
+_HINT = '? help  / search  L level  t times  M mute  q stop'
+_CHOSEN = (
+    's stop  r restart  k kill  a attach  m mute  o only  '
+    'd debug  l log  i info'
+)
+_HELP = (
+    ('1 … Z', 'choose the process with this key'),
+    (':', 'choose one by a part of its name; Tab completes it'),
+    ('s r k', 'then stop it, restart it, or kill it with all that it started'),
+    ('a', 'then type at it (what has a terminal: emulate_tty, --tty)'),
+    ('m o', 'then mute it or unmute it, or show the output of it alone'),
+    ('d', 'then start it anew under gdb, or pdb if it is in Python'),
+    ('l i', 'then show its log in $PAGER, or all that it was given'),
+    ('/', 'show lines with a text only, as it is typed; Esc shows all again'),
+    ('L', 'show INFO and worse only; again: WARN, ERROR, FATAL, everything'),
+    ('t', 'show the time of each line, or no more'),
+    ('M', 'mute all, or unmute all'),
+    ('w', 'switch --watch off, or on again'),
+    ('?', 'show these lines'),
+    ('q', 'stop the launch, as Ctrl-C does; once more hurries'),
+    (ESCAPE_NAME, 'go back from the process that is typed at'),
+)
+
+
+class Keys:
+    """
+    Makes commands of what is typed.
+
+    :param board: Has the processes
+    :param names_of: Returns further names of a process by its label
+    """
+
+    def __init__(
+        self, board: Board, names_of: Callable[[str], Iterable[str]]
+    ) -> None:
+        self._board = board
+        self._names_of = names_of
+        self._decoder = KeyDecoder()
+        #: What the keys have made of the output that is shown.
+        self.filtering = Filtering()
+        # what the next key is for
+        self._chosen: str | None = None
+        self._note = ''
+        # what is being typed, if anything but what a process gets
+        self._prompt = ''
+        self._line = InputLine()
+        self._searches: tuple[str, ...] = ()
+        self._search_before = ''
+        #: The process that has the keyboard, if one has.
+        self.attached: str | None = None
+        self._is_raw = False
+        self._is_secret = False
+        self._lines: dict[str, InputLine] = {}
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether an Esc may be the start of another key."""
+        return self._decoder.is_waiting
+
+    def feed(self, data: bytes) -> Iterator[Command]:
+        """
+        Take what was typed, and return what is to be done.
+
+        Each of it is to be done before the next is asked for.
+        """
+        while data:
+            label = self.attached
+            if label is not None and self._is_raw:
+                keys, escape, data = data.partition(ESCAPE)
+                if keys:
+                    yield Typed(keys)
+                if escape:
+                    self.detach()
+                    yield Act('detach', label)
+                continue
+            # where a key is the last one, those after it go elsewhere
+            self._decoder.feed(data[:1])
+            data = data[1:]
+            for key in self._decoder.pressed():
+                yield from self._press(key)
+
+    def settle(self) -> Iterator[Command]:
+        """Take into account that nothing has come for a while."""
+        for key in self._decoder.settle():
+            yield from self._press(key)
+
+    def attach(
+        self, label: str, *, is_raw: bool = False, is_secret: bool = False
+    ) -> None:
+        """
+        Have what is typed go to a process.
+
+        :param is_raw: Whether it takes each key at once, and no lines
+        :param is_secret: Whether what is typed is not to be seen
+        """
+        self._chosen = None
+        self._prompt = ''
+        self.attached = label
+        self._is_raw = is_raw
+        self._is_secret = is_secret
+
+    def detach(self) -> None:
+        """Take the keys back."""
+        self.attached = None
+
+    def tell(self, note: str) -> None:
+        """Tell something until the next key."""
+        self._note = note
+
+    def view(self, live: tuple[str, ...] = ()) -> View:
+        """
+        Return what is shown of all this.
+
+        :param live: Lines of output that may still change
+        """
+        filtering = self.filtering
+        hint = self._hint()
+        view = View(
+            live=live,
+            chosen=self.attached or self._chosen or self._meant(),
+            muted=filtering.muted,
+            only=filtering.only,
+            filter=filtering.text,
+            hint=hint,
+            note=self._note,
+        )
+        line = self._line
+        prompt = self._prompt
+        text = line.text
+        if self.attached is not None:
+            if self._is_raw:
+                return view
+            line = self._input_line(self.attached)
+            prompt = f'{self.attached}> '
+            text = '*' * len(line.text) if self._is_secret else line.text
+        if not prompt:
+            return view
+        return View(
+            live=live,
+            chosen=view.chosen,
+            muted=view.muted,
+            only=view.only,
+            filter=view.filter,
+            hint=hint,
+            note=view.note,
+            prompt=prompt,
+            typed=text.replace('\t', ' '),
+            cursor=line.cursor,
+        )
+
+    def _hint(self) -> str:
+        if self.attached is not None:
+            how = 'each key goes to' if self._is_raw else 'typing at'
+            return f'{ESCAPE_NAME} goes back; {how} {self.attached}'
+        if self._prompt == '/':
+            return 'Enter keeps the search, Esc drops it'
+        if self._prompt == ':':
+            return '  '.join(self._matches()[:5]) or 'no process is called so'
+        return _HINT if self._chosen is None else _CHOSEN
+
+    def _press(self, key: str) -> Iterator[Command]:
+        self._note = ''
+        if self.attached is not None:
+            yield from self._press_in_input(self.attached, key)
+        elif self._prompt == '/':
+            self._press_in_search(key)
+        elif self._prompt == ':':
+            self._press_in_name(key)
+        elif self._chosen is not None:
+            yield from self._press_for_one(self._chosen, key)
+        else:
+            yield from self._press_for_all(key)
+
+    # for all processes
+
+    def _press_for_all(self, key: str) -> Iterator[Command]:
+        filtering = self.filtering
+        match key:
+            case '/' | ':':
+                self._prompt = key
+                self._search_before = filtering.search
+                self._line = InputLine(self._searches if key == '/' else ())
+                if key == '/':
+                    self._filter(search='')
+            case 'L':
+                levels = list(Level)
+                place = levels.index(filtering.level) + 1
+                self._filter(level=levels[place % len(levels)])
+            case 't':
+                self._filter(times=not filtering.times)
+            case 'M':
+                labels = {r.label for r in self._board.rows if r.is_process}
+                is_quiet = labels <= filtering.muted
+                muted = frozenset(() if is_quiet else labels)
+                self._filter(muted=muted)
+            case 'w':
+                yield 'watch'
+            case '?':
+                yield 'help'
+            case 'q':
+                yield 'quit'
+            case 'enter':
+                yield 'break'
+            case 'esc':
+                self._filter(search='')
+            case _:
+                label = self._board.label_of(key)
+                if label is not None:
+                    self._chosen = label
+                elif len(key) == 1:
+                    self._note = f"no process has the key '{key}'; ? helps"
+
+    def _filter(
+        self,
+        *,
+        muted: frozenset[str] | None = None,
+        only: frozenset[str] | None = None,
+        search: str | None = None,
+        level: Level | None = None,
+        times: bool | None = None,
+    ) -> None:
+        before = self.filtering
+        self.filtering = Filtering(
+            before.muted if muted is None else muted,
+            before.only if only is None else only,
+            before.search if search is None else search,
+            before.level if level is None else level,
+            before.times if times is None else times,
+        )
+
+    # for one
+
+    def _press_for_one(self, label: str, key: str) -> Iterator[Command]:
+        row = self._board.row(label)
+        self._chosen = None
+        if row is None:
+            return
+        if key in ('m', 'o') and not row.is_process:
+            self._note = f'{label} is a component: its container writes'
+        elif key == 'm':
+            self._filter(muted=self.filtering.muted ^ {label})
+        elif key == 'o':
+            is_off = self.filtering.only == {label}
+            self._filter(only=frozenset(() if is_off else (label,)))
+        elif key == '?':
+            self._chosen = label
+            yield 'help'
+        elif key in _ACTIONS:
+            yield Act(_ACTIONS[key], label)
+        elif self._board.label_of(key) is not None:
+            self._chosen = self._board.label_of(key)
+        elif len(key) == 1 and key != ' ':
+            self._note = f"'{key}' is nothing to do with a process; ? helps"
+
+    # what is typed
+
+    def _press_in_search(self, key: str) -> None:
+        if key == 'enter':
+            self._line.enter()
+            self._searches = self._line.history
+            self._prompt = ''
+        elif key in ('esc', 'ctrl-g'):
+            self._prompt = ''
+            self._filter(search=self._search_before)
+        elif key == 'backspace' and not self._line.text:
+            self._prompt = ''
+        else:
+            self._line.press(key)
+            self._filter(search=self._line.text)
+
+    def _press_in_name(self, key: str) -> None:
+        matches = self._matches()
+        if key == 'enter':
+            self._prompt = ''
+            if not matches:
+                self._note = f"no process is called '{self._line.text}'"
+            elif self._line.text:
+                self._chosen = matches[0]
+        elif key in ('esc', 'ctrl-g') or (
+            key == 'backspace' and not self._line.text
+        ):
+            self._prompt = ''
+        elif key == 'tab':
+            if matches:
+                self._line.set(matches[0])
+        else:
+            self._line.press(key)
+
+    def _meant(self) -> str | None:
+        """Return whom the name means that is typed now."""
+        if self._prompt != ':' or not self._line.text:
+            return None
+        return next(iter(self._matches()), None)
+
+    def _matches(self) -> list[str]:
+        """Return the labels that are meant, the best first."""
+        text = self._line.text.lower()
+        ranks: list[tuple[int, str]] = []
+        for row in self._board.rows:
+            names = [
+                name.lower()
+                for name in (row.label, *self._names_of(row.label))
+            ]
+            if text in names:
+                ranks.append((0, row.label))
+            elif any(name.startswith(text) for name in names):
+                ranks.append((1, row.label))
+            elif any(text in name for name in names):
+                ranks.append((2, row.label))
+        # those of a rank stay in the order of the plan
+        ranks.sort(key=lambda rank: rank[0])
+        return [label for _, label in ranks]
+
+    def _press_in_input(self, label: str, key: str) -> Iterator[Command]:
+        line = self._input_line(label)
+        if key == 'ctrl-]':
+            self.detach()
+            yield Act('detach', label)
+        elif key == 'enter':
+            text = line.enter(remember=not self._is_secret)
+            yield Typed(text.encode(errors='replace') + b'\n')
+        elif key == 'ctrl-d' and not line.text:
+            # the end of the file, as any terminal has it
+            yield Typed(b'\x04')
+        else:
+            line.press(key)
+
+    def _input_line(self, label: str) -> InputLine:
+        return self._lines.setdefault(label, InputLine())
+
+
+def help_lines() -> list[str]:
+    """Return what all keys do, the first line a heading."""
+    width = max(len(key) for key, _ in _HELP)
+    return [
+        'Keys of this terminal:',
+        *(f'  {key:{width}}  {text}' for key, text in _HELP),
+    ]

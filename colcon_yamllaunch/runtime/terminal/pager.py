@@ -1,0 +1,95 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A pager that has the terminal for a while, as another job of a shell."""
+
+from collections.abc import Iterator
+from collections.abc import Mapping
+from contextlib import contextmanager
+from contextlib import suppress
+import os
+from pathlib import Path
+import shlex
+import shutil
+import signal
+import time
+
+#: The variable with the program, as all have it (environ(7)).
+PAGER = 'PAGER'
+#: Seconds that it gets to end when the launch does.
+PATIENCE = 1.0
+_USUAL = ('less', 'more')
+#: Shows colours, and the end of the log first.
+_LESS = '-R +G'
+
+
+class Pager:
+    """
+    Shows a file, until the user has seen it.
+
+    :param terminal: A descriptor of the terminal, which is ours
+    :raises OSError: when there is no such program
+    :raises ValueError: when :data:`PAGER` is no command line
+    """
+
+    def __init__(
+        self, path: Path, terminal: int, environment: Mapping[str, str]
+    ) -> None:
+        self._terminal = terminal
+        argv = [*_command(environment), str(path)]
+        #: Its process, which is the leader of its group, too.
+        self.pid = os.posix_spawnp(
+            argv[0],
+            argv,
+            {'LESS': _LESS, **environment},
+            setpgroup=0,
+            setsigdef=(signal.SIGPIPE, signal.SIGTSTP, signal.SIGHUP),
+        )
+        self._give(self.pid)
+        # it may have asked for the terminal before it had it
+        with suppress(ProcessLookupError):
+            os.killpg(self.pid, signal.SIGCONT)
+
+    def quit(self) -> None:
+        """End it; the terminal is as it was then."""
+        with suppress(ProcessLookupError):
+            os.killpg(self.pid, signal.SIGTERM)
+            os.killpg(self.pid, signal.SIGCONT)
+
+    def end(self) -> None:
+        """End it, whatever it does, and wait for that."""
+        self.quit()
+        deadline = time.monotonic() + PATIENCE
+        while not os.waitpid(self.pid, os.WNOHANG)[0]:
+            if time.monotonic() > deadline:
+                os.killpg(self.pid, signal.SIGKILL)
+                os.waitpid(self.pid, 0)
+                return
+            time.sleep(0.01)
+
+    def take_back(self) -> None:
+        """Have the terminal again."""
+        self._give(os.getpgrp())
+
+    def _give(self, group: int) -> None:
+        with _undisturbed(), suppress(OSError):
+            os.tcsetpgrp(self._terminal, group)
+
+
+def _command(environment: Mapping[str, str]) -> list[str]:
+    command = shlex.split(environment.get(PAGER, ''))
+    if command:
+        return command
+    path = environment.get('PATH', os.defpath)
+    found = (name for name in _USUAL if shutil.which(name, path=path))
+    return [next(found, 'cat')]
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let the terminal be changed from the background (tcsetpgrp(3))."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGTTOU,))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
