@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Tables of texts in columns."""
+"""Tables of texts in columns, with time spans and sizes for people."""
 
 from collections.abc import Callable
 from collections.abc import Collection
@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from collections.abc import Sequence
 
 _GAP = '  '
+_UNITS = ('KiB', 'MiB', 'GiB', 'TiB')
 
 
 def column_widths(rows: Iterable[Sequence[str]]) -> list[int]:
@@ -56,3 +57,28 @@ def table_lines(
             cells.append(text.rjust(width) if right else text.ljust(width))
         lines.append(_GAP.join(cells).rstrip())
     return lines
+
+
+def duration(seconds: float) -> str:
+    """Return a time span with its two largest units, as `2 h 05 min`."""
+    whole = int(seconds)
+    if whole < 60:
+        return f'{whole} s'
+    minutes, rest = divmod(whole, 60)
+    if minutes < 60:
+        return f'{minutes} min {rest:02} s'
+    hours, minutes = divmod(minutes, 60)
+    if hours < 24:
+        return f'{hours} h {minutes:02} min'
+    days, hours = divmod(hours, 24)
+    return f'{days} d {hours:02} h'
+
+
+def size(number: int) -> str:
+    """Return a number of bytes, as `23.1 MiB`."""
+    value = number / 1024
+    for unit in _UNITS[:-1]:
+        if value < 1000:
+            return f'{value:.1f} {unit}'
+        value /= 1024
+    return f'{value:.1f} {_UNITS[-1]}'

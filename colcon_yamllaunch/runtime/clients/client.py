@@ -50,6 +50,11 @@ class RunningLaunch:
         """Return the descriptor of the connection."""
         return self.connection.fileno()
 
+    @property
+    def pid(self) -> int:
+        """The process id of the launcher."""
+        return peer_pid(self.connection)
+
     def close(self) -> None:
         """Leave it alone."""
         self.connection.close()

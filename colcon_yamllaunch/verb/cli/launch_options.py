@@ -31,8 +31,8 @@ class ControlOptions:
     """
     What the user asks of running launches.
 
-    :param action: `status`, `stop`, `restart`, `lifecycle`, `logs` or
-      `attach`
+    :param action: `status`, `stop`, `restart`, `lifecycle`, `logs`, `attach`
+      or `ui`
     :param names: The processes and components, by name or glob
     :param launch: Which launch is meant: its package, launch file, title or
       process id; None when that is clear
@@ -89,6 +89,7 @@ class LaunchOptions:
     for_: float | None = None
     junit: Path | None = None
     attach: str | None = None
+    ui: bool = False
 
     @property
     def inspects(self) -> bool:
@@ -131,6 +132,11 @@ def parse_launch_options(known: Any) -> LaunchOptions:
     # the process of a new launch is no request to a running one
     attach, values.attach = values.attach, None
     read = read_options(values, 'launch')
+    if read.pop('of', None) is not None:
+        raise UserError(
+            '--of LAUNCH is about a launch that runs, and what else is given '
+            'begins one'
+        )
     meant = dict(map(_named, arguments))
     for key in _PREFIXES:
         if key in read:
@@ -165,13 +171,15 @@ def _control_options(
     launches = positionals or values.from_plan is not None
     if values.attach is not None and not launches:
         given.append('attach')
+    if values.ui and not launches:
+        given.append('ui')
     if not given:
         return None
     action = given[0]
     names: Sequence[str] = positionals
     if action == 'attach':
         names = (values.attach,)
-    elif action != 'status':
+    elif action not in ('status', 'ui'):
         names = (*getattr(values, action), *positionals)
     _refuse_options(action, names)
     if action == 'status' and positionals:

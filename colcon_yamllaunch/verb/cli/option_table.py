@@ -364,7 +364,7 @@ _SESSIONS = (
         'Change the state of lifecycle nodes, by name or glob: configure, '
         'activate, deactivate, cleanup or shutdown',
         Value('NAME TRANSITION', 'lifecycles', arity='any'),
-        excludes=_not('--logs', '--attach'),
+        excludes=_not('--logs', '--attach', '--ui'),
     ),
     Option(
         '--logs',
@@ -386,11 +386,19 @@ _SESSIONS = (
         Value('NAME', 'terminals'),
     ),
     Option(
+        '--ui',
+        'Show a running launch on the full screen; with PKG FILE, the new one',
+        excludes={
+            **_RUNS_NONE,
+            **_not('--status', '--stop', '--restart', '--logs', '--attach'),
+        },
+    ),
+    Option(
         '--of',
         'Which running launch is meant, where that is not clear: its '
         "package, launch file or pid, or a glob ('*' for all)",
         Value('LAUNCH', 'launches'),
-        needs=(*REQUESTS, '--attach'),
+        needs=(*REQUESTS, '--attach', '--ui'),
     ),
 )
 _CREATE = (

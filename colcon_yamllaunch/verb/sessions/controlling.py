@@ -72,6 +72,10 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
             from colcon_yamllaunch.verb.sessions.attaching import attach
 
             return attach(chosen, choose_parts(chosen.state, options.names))
+        if options.action == 'ui':
+            from colcon_yamllaunch.verb.sessions.full_screen import show_launch
+
+            return show_launch(chosen, environment)
         processes = choose_processes(chosen.state, options.names)
         from colcon_yamllaunch.verb.sessions.reading_logs import show_logs
 

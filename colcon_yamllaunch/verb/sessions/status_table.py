@@ -8,6 +8,8 @@ from collections.abc import Mapping
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import column_widths
+from colcon_yamllaunch.common.table import duration
+from colcon_yamllaunch.common.table import size
 from colcon_yamllaunch.common.table import table_lines
 from colcon_yamllaunch.common.table import table_width
 from colcon_yamllaunch.common.table import without_end
@@ -24,7 +26,6 @@ _SMALLEST_LABEL = 12
 _SMALLEST_STATE = 10
 # of the process, its state and its process id
 _LEAST_COLUMNS = 3
-_UNITS = ('KiB', 'MiB', 'GiB', 'TiB')
 
 
 def table(
@@ -57,31 +58,6 @@ def table(
         line = one_line(f'watches its files; {last}')
         lines.append(line if width is None else without_end(line, width - 2))
     return '\n'.join((title, *(_INDENT + line for line in lines)))
-
-
-def duration(seconds: float) -> str:
-    """Return a time span with its two largest units, as `2 h 05 min`."""
-    whole = int(seconds)
-    if whole < 60:
-        return f'{whole} s'
-    minutes, rest = divmod(whole, 60)
-    if minutes < 60:
-        return f'{minutes} min {rest:02} s'
-    hours, minutes = divmod(minutes, 60)
-    if hours < 24:
-        return f'{hours} h {minutes:02} min'
-    days, hours = divmod(hours, 24)
-    return f'{days} d {hours:02} h'
-
-
-def size(number: int) -> str:
-    """Return a number of bytes, as `23.1 MiB`."""
-    value = number / 1024
-    for unit in _UNITS[:-1]:
-        if value < 1000:
-            return f'{value:.1f} {unit}'
-        value /= 1024
-    return f'{value:.1f} {_UNITS[-1]}'
 
 
 def _state_of(launch: LaunchState) -> str:

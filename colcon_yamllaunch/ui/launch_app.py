@@ -1,0 +1,129 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The full screen as a program of its own."""
+
+import asyncio
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Mapping
+from contextlib import suppress
+import signal
+import time
+from typing import Any
+from typing import ClassVar
+
+from colcon_yamllaunch.runtime.clients.resource_usage import Usage
+from colcon_yamllaunch.runtime.clients.resource_usage import usage_of
+from colcon_yamllaunch.runtime.clients.subscription import Subscription
+from colcon_yamllaunch.ui.launch_screen import LaunchScreen
+from colcon_yamllaunch.ui.launch_screen import Surroundings
+from textual.app import App
+from textual.binding import Binding
+from textual.binding import BindingType
+
+#: Seconds between two looks at what processes use.
+MEASURED_EVERY = 2.0
+
+Measure = Callable[[Collection[int]], Mapping[int, Usage]]
+
+
+class LaunchApp(App[None]):
+    """
+    Shows a launch until somebody leaves.
+
+    :param around: What it can have done outside of itself
+    :param measure: Tells what process groups use; it may take some time
+    :param clock: Returns seconds that never go back
+    """
+
+    TITLE = 'colcon launch'
+    ENABLE_COMMAND_PALETTE = False
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding('ctrl+c', 'interrupt', show=False, priority=True),
+        Binding('ctrl+q', 'leave', show=False, priority=True),
+        Binding('ctrl+z', 'suspend_process', show=False, priority=True),
+    ]
+    CSS = """
+    Screen { layout: vertical; }
+    #title, #keys, #prompt { height: 1; }
+    #title, #keys, #short { text-wrap: nowrap; text-overflow: ellipsis; }
+    #prompt { border: none; padding: 0; }
+    #panes { height: 1fr; }
+    #left { width: 34%; max-width: 60; min-width: 24;
+            border-right: solid ansi_bright_black; }
+    #parts { height: 1fr; overflow-x: hidden; scrollbar-size: 0 1; }
+    #short { height: 4; }
+    #output { width: 1fr; scrollbar-size: 0 1; }
+    .narrow #left { width: 1fr; max-width: 100%; border-right: none; }
+    .narrow #output { display: none; }
+    .narrow.output #left { display: none; }
+    .narrow.output #output { display: block; }
+    ModalScreen { align: center middle; }
+    .box { width: 90%; max-width: 100; height: auto; max-height: 90%;
+           border: round ansi_bright_black; padding: 0 1; }
+    """
+
+    def __init__(
+        self,
+        subscription: Subscription,
+        around: Surroundings,
+        measure: Measure = usage_of,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        # the colours of the terminal, and none of ours
+        super().__init__(ansi_color=True)
+        self._around = around
+        self._measure = measure
+        self.panes = LaunchScreen(subscription, around, clock)
+        #: The signal that ended it, None where the user left.
+        self.signal: int | None = None
+        #: The defect of ours that ended it, if one did.
+        self.error: Exception | None = None
+
+    def get_default_screen(self) -> LaunchScreen:
+        """Return what is shown at first."""
+        return self.panes
+
+    def on_mount(self) -> None:
+        """Begin to measure."""
+        loop = asyncio.get_running_loop()
+        loop.set_exception_handler(self._take_loop_error)
+        if not self.is_headless:
+            for number in (signal.SIGTERM, signal.SIGHUP):
+                loop.add_signal_handler(number, self._end_by, number)
+        self.run_worker(self._measure_on())
+
+    def action_interrupt(self) -> None:
+        """Do what Ctrl-C does."""
+        self.panes.interrupt()
+
+    def action_leave(self) -> None:
+        """Do what q does."""
+        self.panes.action_leave()
+
+    def _handle_exception(self, error: Exception) -> None:
+        # one line, after all, instead of screens full of a traceback
+        self.error = self.error or error
+        self.exit(return_code=1)
+
+    def _take_loop_error(
+        self, _: asyncio.AbstractEventLoop, context: dict[str, Any]
+    ) -> None:
+        error = context.get('exception')
+        if isinstance(error, Exception):
+            self._handle_exception(error)
+
+    def _end_by(self, number: int) -> None:
+        self.signal = number
+        self.exit()
+
+    async def _measure_on(self) -> None:
+        model = self.panes.model
+        while not model.ending:
+            pids = {p.pid for p in model.state.processes if p.pid is not None}
+            # a process may end in the middle of it
+            with suppress(OSError):
+                model.take_usage(await asyncio.to_thread(self._measure, pids))
+            self.panes.changed()
+            await asyncio.sleep(MEASURED_EVERY)

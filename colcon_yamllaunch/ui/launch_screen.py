@@ -1,0 +1,579 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The panes, and what each key does."""
+
+from asyncio import get_running_loop
+from collections.abc import Callable
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+from typing import ClassVar
+from typing import Protocol
+
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.common.table import duration
+from colcon_yamllaunch.common.table import size
+from colcon_yamllaunch.runtime.clients.subscription import Subscription
+from colcon_yamllaunch.runtime.control.launch_states import from_json
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.protocol import ProtocolError
+from colcon_yamllaunch.ui.dialogs import help_text
+from colcon_yamllaunch.ui.dialogs import LeaveQuestion
+from colcon_yamllaunch.ui.dialogs import Leaving
+from colcon_yamllaunch.ui.dialogs import Reading
+from colcon_yamllaunch.ui.inspection import in_full
+from colcon_yamllaunch.ui.inspection import in_short
+from colcon_yamllaunch.ui.key_table import ON_ALL
+from colcon_yamllaunch.ui.key_table import ON_ONE
+from colcon_yamllaunch.ui.launch_model import LaunchModel
+from colcon_yamllaunch.ui.line_levels import LEVELS
+from colcon_yamllaunch.ui.link import Link
+from colcon_yamllaunch.ui.output_pane import OutputPane
+from colcon_yamllaunch.ui.output_view import Choice
+from colcon_yamllaunch.ui.part_list import PartList
+from colcon_yamllaunch.ui.part_rows import label_of_key
+from colcon_yamllaunch.ui.part_rows import part_rows
+from colcon_yamllaunch.ui.part_rows import tree_rows
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding
+from textual.binding import BindingType
+from textual.containers import Horizontal
+from textual.containers import Vertical
+from textual.events import Resize
+from textual.screen import Screen
+from textual.widgets import Input
+from textual.widgets import Static
+
+#: Seconds between two times that something is drawn.
+DRAWN_EVERY = 0.1
+#: Seconds between two questions for the state of the launch.
+ASKED_EVERY = 0.25
+#: Seconds for which an answer is shown.
+SHOWN_FOR = 6.0
+#: Columns below which there is one pane at a time.
+NARROW = 60
+
+# what keys do while somebody types
+_WHILE_TYPING = ('clear', 'switch')
+
+
+class Surroundings(Protocol):
+    """What the screen can have done outside of itself."""
+
+    @property
+    def owns_launch(self) -> bool:
+        """Whether the launch was started for this screen."""
+
+    def attach(self, label: str) -> None:
+        """Connect the terminal to a process, until that is over."""
+
+    def page(self, path: str) -> None:
+        """Show a file, until the user has seen it."""
+
+    def interrupt(self) -> None:
+        """Do to the launch what Ctrl-C does, if it was started for this."""
+
+
+class LaunchScreen(Screen[None]):
+    """A launch: its processes left, what they write right."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        *(
+            # with priority, as others are for who had the focus when the key
+            # came: several at once, as by a slow line, would miss the prompt
+            Binding(key.keys, key.action, show=False, priority=True)
+            for key in (*ON_ONE, *ON_ALL)
+            if key.action
+        ),
+        *(
+            Binding(digit, f'go({digit})', show=False, priority=True)
+            for digit in '1234567890'
+        ),
+    ]
+    AUTO_FOCUS = '#parts'
+
+    def __init__(
+        self,
+        subscription: Subscription,
+        around: Surroundings,
+        clock: Callable[[], float],
+    ) -> None:
+        super().__init__()
+        self._subscription = subscription
+        self._around = around
+        self.model = LaunchModel(subscription.state, clock)
+        self._parts = PartList()
+        self._output = OutputPane(self.model.view)
+        self._shows_plan = False
+        self._is_output = False
+        self._prompt = Input(id='prompt', compact=True)
+        self._asked_for = ''
+        self._search_before = ''
+        self._is_due = False
+        self._is_asked = False
+        self._drawn = 0.0
+        self._lines = {
+            name: Static(id=name) for name in ('title', 'short', 'keys')
+        }
+        self._shown: dict[str, Text] = {}
+        self._said: tuple[str, str] = ('', '')
+        self._link: Link | None = None
+        self._stops_to_leave = False
+        self._is_closed = False
+
+    def compose(self) -> ComposeResult:
+        """Make the widgets."""
+        yield self._lines['title']
+        with Horizontal(id='panes'):
+            with Vertical(id='left'):
+                yield self._parts
+                yield self._lines['short']
+            yield self._output
+        yield self._prompt
+        yield self._lines['keys']
+
+    def on_mount(self) -> None:
+        """Begin to listen."""
+        self._prompt.display = False
+        self.app.app_resume_signal.subscribe(self, self._resumed)
+        self._link = Link(
+            self._subscription,
+            get_running_loop(),
+            self.model.take,
+            self._happened,
+            self._ended,
+        )
+        self._happened()
+
+    def on_unmount(self) -> None:
+        """Leave the launch alone, too."""
+        self.close()
+
+    def check_action(
+        self,
+        action: str,
+        parameters: tuple[object, ...],  # noqa: ARG002
+    ) -> bool | None:
+        """Tell whether a key means something now, or is typed."""
+        return not self._asked_for or action in _WHILE_TYPING
+
+    def close(self) -> None:
+        """Leave the launch alone, and draw no more."""
+        self._is_closed = True
+        if self._link is not None:
+            self._link.close()
+
+    def on_resize(self, event: Resize) -> None:
+        """Show one pane, or both."""
+        self.set_class(event.size.width < NARROW, 'narrow')
+        self.set_class(self._is_output, 'output')
+        self.changed()
+
+    def changed(self) -> None:
+        """Draw what is new, soon."""
+        if not self._is_due:
+            self._is_due = True
+            loop = get_running_loop()
+            due = max(loop.time(), self._drawn + DRAWN_EVERY)
+            loop.call_at(due, self._draw)
+
+    # -- what a key does to one
+
+    def action_stop(self) -> None:
+        """Stop what the cursor is on."""
+        self._act('stop')
+
+    def action_restart(self) -> None:
+        """Start it anew."""
+        self._act('restart')
+
+    def action_kill(self) -> None:
+        """Kill it."""
+        self._act('kill')
+
+    def action_debug(self) -> None:
+        """Start it under a debugger."""
+        self._act('debug', 'starts under a debugger: a types at it')
+
+    def action_attach(self) -> None:
+        """Type at it."""
+        part = self._part()
+        if part is None:
+            return
+        if not isinstance(part, ProcessState):
+            self.say(f'{part.label} is a component: it has no keyboard', 'red')
+        elif not part.terminal:
+            self.say(
+                f'{part.label} has no keyboard: give it emulate_tty: true in '
+                'the launch file, or start the launch with --tty',
+                'red',
+            )
+        else:
+            with self.app.suspend():
+                self._around.attach(part.label)
+            self.app.refresh()
+
+    def action_log(self) -> None:
+        """Show its log."""
+        part = self._part()
+        if part is None:
+            return
+        if part.log is None:
+            self.say(f'{part.label} has no log of its own', 'red')
+            return
+        with self.app.suspend():
+            self._around.page(part.log)
+        self.app.refresh()
+
+    def action_inspect(self) -> None:
+        """Show what it is."""
+        part = self._part()
+        if part is None or self._link is None:
+            return
+        label = part.label
+
+        def show(error: str | None, answer: Mapping[str, Any]) -> None:
+            if error is not None:
+                self.say(error, 'red')
+                return
+            description = answer.get('description')
+            if isinstance(description, Mapping):
+                text = in_full(self.model, label, description)
+                self.app.push_screen(Reading(one_line(label), text))
+
+        if self.model.ending:
+            self.say('the launch has ended', 'red')
+        self._link.ask('describe', show, process=label)
+
+    def action_mute(self) -> None:
+        """Show no output of it, or do."""
+        part = self._part()
+        if part is not None:
+            muted = self._choice.muted ^ {part.label}
+            self._choose(replace(self._choice, muted=muted))
+
+    def action_only(self) -> None:
+        """Show its output only, or all."""
+        part = self._part()
+        if part is not None:
+            only = frozenset((part.label,))
+            if self._choice.chosen == only:
+                only = frozenset()
+            muted = self._choice.muted - only
+            self._choose(
+                replace(
+                    self._choice, chosen=only, muted=muted, mutes_all=False
+                )
+            )
+
+    def action_choose(self) -> None:
+        """Show its output beside that of others, or not."""
+        part = self._part()
+        if part is not None:
+            chosen = self._choice.chosen ^ {part.label}
+            self._choose(replace(self._choice, chosen=chosen))
+
+    # -- what a key does to all
+
+    def action_search(self) -> None:
+        """Ask for a text that lines have."""
+        self._search_before = self._choice.search
+        self._ask('search', '/', self._choice.search)
+
+    def action_find(self) -> None:
+        """Ask for the name of a process."""
+        self._ask('find', ':', '')
+
+    def action_level(self) -> None:
+        """Show less, or all again."""
+        level = (self._choice.level + 1) % len(LEVELS)
+        self._choose(replace(self._choice, level=level))
+
+    def action_timestamps(self) -> None:
+        """Show when each line came, or do not."""
+        self._output.timestamps = not self._output.timestamps
+        self.changed()
+
+    def action_mute_all(self) -> None:
+        """Show no output, or do."""
+        mutes_all = not self._choice.mutes_all
+        self._choose(
+            replace(self._choice, mutes_all=mutes_all, muted=frozenset())
+        )
+
+    def action_plan(self) -> None:
+        """Show the plan, or the processes."""
+        self._shows_plan = not self._shows_plan
+        self.changed()
+
+    def action_go(self, digit: int) -> None:
+        """Go to one of the first processes."""
+        label = label_of_key(self.model, str(digit))
+        if label is not None:
+            self._parts.go_to(label)
+
+    def action_failed(self) -> None:
+        """Go to the next that failed."""
+        if not self._parts.next_of(self.model.failed):
+            self.say('nothing has failed')
+
+    def action_switch(self) -> None:
+        """Go to the other pane."""
+        self._is_output = not self._is_output
+        self.set_class(self._is_output, 'output')
+        self._ask_no_more()
+
+    def action_clear(self) -> None:
+        """Show all again, or ask no more."""
+        if self._asked_for == 'search':
+            self._choose(replace(self._choice, search=self._search_before))
+        elif not self._asked_for:
+            self._choose(Choice())
+        self._ask_no_more()
+
+    def action_help(self) -> None:
+        """Show what the keys do."""
+        owns = self._around.owns_launch
+        last = 'stop the launch; again: hurry' if owns else 'leave'
+        sections = (
+            ('The process or component under the cursor', ON_ONE),
+            ('All', ON_ALL),
+        )
+        text = help_text(sections, last)
+        self.app.push_screen(Reading('Keys', text))
+
+    def action_leave(self) -> None:
+        """Leave, and ask what is to become of the launch."""
+        if self.model.ending or not self._around.owns_launch:
+            self.app.exit()
+        else:
+            self.app.push_screen(LeaveQuestion(), self._leave)
+
+    def interrupt(self) -> None:
+        """Do what Ctrl-C does."""
+        if self.model.ending or not self._around.owns_launch:
+            self.app.exit()
+        else:
+            self._around.interrupt()
+            self.say('stopping; Ctrl-C again to hurry')
+
+    def say(self, text: str, style: str = '') -> None:
+        """Show a line for a moment."""
+        said = one_line(text), style
+        self._said = said
+
+        def forget() -> None:
+            if self._said is said:
+                self._said = ('', '')
+                self.changed()
+
+        self.set_timer(SHOWN_FOR, forget)
+        self.changed()
+
+    def on_input_changed(self, event: Input.Changed) -> None:
+        """Search while somebody types."""
+        self._take_typed(event.value)
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Take what was typed."""
+        self._take_typed(event.value)
+        self._ask_no_more()
+
+    def on_part_list_moved(self) -> None:
+        """Show what the cursor is on."""
+        self.changed()
+
+    def on_output_pane_followed(self) -> None:
+        """Show whether the end is in sight."""
+        self.changed()
+
+    @property
+    def _choice(self) -> Choice:
+        return self.model.view.choice
+
+    def _choose(self, choice: Choice) -> None:
+        self.model.view.choose(choice)
+        self.changed()
+
+    def _take_typed(self, text: str) -> None:
+        if self._asked_for == 'search' and text != self._choice.search:
+            self._choose(replace(self._choice, search=text))
+        elif self._asked_for == 'find' and text:
+            self._parts.find(text)
+
+    def _part(self) -> Any:
+        part = self.model.part(self._parts.label)
+        if part is None:
+            self.say('go to a process or component first', 'red')
+        return part
+
+    def _act(self, name: str, done: str = '') -> None:
+        part = self._part()
+        if part is None or self._link is None:
+            return
+        if self.model.ending:
+            self.say(self.model.ending, 'red')
+            return
+        label = part.label
+
+        def told(error: str | None, _: Mapping[str, Any]) -> None:
+            if error is not None:
+                self.say(error, 'red')
+            else:
+                self.say(f'{label}: {done or name + " requested"}')
+
+        self._link.ask(name, told, process=label)
+
+    def _leave(self, answer: Leaving | None) -> None:
+        if answer == 'go' or (answer == 'stop' and self.model.ending):
+            self.app.exit()
+        elif answer == 'stop':
+            self._stops_to_leave = True
+            self._around.interrupt()
+            self.say('stopping, then leaving; Ctrl-C to hurry')
+
+    def _ask(self, what: str, sign: str, value: str) -> None:
+        self._asked_for = ''
+        self._prompt.value = value
+        self._prompt.placeholder = {
+            'search': f'{sign} a text that lines have',
+            'find': f'{sign} a part of a name',
+        }[what]
+        self._asked_for = what
+        self._prompt.display = True
+        # at once, so that what is typed next gets there
+        self.set_focus(self._prompt)
+
+    def _ask_no_more(self) -> None:
+        self._asked_for = ''
+        self._prompt.display = False
+        self.set_focus(self._output if self._is_output else self._parts)
+        self.changed()
+
+    def _happened(self) -> None:
+        """Take note that news came."""
+        if self.model.wants_state and not self._is_asked:
+            self._is_asked = True
+            get_running_loop().call_later(ASKED_EVERY, self._ask_for_state)
+        if self.model.wants_tree and self._link is not None:
+            self.model.wants_tree = False
+            self._link.ask('tree', self._take_tree)
+        self.changed()
+
+    def _ask_for_state(self) -> None:
+        self.model.wants_state = False
+        if self._link is not None:
+            self._link.ask('status', self._take_state)
+
+    def _take_state(
+        self, error: str | None, answer: Mapping[str, Any]
+    ) -> None:
+        self._is_asked = False
+        if error is None:
+            # one of another version says something else
+            with suppress(ProtocolError):
+                self.model.take_state(from_json(answer.get('launch')))
+        self._happened()
+
+    def _take_tree(self, error: str | None, answer: Mapping[str, Any]) -> None:
+        tree = answer.get('tree')
+        if error is None and isinstance(tree, list):
+            self.model.tree = tree
+            self.changed()
+
+    def _ended(self, reason: str) -> None:
+        if not reason and self.model.exit_code is None:
+            reason = 'the launcher is gone; colcon launch --status shows rests'
+        self.model.end(reason)
+        self._said = ('', '')
+        self.changed()
+        if self._stops_to_leave:
+            self.app.exit()
+        elif isinstance(self.app.screen, LeaveQuestion):
+            # it has no sense any more
+            self.app.screen.dismiss('stay')
+
+    def _draw(self) -> None:
+        self._is_due = False
+        self._drawn = get_running_loop().time()
+        if self._is_closed:
+            return
+        rows = tree_rows if self._shows_plan else part_rows
+        self._parts.show(rows(self.model), self._choice)
+        self._output.changed()
+        self._put('title', self._title_text())
+        self._put('keys', self._keys_text(self.size.width))
+        label = self._parts.label
+        shown = Text()
+        if label is not None:
+            width = self._lines['short'].size.width
+            shown = in_short(self.model, label, width)
+        self._put('short', shown)
+
+    def _resumed(self, _: object) -> None:
+        # the terminal has been somebody else's
+        get_running_loop().call_later(DRAWN_EVERY, self.app.refresh)
+
+    def _put(self, place: str, text: Text) -> None:
+        # all else stays where it is, which need not be found out anew
+        if text != self._shown.get(place):
+            self._shown[place] = text
+            self._lines[place].update(text, layout=False)
+
+    def _title_text(self) -> Text:
+        model = self.model
+        state = model.state
+        text = Text(no_wrap=True, overflow='ellipsis')
+        if model.ending:
+            words = 'ended'
+            if model.exit_code is not None:
+                words += f', exit code {model.exit_code}'
+            text.append(f' {words} ', 'bold reverse')
+        elif state.stopping:
+            text.append(' stopping ', 'bold reverse yellow')
+        failed = sum(p.label in model.failed for p in state.parts())
+        if failed:
+            text.append(f' {failed} failed ', 'bold reverse red')
+        words_of_choice = self._choice.words()
+        if words_of_choice:
+            text.append(f' {", ".join(words_of_choice)} ', 'reverse cyan')
+        if not self._output.follows:
+            text.append(' held, End follows ', 'reverse')
+        if model.missed_bytes:
+            text.append(f' {size(model.missed_bytes)} missed ', 'yellow')
+        text.append(f' {one_line(state.title)}', 'bold')
+        text.append(f'  {duration(model.seconds)}  pid {state.pid}')
+        if state.watch is not None:
+            style = 'red' if state.watch_failed else ''
+            text.append(f'  watch: {one_line(state.watch) or "…"}', style)
+        return text
+
+    def _keys_text(self, width: int) -> Text:
+        said, style = self._said
+        if said:
+            return Text(said, style, no_wrap=True, overflow='ellipsis')
+        if self.model.ending:
+            said = f'{self.model.ending}; q leaves'
+            return Text(said, 'bold', no_wrap=True, overflow='ellipsis')
+        text = Text(no_wrap=True)
+        # the last ones must not be cut: they lead to all others
+        leading = '?q' if width >= NARROW else ('?', 'q', 'Tab')
+        last = [key for key in ON_ALL if key.shown in leading]
+        others = [*ON_ONE, *(key for key in ON_ALL if key not in last)]
+        room = width - sum(len(k.shown) + len(k.short) + 3 for k in last)
+        for key in others:
+            cells = len(key.shown) + len(key.short) + 3
+            if key.short and cells <= room:
+                room -= cells
+                _add_key(text, key.shown, key.short)
+        for key in last:
+            _add_key(text, key.shown, key.short)
+        return text
+
+
+def _add_key(text: Text, shown: str, short: str) -> None:
+    text.append(f'{shown} ', 'bold cyan')
+    text.append(f'{short}  ', 'dim')

@@ -1,0 +1,199 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A running launch on the full screen, and a new one beside it."""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+import importlib.util
+import os
+import shlex
+import subprocess
+import sys
+import time
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.runtime.clients.client import ControlError
+from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
+from colcon_yamllaunch.runtime.clients.client import running_launches
+from colcon_yamllaunch.runtime.clients.client import RunningLaunch
+from colcon_yamllaunch.runtime.clients.subscription import BEGINNING
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.sessions.attaching import attach
+from colcon_yamllaunch.verb.sessions.selecting import Candidate
+
+#: What to say without the library that draws.
+MISSING = (
+    "--ui needs the Python package 'textual': "
+    "pip install 'colcon-yamllaunch[ui]'"
+)
+#: By how much the launch comes before us where both want a processor, as for
+#: nice(1).
+NICE = 5
+#: Shows files where `PAGER` names nothing else.
+_PAGER = 'less'
+#: Seconds in which nobody has read anything.
+_GLANCE = 1.0
+
+
+def need_screen(environment: Mapping[str, str]) -> None:
+    """
+    See whether there is all that the full screen needs.
+
+    :raises UserError: when there is not
+    """
+    if importlib.util.find_spec('textual') is None:
+        raise UserError(MISSING)
+    if not (_is_terminal(0) and _is_terminal(1)):
+        raise UserError(
+            '--ui needs a terminal, but standard input or output is none; '
+            '--status and --logs do without'
+        )
+    if environment.get('TERM') in (None, '', 'dumb'):
+        raise UserError(
+            '--ui needs a terminal that can be drawn on, and TERM says that '
+            'this one cannot; --status and --logs do without'
+        )
+
+
+def show_launch(chosen: Candidate, environment: Mapping[str, str]) -> int:
+    """
+    Show a launch that others have started; return the exit code.
+
+    :raises UserError: when that is not possible here
+    :raises ControlError: when the launch refuses
+    """
+    need_screen(environment)
+    if not isinstance(chosen.launch, RunningLaunch):
+        raise ControlError(
+            'its launcher was killed, so there is nothing to show; --stop '
+            'ends what still runs'
+        )
+    number = show(chosen.launch, Surroundings(chosen.state.pid, environment))
+    return 0 if number is None else 128 + number
+
+
+def show(launch: RunningLaunch, around: 'Surroundings') -> int | None:
+    """
+    Show a launch until the user leaves.
+
+    Return the signal that ended it, if one did.
+
+    :raises ControlError: when the launch refuses
+    """
+    # it takes long to import
+    from colcon_yamllaunch.ui.launch_app import LaunchApp
+
+    try:
+        subscription = launch.subscribe(BEGINNING)
+    except LaunchEndedError:
+        raise
+    except ControlError as e:
+        raise ControlError(
+            f'it cannot be shown, as it is of an older colcon-yamllaunch: {e}'
+        ) from e
+    os.nice(NICE)
+    # the library takes it away
+    plain = os.environ.get('NO_COLOR')
+    if not plain:
+        # only one that is not empty counts (https://no-color.org)
+        os.environ.pop('NO_COLOR', None)
+    app = LaunchApp(subscription, around)
+    try:
+        app.run()
+    finally:
+        app.panes.close()
+        around.is_over = bool(app.panes.model.ending)
+        if plain is not None:
+            os.environ['NO_COLOR'] = plain
+    if app.error is not None:
+        raise app.error
+    return app.signal
+
+
+class Surroundings:
+    """
+    What the full screen can have done outside of itself.
+
+    :param pid: The launcher
+    :param interrupt: Does what Ctrl-C does to a launch that was started for
+      this screen; None for any other
+    """
+
+    def __init__(
+        self,
+        pid: int,
+        environment: Mapping[str, str],
+        interrupt: Callable[[], None] | None = None,
+    ) -> None:
+        self._pid = pid
+        self._environment = environment
+        self._interrupt = interrupt
+        #: Whether the launch ended while it was shown.
+        self.is_over = False
+
+    @property
+    def owns_launch(self) -> bool:
+        """Whether the launch was started for this screen."""
+        return self._interrupt is not None
+
+    def interrupt(self) -> None:
+        """Do to the launch what Ctrl-C does."""
+        if self._interrupt is not None:
+            self._interrupt()
+
+    def attach(self, label: str) -> None:
+        """Connect the terminal to a process, until that is over."""
+        launch = launch_of(self._pid, self._environment)
+        if launch is None:
+            return
+        try:
+            state = launch.status()
+            parts = [
+                p
+                for p in state.processes
+                if p.label == label and isinstance(p, ProcessState)
+            ]
+            attach(Candidate(launch, state), parts)
+        except (ControlError, UserError) as e:
+            say(f'{label}: {e}')
+            self._wait()
+        finally:
+            launch.close()
+
+    def page(self, path: str) -> None:
+        """Show a file, until the user has seen it."""
+        words = shlex.split(self._environment.get('PAGER') or _PAGER)
+        begin = time.monotonic()
+        try:
+            subprocess.run([*words, path], check=False)
+        except OSError as e:
+            say(f'{words[0]}: {e.strerror}; the log is {path}')
+        # one that does not wait, such as cat, or that does not work
+        if time.monotonic() - begin < _GLANCE:
+            self._wait()
+
+    def _wait(self) -> None:
+        say('Enter goes back')
+        sys.stdin.readline()
+
+
+def launch_of(
+    pid: int, environment: Mapping[str, str]
+) -> RunningLaunch | None:
+    """Return the launch of a launcher, None while there is none."""
+    found = None
+    for launch in running_launches(environment, lambda _: None):
+        if found is None and launch.pid == pid:
+            found = launch
+        else:
+            launch.close()
+    return found
+
+
+def _is_terminal(descriptor: int) -> bool:
+    try:
+        return os.isatty(descriptor)
+    except OSError:
+        return False

@@ -1,0 +1,183 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A launch that exists on the full screen only."""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from dataclasses import asdict
+import os
+from typing import Any
+
+from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
+from colcon_yamllaunch.runtime.clients.subscription import Answered
+from colcon_yamllaunch.runtime.clients.subscription import Happened
+from colcon_yamllaunch.runtime.clients.subscription import News
+from colcon_yamllaunch.runtime.clients.subscription import Wrote
+from colcon_yamllaunch.runtime.control.launch_states import ComponentState
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+
+Answer = Callable[[Mapping[str, Any]], Mapping[str, Any]]
+
+
+def process(label: str, **more: Any) -> ProcessState:
+    """Return a process that runs."""
+    known = {
+        'phase': 'running',
+        'pid': 1000,
+        'seconds': 5.0,
+        'restarts': 0,
+        'ending': '',
+        'executable': 'talker',
+        'node': f'/{label}',
+        'package': 'demo',
+        'log': f'/log/{label}.log',
+        'terminal': False,
+    }
+    return ProcessState(label, **{**known, **more})
+
+
+def component(label: str, container: str | None, **more: Any) -> Any:
+    """Return a component that is loaded."""
+    known = {
+        'phase': 'loaded',
+        'seconds': 4.0,
+        'ending': '',
+        'plugin': 'demo::Talker',
+        'node': f'/{label}',
+        'package': 'demo',
+        'container': f'/{container or "far"}',
+        'process': container,
+        'log': None,
+        'lifecycle': None,
+    }
+    return ComponentState(label, **{**known, **more})
+
+
+def state_of(*parts: Any, **more: Any) -> LaunchState:
+    """Return a launch of processes and components."""
+    known = {
+        'title': 'my_pkg demo.yaml',
+        'package': 'my_pkg',
+        'file': '/ws/demo.yaml',
+        'folder': '/ws',
+        'pid': 999,
+        'seconds': 6.0,
+        'stopping': False,
+        'log_folder': '/log',
+    }
+    return LaunchState(
+        **{**known, **more},
+        processes=tuple(p for p in parts if isinstance(p, ProcessState)),
+        components=tuple(p for p in parts if isinstance(p, ComponentState)),
+    )
+
+
+def wrote(label: str, *lines: str) -> Wrote:
+    """Return lines of a process."""
+    data = ''.join(f'{line}\n' for line in lines).encode()
+    return Wrote(label, 'stdout', data, 1_700_000_000.0)
+
+
+def happened(name: str, label: str | None = None, **fields: Any) -> Happened:
+    """Return an event."""
+    who = {} if label is None else {'label': label}
+    return Happened(
+        name, {'time': 1_700_000_000.0, 'event': name, **who, **fields}
+    )
+
+
+def exited(label: str, code: int) -> Happened:
+    """Return the end of a process."""
+    return happened(
+        'exited',
+        label,
+        exit_code=code,
+        signal=None,
+        seconds=1.0,
+        asked=False,
+        failed=code != 0,
+        respawn_delay=None,
+    )
+
+
+class ShownLaunch:
+    """Stands for a subscription; what is asked for is answered at once."""
+
+    def __init__(self, *parts: Any, **more: Any) -> None:
+        self.state = state_of(*parts, **more)
+        self.asked: list[tuple[str, dict[str, Any]]] = []
+        self.tree: list[dict[str, Any]] = []
+        self.refused = ''
+        self._news: list[News] = []
+        self._has_ended = False
+        self._reader, self._writer = os.pipe()
+
+    def tell(self, *news: News) -> None:
+        """Have something happen."""
+        self._news += news
+        os.write(self._writer, b'.')
+
+    def end(self) -> None:
+        """End it."""
+        self._has_ended = True
+        self.tell()
+
+    def fileno(self) -> int:
+        return self._reader
+
+    def close(self) -> None:
+        if self._reader != -1:
+            os.close(self._reader)
+            os.close(self._writer)
+            self._reader = -1
+
+    def ask(self, name: str, **more: Any) -> int:
+        self.asked.append((name, more))
+        number = len(self.asked)
+        answer: dict[str, Any] = {}
+        if name == 'status':
+            answer = {'launch': asdict(self.state)}
+        elif name == 'tree':
+            answer = {'tree': self.tree}
+        elif name == 'describe':
+            answer = {
+                'description': {
+                    'label': more['process'],
+                    'argv': ['talker', 'a b'],
+                    'environment': {'ROLE': None},
+                    'position': '/ws/demo.yaml:3:5',
+                    'parameters': [
+                        {
+                            'name': 'rate',
+                            'value': '5',
+                            'position': '/ws/demo.yaml:9:7',
+                            'origins': ['/ws/demo.yaml:2:3'],
+                        }
+                    ],
+                }
+            }
+        acts = name not in ('status', 'tree', 'describe')
+        error = self.refused if acts and self.refused else None
+        self.tell(Answered(number, error, answer))
+        return number
+
+    def read(self) -> None:
+        os.read(self._reader, 1 << 16)
+
+    def news(self) -> Iterator[News]:
+        taken, self._news = self._news, []
+        yield from taken
+        if self._has_ended:
+            raise LaunchEndedError
+
+    @property
+    def acts(self) -> list[tuple[str, str]]:
+        """What was asked for but the state and the plan."""
+        return [
+            (name, more['process'])
+            for name, more in self.asked
+            if 'process' in more
+        ]

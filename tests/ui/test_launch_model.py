@@ -1,0 +1,179 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What is known of a launch follows from its news."""
+
+from typing import Any
+
+from colcon_yamllaunch.runtime.clients.resource_usage import Usage
+from colcon_yamllaunch.runtime.clients.subscription import Missed
+from colcon_yamllaunch.ui.happenings import level_of_event
+from colcon_yamllaunch.ui.happenings import sentence_of
+from colcon_yamllaunch.ui.inspection import curve
+from colcon_yamllaunch.ui.launch_model import HISTORY
+from colcon_yamllaunch.ui.launch_model import LaunchModel
+from colcon_yamllaunch.ui.line_levels import ERROR
+from colcon_yamllaunch.ui.line_levels import INFO
+from colcon_yamllaunch.ui.line_levels import WARN
+from colcon_yamllaunch.ui.part_rows import label_of_key
+from colcon_yamllaunch.ui.part_rows import part_rows
+from colcon_yamllaunch.ui.part_rows import tree_rows
+import pytest
+from support.shown_launch import component
+from support.shown_launch import exited
+from support.shown_launch import happened
+from support.shown_launch import process
+from support.shown_launch import state_of
+from support.shown_launch import wrote
+
+
+class Clock:
+    """A clock that a test sets."""
+
+    now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def model_of(*parts: Any) -> LaunchModel:
+    return LaunchModel(state_of(*parts), Clock())
+
+
+def lines_of(model: LaunchModel) -> list[tuple[str | None, str]]:
+    return [(line.label, line.text) for line in model.view.lines]
+
+
+def rows_of(model: LaunchModel) -> list[str]:
+    return [f'{r.sign} {r.title} {r.note}'.strip() for r in part_rows(model)]
+
+
+def test_what_failed_stays_so_until_somebody_starts_it() -> None:
+    model = model_of(process('a', phase='ended', ending='exited with code 3'))
+    model.take(exited('a', 3))
+    assert model.failed == {'a'}
+    assert model.wants_state
+    assert rows_of(model) == ['✗ a exited with code 3']
+    model.take(happened('requested', 'a', action='restart'))
+    assert model.failed == set()
+
+
+def test_rows_say_what_is_going_on() -> None:
+    model = model_of(
+        process('a', restarts=2),
+        process('box'),
+        process('b', lifecycle='inactive'),
+        process('c', phase='respawn', ending='exited with code 1', pid=None),
+        process('d', phase='waiting', pid=None),
+        component('talker', 'box', lifecycle='active'),
+        component('lost', 'box', phase='failed', ending='no such class'),
+        component('remote', None, phase='waiting'),
+    )
+    model.take_usage({1000: Usage(0.75, 1)})
+    assert rows_of(model) == [
+        '● a running ×2 75%',
+        '● box running 75%',
+        '● talker active',
+        '✗ lost no such class',
+        '● b inactive 75%',
+        '↻ c respawns (exited with code 1)',
+        '○ d waiting',
+        '▢ /far not of this launch',
+        '○ remote waiting',
+    ]
+    assert label_of_key(model, '2') == 'box'
+    assert label_of_key(model, '0') is None
+
+
+def test_the_plan_is_a_tree() -> None:
+    model = model_of(process('a'), process('b'))
+
+    def branch(kind: str, title: str, *children: Any) -> dict[str, Any]:
+        position = '/ws/demo.yaml:3:5'
+        return {
+            'kind': kind,
+            'title': title,
+            'position': position,
+            'children': list(children),
+        }
+
+    group = branch('group', '/left', branch('process', 'b'))
+    include = branch('file', '/ws/more.yaml', group)
+    model.tree = [
+        branch('file', '/ws/demo.yaml', branch('process', 'a'), include)
+    ]
+    assert [(r.depth, r.title, r.note, r.key) for r in tree_rows(model)] == [
+        (0, 'demo.yaml', '', ''),
+        (1, 'a', 'running', '1'),
+        (1, 'more.yaml', 'demo.yaml:3:5', ''),
+        (2, '/left', 'demo.yaml:3:5', ''),
+        (3, 'b', 'running', '2'),
+    ]
+
+
+def test_what_is_lost_is_counted_where_it_is() -> None:
+    model = model_of(process('a'))
+    model.take(Missed(0, 1024))
+    model.take(Missed(2, 1024))
+    model.take(wrote('a', 'x'))
+    model.take(Missed(0, 512))
+    assert lines_of(model) == [
+        (None, '… 2.0 KiB not shown …'),
+        ('a', 'x'),
+        (None, '… 0.5 KiB not shown …'),
+    ]
+    assert (model.missed_events, model.missed_bytes) == (2, 2560)
+    assert model.wants_state
+
+
+def test_after_the_end_nothing_runs_and_time_stands_still() -> None:
+    clock = Clock()
+    state = state_of(process('a'), component('talker', 'a'), stopping=True)
+    model = LaunchModel(state, clock)
+    clock.now += 4
+    model.take(exited('a', 0))
+    model.take(happened('ended', exit_code=1))
+    model.end('')
+    clock.now += 50
+    assert model.seconds == 10.0
+    assert model.exit_code == 1
+    assert rows_of(model) == ['■ a finished after 1.0 s', '■ talker unloaded']
+    assert not model.state.stopping
+
+
+def test_use_of_resources_is_remembered_for_a_while() -> None:
+    model = model_of(process('a', pid=7))
+    for number in range(HISTORY + 5):
+        model.take_usage({7: Usage(float(number), 1)})
+    assert len(model.usage['a']) == HISTORY
+    assert model.usage['a'][0].cpu == 5.0
+    assert curve([0.0, 0.5, 1.0]) == '▁▅█'
+    assert curve([0.0, 0.0]) == '▁▁'
+
+
+@pytest.mark.parametrize(
+    ('event', 'text', 'level'),
+    [
+        (happened('started', 'a', pid=7), 'started, pid 7', INFO),
+        (exited('a', 3), 'exited with code 3 after 1.0 s', ERROR),
+        (
+            happened('start_failed', 'a', reason='no\nfile', respawn_delay=1),
+            r'could not be started: no\nfile, starts again in 1 s',
+            ERROR,
+        ),
+        (happened('message', level='WARNING', text='hm'), 'hm', WARN),
+        (
+            happened(
+                'checked', passed=False, missing=['ok'], failures=['a failed']
+            ),
+            "red: a failed, 'ok' was not seen",
+            ERROR,
+        ),
+        (happened('requested', 'a', action='change'), '', INFO),
+        (happened('changed', files=['x']), '', INFO),
+        (happened('started', 'a'), 'started', INFO),
+    ],
+)
+def test_events_are_told(event: Any, text: str, level: int) -> None:
+    assert sentence_of(event.name, event.fields) == text
+    assert level_of_event(event.name, event.fields) == level
