@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import Any
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.process_scan import need_proc
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
@@ -15,6 +16,9 @@ from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.cli.messages import show_help
 from colcon_yamllaunch.verb.cli.messages import show_versions
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.verb.sessions.own_launch import Background
 
 
 def main(known: Any, environment: Mapping[str, str]) -> int:
@@ -50,6 +54,33 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
     if options.schema:
         show(_schema(options, environment), end='')
         return 0
+    if options.ui:
+        from colcon_yamllaunch.verb.sessions.own_launch import (
+            launch_for_screen,
+        )
+
+        return launch_for_screen(
+            lambda background: _launch(
+                options, known, environment, background
+            ),
+            environment,
+            plain=options.no_color,
+        )
+    return _launch(options, known, environment)
+
+
+def _launch(
+    options: LaunchOptions,
+    known: Any,
+    environment: Mapping[str, str],
+    background: 'Background | None' = None,
+) -> int:
+    """
+    Inspect a launch, or run it.
+
+    :param background: Where it goes when it begins to run, if it is shown by
+      another process
+    """
     # what is about running launches does without all that this imports
     from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
     from colcon_yamllaunch.verb.launching.log_folders import log_folder_of
@@ -64,7 +95,7 @@ def _main(known: Any, environment: Mapping[str, str]) -> int:
         from colcon_yamllaunch.verb.launching.watch_flow import WatchFlow
 
         watch = WatchFlow(options, cwd, environment, log_folder)
-    plan_run = PlanRun(options, cwd, environment)
+    plan_run = PlanRun(options, cwd, environment, background)
     with plan_run.reported():
         flow = LaunchFlow(options, cwd, environment, log_folder)
         with closing(flow):

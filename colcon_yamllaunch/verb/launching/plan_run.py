@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
     from colcon_yamllaunch.runtime.record.junit import JUnitReport
     from colcon_yamllaunch.runtime.record.log_store import LogStore
+    from colcon_yamllaunch.verb.sessions.own_launch import Background
 
 # what few launches need is imported where it is needed
 
@@ -42,17 +43,24 @@ class PlanRun:
     """
     The run of a launch, and its reports.
 
+    :param background: Where it goes when it begins to run, if another process
+      shows it
     :raises UserError: when the file for a report cannot be written
     """
 
     _report: 'JUnitReport | None' = None
 
     def __init__(
-        self, options: LaunchOptions, cwd: Path, environment: Mapping[str, str]
+        self,
+        options: LaunchOptions,
+        cwd: Path,
+        environment: Mapping[str, str],
+        background: 'Background | None' = None,
     ) -> None:
         self._options = options
         self._cwd = cwd
         self._environment = environment
+        self._background = background
         positionals = options.positionals or (str(options.from_plan),)
         self._title = ' '.join(positionals)
         self._ended: Ended | None = None
@@ -112,11 +120,17 @@ class PlanRun:
             observers.insert(0, self._report.handle)
         options = self._options
         verbosity: Verbosity = 'verbose' if options.verbose else 'normal'
+        stream, color = None, False if options.no_color else None
+        if self._background is not None:
+            stream = self._background.enter()
+            # what it is shown on is a terminal all the same
+            color = color if environment.get('NO_COLOR') else color is None
         code = run_plan(
             plan,
             environment=environment,
             log_folder=log_folder,
-            color=False if options.no_color else None,
+            stream=stream,
+            color=color,
             tty=options.tty,
             log_limit=options.log_limit,
             log_store=log_store,
@@ -138,6 +152,8 @@ class PlanRun:
             changes=changes,
             source=source,
         )
+        if self._background is not None and self._ended is not None:
+            self._background.say(self._ended.summary)
         if self._ended is not None and self._ended.exit_code:
             from colcon_yamllaunch.verb.launching.annotations import annotate
             from colcon_yamllaunch.verb.launching.annotations import (

@@ -1,0 +1,98 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""`colcon launch --ui`, with what is to be launched and without."""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+import importlib.util
+import os
+from pathlib import Path
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.verb.sessions.full_screen import MISSING
+from colcon_yamllaunch.verb.sessions.full_screen import need_screen
+import pytest
+from support.terminal import Terminal
+from support.user import User
+
+TWO = """\
+launch:
+- executable: {cmd: sleep 4321, name: kitchen, output: screen}
+- executable: {cmd: sh -c 'echo bo''om; exit 3', name: bomb}
+"""
+
+
+@pytest.fixture
+def terminal(user: User) -> Iterator[Callable[..., Terminal]]:
+    """Return a function that runs `colcon launch` in a terminal."""
+    terminals: list[Terminal] = []
+
+    def start(*words: str) -> Terminal:
+        size = {'TERM': 'xterm', 'COLUMNS': '100', 'LINES': '24'}
+        environment = user.environment | size
+        argv = ['colcon', 'launch', *words]
+        terminals.append(Terminal(argv, user.root, environment))
+        return terminals[-1]
+
+    yield start
+    for one in terminals:
+        one.close()
+
+
+def test_a_new_launch_is_shown_and_stopped(
+    user: User, terminal: Callable[..., Terminal]
+) -> None:
+    user.write('two.yaml', TWO)
+    t = terminal('--ui', 'two.yaml').shows('kitchen-1').shows('1 failed')
+    t.types('q').shows('leave it running').types('s')
+    assert t.ends() == 1
+    # how it ended is told where one can still read it
+    end = t.screen.rpartition('failed: bomb-2 exited with code 3')[2]
+    assert 'stdout_stderr.log' in end
+    assert '\x1b[?1049' not in end
+    assert t.modes() == t.modes_before
+    assert 'no launch is running' in user.launch('--status', code=1)
+
+
+def test_a_new_launch_is_left_running_and_shown_again(
+    user: User, terminal: Callable[..., Terminal]
+) -> None:
+    user.write('two.yaml', TWO)
+    t = terminal('--ui', 'two.yaml').shows('kitchen-1')
+    t.types('q').shows('leave it running').types('l')
+    assert t.ends() == 0
+    assert 'the launch runs on: colcon launch --ui --of' in t.screen
+    assert t.modes() == t.modes_before
+    second = terminal('--ui').shows('kitchen-1').shows('q ')
+    user.launch('--stop')
+    second.shows('exit code 1').types('\x03')
+    assert second.ends() == 0
+
+
+def test_what_cannot_be_launched_is_told_as_ever(
+    user: User, terminal: Callable[..., Terminal]
+) -> None:
+    user.write('two.yaml', 'launch: 5\n')
+    t = terminal('--ui', 'two.yaml')
+    assert t.ends() == 1
+    assert 'two.yaml:1:9: error:' in t.screen
+    assert '\x1b[?1049h' not in t.screen
+
+
+def test_what_is_missing_is_told_with_the_way_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with pytest.raises(UserError, match='--ui needs a terminal, but'):
+        monkeypatch.setattr(os, 'isatty', lambda _: False)
+        need_screen({'TERM': 'xterm'})
+    monkeypatch.setattr(os, 'isatty', lambda _: True)
+    with pytest.raises(UserError, match='TERM says'):
+        need_screen({'TERM': 'dumb'})
+    need_screen({'TERM': 'xterm'})
+    monkeypatch.setattr(importlib.util, 'find_spec', lambda _: None)
+    with pytest.raises(UserError) as caught:
+        need_screen({'TERM': 'xterm'})
+    assert str(caught.value) == MISSING
+    extras = Path(__file__).parents[3] / 'setup.cfg'
+    assert '\nui =\n    textual' in extras.read_text(encoding='utf-8')
