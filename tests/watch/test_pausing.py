@@ -6,6 +6,7 @@
 from types import SimpleNamespace
 
 from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.runtime.acts.acts import Acts
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.watch.files.changes import Batch
 from colcon_yamllaunch.watch.files.changes import Change
@@ -81,13 +82,15 @@ def changed(*paths, seen=10.0, kind='changed'):
 
 
 def test_what_is_saved_meanwhile_follows_later(watching, launch):
-    watching.pause()
-    assert watching.is_paused
+    # as keys and clients have it done
+    acts = Acts(SimpleNamespace(supervisor=None, changes=watching), {}, None)
+    acts.watch(paused=True)
+    assert acts.is_watch_paused
     for path in SCRIPTS * 2:
         watching._take(changed(path))
     assert launch.restarted == []
-    watching.resume()
-    assert not watching.is_paused
+    acts.watch(paused=False)
+    assert not acts.is_watch_paused
     assert launch.restarted == [['a', 'b']]
     watching._take(changed(SCRIPTS[0]))
     assert launch.restarted[1:] == [['a']]

@@ -101,6 +101,26 @@ class Acts:
         once = debugged(process, environment)
         self._supervisor.restart_process(name, once)
 
+    @property
+    def is_watch_paused(self) -> bool:
+        """Whether nothing follows from changes of files for the time being."""
+        changes = self._engine.changes
+        return changes is not None and changes.is_paused
+
+    def watch(self, *, paused: bool) -> None:
+        """
+        Have something follow from changes of files, or nothing.
+
+        :raises RefusedError: when no files are watched
+        """
+        changes = self._engine.changes
+        if changes is None:
+            raise RefusedError('no files are watched; that is --watch')
+        if paused:
+            changes.pause()
+        else:
+            changes.resume()
+
     def describe(self, name: str) -> 'Description':
         """
         Tell all of a process or component, as it is planned now.

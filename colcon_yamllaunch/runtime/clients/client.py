@@ -4,6 +4,7 @@
 """Running launches, as other terminals see them."""
 
 from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Mapping
 import os
 import select
@@ -99,6 +100,7 @@ class RunningLaunch:
         *,
         events: bool = True,
         output: bool = True,
+        processes: Collection[str] | None = None,
     ) -> Subscription:
         """
         Be told what happens from now on.
@@ -108,11 +110,16 @@ class RunningLaunch:
         :param since: Where to begin, as far as that is remembered, if not now
         :param events: Whether to be told events
         :param output: Whether to be told what the processes write
+        :param processes: The labels of those; None for all
         :raises ControlError: when that is refused
         """
         point = None if since is None else since.as_json()
         answer = self.request(
-            'subscribe', since=point, events=events, output=output
+            'subscribe',
+            since=point,
+            events=events,
+            output=output,
+            processes=None if processes is None else list(processes),
         )
         try:
             return Subscription(self, since, answer)

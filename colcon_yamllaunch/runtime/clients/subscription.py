@@ -205,10 +205,12 @@ class Subscription:
                     'stream': str(stream),
                     'data': str(text),
                     'time': float(time),
+                    'at': int(before),
                 }
             }:
                 data = protocol.bytes_of(text)
-                self._pass(size=len(data))
+                # it may have passed what we did not ask for
+                self._pass(size=before + len(data) - self.point.bytes)
                 return Wrote(process, stream, data, time)
             case {'missed': {'events': int(events), 'bytes': int(size)}}:
                 self._pass(events, size)

@@ -12,6 +12,7 @@ come there, it has missed.
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Mapping
 import time
 from typing import Any
@@ -58,9 +59,10 @@ class Cursor:
     :param bytes: How many bytes of output there were before
     :param wants_events: Whether it is told events
     :param wants_output: Whether it is told output
+    :param labels: The processes whose output that is; None for all
     """
 
-    __slots__ = ('bytes', 'events', 'wants_events', 'wants_output')
+    __slots__ = ('bytes', 'events', 'labels', 'wants_events', 'wants_output')
 
     def __init__(
         self,
@@ -69,11 +71,13 @@ class Cursor:
         *,
         wants_events: bool,
         wants_output: bool,
+        labels: Collection[str] | None = None,
     ) -> None:
         self.events = events
         self.bytes = bytes
         self.wants_events = wants_events
         self.wants_output = wants_output
+        self.labels = labels
 
 
 class Backlog:
@@ -116,15 +120,26 @@ class Backlog:
                 wake()
 
     def cursor(
-        self, since: object, *, wants_events: bool, wants_output: bool
+        self,
+        since: object,
+        *,
+        wants_events: bool,
+        wants_output: bool,
+        labels: Collection[str] | None = None,
+        before: Cursor | None = None,
     ) -> Cursor:
         """
         Return a cursor at a point.
 
         :param since: The point as a client has it, or None for now
+        :param labels: The processes whose output it is told; None for all
+        :param before: That which the client had so far: without `since`, the
+          new one goes on from there
         :raises ProtocolError: when that is no point of this launch
         """
         point = self.point if since is None else since
+        if since is None and before is not None:
+            point = {'events': before.events, 'bytes': before.bytes}
         if not isinstance(point, Mapping):
             raise protocol.ProtocolError("'since' is a point, or null")
         return Cursor(
@@ -132,13 +147,16 @@ class Backlog:
             _number(point, 'bytes', self._written),
             wants_events=wants_events,
             wants_output=wants_output,
+            labels=labels,
         )
 
     def has_more(self, cursor: Cursor) -> bool:
-        """Tell whether there is more than a client has come to."""
-        return (cursor.wants_events and cursor.events < self._told) or (
-            cursor.wants_output and cursor.bytes < self._written
-        )
+        """Tell whether there is more for a client than it has come to."""
+        if cursor.wants_events and cursor.events < self._told:
+            return True
+        if cursor.wants_output and cursor.bytes < self._first_byte:
+            return True
+        return self._next_output(cursor) is not None
 
     def call(self, wake: Callable[[], None]) -> None:
         """Have a client called, once, when there is more."""
@@ -174,11 +192,10 @@ class Backlog:
         missed = self._missed(cursor)
         if missed is not None:
             return protocol.encode({'missed': missed})
-        event = output = None
+        event = None
         if cursor.wants_events and cursor.events < self._told:
             event = self._events[cursor.events - self._told]
-        if cursor.wants_output and cursor.bytes < self._written:
-            output = self._output_at(cursor.bytes)
+        output = self._next_output(cursor)
         if event is not None and (
             output is None or event.order < output.order
         ):
@@ -186,8 +203,8 @@ class Backlog:
             return event.line
         if output is None:
             return None
-        start = cursor.bytes - output.start
-        data = _piece(output.data, start)
+        before = cursor.bytes
+        data = _piece(output.data, before - output.start)
         cursor.bytes += len(data)
         return protocol.encode(
             {
@@ -196,17 +213,22 @@ class Backlog:
                     'stream': output.stream,
                     'data': protocol.text_of(data),
                     'time': output.time,
+                    'at': before,
                 }
             }
         )
 
+    @property
+    def _first_byte(self) -> int:
+        """How many bytes of output there were before those that are kept."""
+        return self._written - self._written_size
+
     def _missed(self, cursor: Cursor) -> Mapping[str, int] | None:
         """Move a cursor to what there is, and tell what it missed by that."""
         first_event = self._told - len(self._events)
-        first_byte = self._written - self._written_size
         missed = {
             'events': max(0, first_event - cursor.events),
-            'bytes': max(0, first_byte - cursor.bytes),
+            'bytes': max(0, self._first_byte - cursor.bytes),
         }
         cursor.events += missed['events']
         cursor.bytes += missed['bytes']
@@ -216,10 +238,17 @@ class Backlog:
             missed['bytes'] = 0
         return missed if any(missed.values()) else None
 
-    def _output_at(self, start: int) -> _Written:
-        """Return the piece of output that a byte is in."""
-        found = bisect_right(self._output, start, key=_start_of) - 1
-        return self._output[found]
+    def _next_output(self, cursor: Cursor) -> _Written | None:
+        """Move a cursor to the next piece that its client wants, if any."""
+        if not cursor.wants_output or cursor.bytes >= self._written:
+            return None
+        found = bisect_right(self._output, cursor.bytes, key=_start_of) - 1
+        for number in range(found, len(self._output)):
+            output = self._output[number]
+            if cursor.labels is None or output.label in cursor.labels:
+                return output
+            cursor.bytes = output.start + len(output.data)
+        return None
 
     def _keep_event(self, record: Mapping[str, Any]) -> None:
         fields = {'time': round(self._now(), 6), **record}

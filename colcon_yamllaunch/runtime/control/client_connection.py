@@ -206,7 +206,7 @@ class Client:
         granted = self._service.answer(
             message,
             lambda answer: self._answer({**answer, **same}),
-            may_attach=self._cursor is None,
+            self._cursor,
         )
         if not self._is_open:
             return

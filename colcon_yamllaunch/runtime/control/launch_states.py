@@ -122,6 +122,8 @@ class LaunchState(About):
     :param watch: What came of the last change, if it goes on with its files
       (`--watch`); empty before the first one
     :param watch_failed: Whether that failed
+    :param watch_paused: Whether nothing follows from changes for the time
+      being
     """
 
     pid: int
@@ -132,6 +134,7 @@ class LaunchState(About):
     components: tuple[ComponentState, ...] = ()
     watch: str | None = None
     watch_failed: bool = False
+    watch_paused: bool = False
 
     def parts(self) -> Iterator[Part]:
         """Iterate over all that has a name, components below containers."""

@@ -23,6 +23,9 @@ which is :data:`VERSION`, and `request`:
 - `tree`: the answer has the launch files, groups and timers of the plan, with
   the processes and components in them, as `tree`, a list of
   `plan_tree.Branch`;
+- `watch`, with `pause` or `resume` as `action`: nothing follows from changes
+  of files (`--watch`) until it is resumed, and then what follows from those
+  since;
 - `change_state`, with the label or the full name of a lifecycle node as
   `process`, and one of `transitions.TRANSITIONS` as `transition`: it is
   answered when the node has done it, or has not;
@@ -45,25 +48,28 @@ A request may have an `id`, a text or a number, which its answer has, too.
 Such requests need not wait for one another: one that takes its time is
 answered when it is done, after others that came later.
 
-`subscribe` takes `since`, a point in the course of the launch, by default
-now; `events` and `output`, whether these are wanted, by default true. A point
-is `{"events": NUMBER, "bytes": NUMBER}`: how many events there have been
-before it, and how many bytes of output of all processes; with two zeros it is
-the beginning. The answer has `launch`, as that of `status`, and `now`, the
-point where it is in that state. From the answer on come, in the order in
-which things happened,
+`subscribe` takes `since`, a point in the course of the launch, by default now;
+`events` and `output`, whether these are wanted, by default true; and
+`processes`, a list with the labels of those whose output that is, by default
+null, for all. A point is `{"events": NUMBER, "bytes": NUMBER}`: how many
+events there have been before it, and how many bytes of output of all
+processes; with two zeros it is the beginning. The answer has `launch`, as that
+of `status`, and `now`, the point where it is in that state. From the answer on
+come, in the order in which things happened,
 
 - `{"event": OBJECT}`, a line of `events.jsonl`, with its `time`;
 - `{"output": {"process": LABEL, "stream": "stdout" or "stderr", "data": TEXT,
-  "time": SECONDS}}`, whole lines as they were written, with a character for
-  each byte;
+  "time": SECONDS, "at": NUMBER}}`, whole lines as they were written, with a
+  character for each byte, and how many bytes of output there were before;
 - `{"missed": {"events": NUMBER, "bytes": NUMBER}}` where that much is lost
-  that was asked for, as it is too long ago, or the client too slow.
+  that was asked for, as it is too long ago, or the client too slow. Whose
+  output it was, nobody knows any more: it counts that of all processes.
 
 What happened before `now` comes first. Whoever adds up what came and what was
 missed knows the point to go on from with another connection. Meanwhile the
 connection takes all requests but `attach`; only answers have `ok`. Another
-`subscribe` takes the place of the first.
+`subscribe` takes the place of the first, and goes on where that one is unless
+it has `since`; it may want other things.
 """
 
 from collections.abc import Mapping

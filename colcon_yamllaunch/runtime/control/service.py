@@ -96,8 +96,7 @@ class Service:
         self,
         message: Mapping[str, Any],
         reply: Reply,
-        *,
-        may_attach: bool = True,
+        cursor: Cursor | None = None,
     ) -> str | Cursor | None:
         """
         Answer a request, at once unless `protocol` says otherwise.
@@ -105,7 +104,7 @@ class Service:
         Return the label of the process to :meth:`attach` the client to, or
         from where on it is told what happens, or None.
 
-        :param may_attach: Whether it may be attached to a process
+        :param cursor: Where the client has come that has subscribed
         :raises ProtocolError: when it has a wrong form
         """
         if message.get('version') != protocol.VERSION:
@@ -134,11 +133,13 @@ class Service:
                 case 'tree':
                     tree = [asdict(branch) for branch in self._acts.tree()]
                     answer = protocol.success(tree=tree)
+                case 'watch':
+                    self._acts.watch(paused=_is_pause(message))
                 case 'change_state':
                     self._change_state(message, reply)
                     return None
                 case 'attach':
-                    if not may_attach:
+                    if cursor is not None:
                         raise RefusedError(
                             'who has subscribed attaches by another connection'
                         )
@@ -150,6 +151,8 @@ class Service:
                         message.get('since'),
                         wants_events=_flag(message, 'events'),
                         wants_output=_flag(message, 'output'),
+                        labels=_labels(message),
+                        before=cursor,
                     )
                     answer = protocol.success(
                         launch=asdict(self.state()), now=self.backlog.point
@@ -175,6 +178,7 @@ class Service:
             components=self._components(),
             watch=self._watch(),
             watch_failed=self._watched is not None and self._watched.failed,
+            watch_paused=self._acts.is_watch_paused,
         )
 
     def state_of(self, task: Task) -> ProcessState:
@@ -307,6 +311,24 @@ def _flag(message: Mapping[str, Any], name: str) -> bool:
     if not isinstance(flag, bool):
         raise ProtocolError(f"'{name}' is true or false")
     return flag
+
+
+def _labels(message: Mapping[str, Any]) -> frozenset[str] | None:
+    labels = message.get('processes')
+    if labels is None:
+        return None
+    if not isinstance(labels, list) or not all(
+        isinstance(label, str) for label in labels
+    ):
+        raise ProtocolError("'processes' is a list of labels, or null")
+    return frozenset(labels)
+
+
+def _is_pause(message: Mapping[str, Any]) -> bool:
+    action = message.get('action')
+    if action not in ('pause', 'resume'):
+        raise ProtocolError("the 'action' is one of pause, resume")
+    return bool(action == 'pause')
 
 
 def _name(message: Mapping[str, Any]) -> str:

@@ -327,13 +327,11 @@ class TerminalSession:
         self._tell(description_lines(self._acts.describe(label)))
 
     def _switch_watch(self) -> None:
-        changes = None if self._engine is None else self._engine.changes
-        if changes is None:
-            self._keys.tell('no files are watched; that is --watch')
-        elif changes.is_paused:
-            changes.resume()
-        else:
-            changes.pause()
+        assert self._acts is not None
+        try:
+            self._acts.watch(paused=not self._acts.is_watch_paused)
+        except RefusedError as error:
+            self._keys.tell(str(error))
 
     # the pager
 

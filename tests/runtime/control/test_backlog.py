@@ -27,13 +27,14 @@ class Told:
         for text in texts:
             self.backlog.handle(Warned(text))
 
-    def writes(self, *pieces):
+    def writes(self, *pieces, process=None):
         for data in pieces:
-            self.backlog.handle(Output(self.process, 'stdout', data))
+            one = process or self.process
+            self.backlog.handle(Output(one, 'stdout', data))
 
-    def cursor(self, since=BEGINNING, events=True, output=True):
+    def cursor(self, since=BEGINNING, events=True, output=True, **more):
         return self.backlog.cursor(
-            since, wants_events=events, wants_output=output
+            since, wants_events=events, wants_output=output, **more
         )
 
     def read(self, cursor, room=1 << 20):
@@ -84,6 +85,7 @@ def test_each_message_has_all_of_it(told):
         'stream': 'stdout',
         'data': 'one\n',
         'time': time,
+        'at': 0,
     }
 
 
@@ -107,6 +109,31 @@ def test_a_client_is_told_only_what_it_wants(told):
         cursor = told.cursor(**{kind: False})
         assert told.read(cursor) == expected
         assert not told.backlog.has_more(cursor)
+
+
+def test_a_client_may_want_the_output_of_some_processes_only(
+    told, process, monkeypatch
+):
+    monkeypatch.setattr(limits, 'OUTPUT_BACKLOG', 8)
+    quiet = process('quiet')
+    cursor = told.cursor(labels={'quiet'})
+    for _ in range(9):
+        told.writes(b'flood\n')
+        assert not told.backlog.has_more(cursor)
+    told.says('first')
+    told.writes(b'A\n', process=quiet)
+    told.writes(b'flood\n')
+    assert told.backlog.has_more(cursor)
+    assert told.read(cursor) == ['first', b'A\n']
+    # from there on, it may want others, or begin elsewhere
+    told.writes(b'one\n')
+    assert told.read(told.cursor(None, before=cursor)) == [b'one\n']
+    told.writes(b'B\n', process=quiet)
+    nobody = told.cursor(None, labels=(), before=cursor)
+    assert not told.backlog.has_more(nobody)
+    since = {'events': 1, 'bytes': 66}
+    again = told.cursor(since, labels={'quiet'}, before=nobody)
+    assert told.read(again) == [b'B\n']
 
 
 def test_what_is_missed_is_counted_exactly(told, monkeypatch):

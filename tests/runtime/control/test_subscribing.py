@@ -132,6 +132,8 @@ def test_a_client_that_has_subscribed_asks_all_the_same(idle):
     assert (branch['kind'], branch['title']) == ('process', 'a')
     assert 'another connection' in answer_to(news, 'attach', process='a').error
     assert answer_to(news, 'status').answer['launch']['title']
+    refused = answer_to(news, 'watch', action='pause').error
+    assert refused == 'no files are watched; that is --watch'
     # a second time takes the place of the first
     again = answer_to(news, 'subscribe', since={'events': 0, 'bytes': 0})
     assert again.answer['now'] == news.now.as_json()
@@ -154,6 +156,8 @@ def test_answers_have_the_id_of_their_request(idle):
         {'request': 'status', 'id': []},
         {'request': 'subscribe', 'since': 7},
         {'request': 'subscribe', 'output': 'yes'},
+        {'request': 'subscribe', 'processes': 'a'},
+        {'request': 'watch', 'action': 'off'},
         {'request': 'dance', 'id': 1},
         {'request': 'kill'},
     ],
