@@ -60,7 +60,7 @@ def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
     ends = options.action in ('stop', 'restart')
     if ends and is_pattern(options.launch) and len(candidates) > 1:
         return _end_in_all(candidates, options)
-    chosen = choose_launch(candidates, options.names, root)
+    chosen = choose_launch(candidates, options.names, root, ends=ends)
     try:
         if ends:
             return _end_in(chosen, options)

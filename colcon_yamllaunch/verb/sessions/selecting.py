@@ -109,12 +109,15 @@ def choose_launch(
     candidates: Sequence[Candidate],
     names: Sequence[str],
     root: Path | None = None,
+    *,
+    ends: bool = False,
 ) -> Candidate:
     """
     Return the one launch that is meant.
 
     :param names: The processes and components that are meant, by name or glob
     :param root: The workspace whose launches are meant before all others
+    :param ends: Whether it is to be ended, which may be done to all at once
     :raises UserError: when it is not clear
     """
     if len(candidates) == 1:
@@ -124,10 +127,10 @@ def choose_launch(
     which = [c for c in which if is_of(c.state, root)] or which
     if len(which) == 1:
         return which[0]
+    every = ", or --of '*' to stop all" if ends else ''
     raise UserError(
         'more than one launch is running: choose by --of LAUNCH, such as '
-        f"--of {which[0].state.pid}, or --of '*' to stop all; there is "
-        f'{_launches(which)}'
+        f'--of {which[0].state.pid}{every}; there is {_launches(which)}'
     )
 
 

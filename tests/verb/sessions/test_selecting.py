@@ -72,9 +72,12 @@ def test_what_is_not_clear_is_listed(
 ) -> None:
     folder = None if root is None else Path(root)
     with pytest.raises(UserError, match=r"--of '\*' to stop all") as raised:
-        choose_launch([A, B, C], names, folder)
+        choose_launch([A, B, C], names, folder, ends=True)
     found = [n for n in (1, 2, 3) if f'(pid {n})' in str(raised.value)]
     assert found == listed
+    # nothing else is done to all
+    with pytest.raises(UserError, match=r'--of LAUNCH, such as --of \d; '):
+        choose_launch([A, B, C], names, folder)
 
 
 def test_the_only_launch_is_meant_from_everywhere() -> None:
