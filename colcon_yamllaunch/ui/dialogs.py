@@ -3,12 +3,9 @@
 
 """What covers the panes for a moment: texts to read, and a question."""
 
-from collections.abc import Iterable
-from collections.abc import Sequence
 from typing import ClassVar
 from typing import Literal
 
-from colcon_yamllaunch.ui.key_table import Key
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding
@@ -19,7 +16,7 @@ from textual.widgets import Static
 
 #: What is to become of a launch that was started here: it is stopped, or runs
 #: on, or nobody leaves.
-Leaving = Literal['stop', 'go', 'stay']
+Leaving = Literal['stop', 'leave', 'stay']
 
 
 class Reading(ModalScreen[None]):
@@ -39,7 +36,7 @@ class Reading(ModalScreen[None]):
         """Make the widgets."""
         with VerticalScroll(classes='box') as box:
             box.border_title = Text(self._title)
-            box.border_subtitle = Text('Esc goes back')
+            box.border_subtitle = Text('arrows scroll, Esc goes back')
             yield Static(self._text)
 
 
@@ -48,7 +45,7 @@ class LeaveQuestion(ModalScreen[Leaving]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding('s', 'answer("stop")', show=False),
-        Binding('l', 'answer("go")', show=False),
+        Binding('l', 'answer("leave")', show=False),
         Binding('escape,q', 'answer("stay")', show=False),
         Binding('ctrl+c', 'app.interrupt', show=False),
     ]
@@ -68,29 +65,3 @@ class LeaveQuestion(ModalScreen[Leaving]):
     def action_answer(self, answer: Leaving) -> None:
         """Take the answer."""
         self.dismiss(answer)
-
-
-def help_text(
-    sections: Sequence[tuple[str, Iterable[Key]]], last: str
-) -> Text:
-    """
-    Return what the keys do.
-
-    :param last: What Ctrl-C does
-    """
-    text = Text()
-    for title, keys in sections:
-        text.append(f'{title}\n', 'bold')
-        for key in keys:
-            text.append(f'  {key.shown:<7}', 'cyan')
-            text.append(f'{key.text}\n')
-        text.append('\n')
-    text.append('  Ctrl-C ', 'cyan')
-    text.append(f'{last}\n')
-    text.append('  Ctrl-Z ', 'cyan')
-    text.append('suspend the full screen, and not the launch\n')
-    text.append(
-        '\nArrows, Page up and down, Home and End scroll; the output follows '
-        'what comes while its end is in sight.'
-    )
-    return text

@@ -7,10 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.ui.line_levels import ERROR
-from colcon_yamllaunch.ui.line_levels import INFO
-from colcon_yamllaunch.ui.line_levels import level_named
-from colcon_yamllaunch.ui.line_levels import WARN
+from colcon_yamllaunch.runtime.terminal.log_levels import Level
+from colcon_yamllaunch.runtime.terminal.log_levels import level_of
 
 #: What each event says, with its fields of `events.jsonl` in braces. Those
 #: that are not here say nothing of their own.
@@ -75,19 +73,19 @@ def sentence_of(name: str, fields: Mapping[str, Any]) -> str:
     return one_line(text)
 
 
-def level_of_event(name: str, fields: Mapping[str, Any]) -> int:
-    """Return how severe an event is, as a number of `line_levels`."""
+def level_of_event(name: str, fields: Mapping[str, Any]) -> Level:
+    """Return how severe an event is."""
     if name == 'message':
-        return level_named(str(fields.get('level')))
+        return level_of(f'[{fields.get("level")}]'.encode()) or Level.INFO
     if name == 'warning':
-        return WARN
+        return Level.WARN
     failed = (
         name in _FAILURES
         or fields.get('failed') is True
         or fields.get('passed') is False
         or (name == 'ended' and fields.get('exit_code') != 0)
     )
-    return ERROR if failed else INFO
+    return Level.ERROR if failed else Level.INFO
 
 
 def _ending(fields: Mapping[str, Any]) -> str:

@@ -5,15 +5,19 @@
 
 from collections.abc import Mapping
 from collections.abc import Sequence
-import shlex
-from typing import Any
+from dataclasses import fields
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import duration
 from colcon_yamllaunch.common.table import size
+from colcon_yamllaunch.runtime.acts.description import Description
+from colcon_yamllaunch.runtime.acts.description import Parameter
+from colcon_yamllaunch.runtime.acts.description import Surrounding
+from colcon_yamllaunch.runtime.acts.description_lines import description_lines
 from colcon_yamllaunch.runtime.clients.resource_usage import Usage
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.ui.launch_model import LaunchModel
 from colcon_yamllaunch.ui.part_rows import state_of
 from rich.text import Text
@@ -57,59 +61,18 @@ def curve(values: Sequence[float]) -> str:
     return ''.join(_BARS[round(v / top * last)] for v in values)
 
 
-def in_full(
-    model: LaunchModel, label: str, description: Mapping[str, Any]
-) -> Text:
+def in_full(model: LaunchModel, label: str, described: object) -> Text:
     """
     Return a process or component with all that is known of it.
 
-    :param description: As `protocol` has it
+    :param described: Its description as `protocol` has it
+    :raises ProtocolError: when that makes no sense
     """
     text = in_short(model, label, 60)
     text.no_wrap = False
-    _section(text, 'From', [str(description.get('position'))])
-    _section(
-        text,
-        'In',
-        [
-            f'{w.get("kind")} {w.get("title")} ({w.get("position")})'
-            for w in _objects(description.get('within'))
-        ],
-    )
-    argv = description.get('argv')
-    if isinstance(argv, list) and argv:
-        _section(text, 'Command line', [shlex.join(map(str, argv))])
-    cwd = description.get('cwd')
-    _section(text, 'Working directory', [str(cwd)] if cwd else [])
-    for title, key in (
-        ('Component', 'plugin'),
-        ('Container', 'container'),
-        ('Package', 'package'),
-        ('Log', 'log'),
-    ):
-        value = description.get(key)
-        _section(text, title, [str(value)] if value else [])
-    _section(
-        text,
-        'Parameters',
-        [
-            f'{p.get("name")}: {p.get("value")}  ({_origin(p)})'
-            for p in _objects(description.get('parameters'))
-        ],
-    )
-    remaps = description.get('remaps')
-    if isinstance(remaps, list):
-        _section(text, 'Remappings', [str(r) for r in remaps])
-    environment = description.get('environment')
-    if isinstance(environment, Mapping):
-        _section(
-            text,
-            'Environment, as far as it is its own',
-            [
-                f'{name} is unset' if value is None else f'{name}={value}'
-                for name, value in environment.items()
-            ],
-        )
+    # below its name, which is there already
+    for line in tuple(description_lines(_description(described)))[1:]:
+        text.append(f'\n{one_line(line)}')
     return text
 
 
@@ -123,21 +86,19 @@ def _resources(
     ]
 
 
-def _section(text: Text, title: str, lines: Sequence[str]) -> None:
-    if lines:
-        text.append(f'\n\n{title}', 'bold')
-        for line in lines:
-            text.append(f'\n  {one_line(line)}')
-
-
-def _objects(value: object) -> list[Mapping[str, Any]]:
-    items = value if isinstance(value, list) else []
-    return [item for item in items if isinstance(item, Mapping)]
-
-
-def _origin(parameter: Mapping[str, Any]) -> str:
-    origins = parameter.get('origins')
-    places = [parameter.get('position')]
-    if isinstance(origins, list):
-        places += origins
-    return ', from '.join(str(place) for place in places)
+def _description(described: object) -> Description:
+    if not isinstance(described, Mapping):
+        raise ProtocolError('there is no description')
+    known = {
+        field.name: described[field.name]
+        for field in fields(Description)
+        if field.name in described
+    }
+    try:
+        known['within'] = [Surrounding(**one) for one in known['within']]
+        known['parameters'] = [Parameter(**p) for p in known['parameters']]
+        variables = known.get('environment') or {}
+        known['environment'] = sorted(variables.items())
+        return Description(**known)
+    except (AttributeError, KeyError, TypeError) as error:
+        raise ProtocolError('the description is of another form') from error

@@ -17,7 +17,7 @@ from colcon_yamllaunch.runtime.clients.resource_usage import Usage
 from colcon_yamllaunch.runtime.clients.resource_usage import usage_of
 from colcon_yamllaunch.runtime.clients.subscription import Subscription
 from colcon_yamllaunch.ui.launch_screen import LaunchScreen
-from colcon_yamllaunch.ui.launch_screen import Surroundings
+from colcon_yamllaunch.ui.launch_screen import Terminal
 from textual.app import App
 from textual.binding import Binding
 from textual.binding import BindingType
@@ -32,7 +32,7 @@ class LaunchApp(App[None]):
     """
     Shows a launch until somebody leaves.
 
-    :param around: What it can have done outside of itself
+    :param terminal: What it can have done outside of itself
     :param measure: Tells what process groups use; it may take some time
     :param clock: Returns seconds that never go back
     """
@@ -54,7 +54,8 @@ class LaunchApp(App[None]):
             border-right: solid ansi_bright_black; }
     #parts { height: 1fr; overflow-x: hidden; scrollbar-size: 0 1; }
     #short { height: 4; }
-    #output { width: 1fr; scrollbar-size: 0 1; }
+    #output { width: 1fr; scrollbar-size: 0 1; overflow-y: scroll;
+              overflow-x: hidden; }
     .narrow #left { width: 1fr; max-width: 100%; border-right: none; }
     .narrow #output { display: none; }
     .narrow.output #left { display: none; }
@@ -67,15 +68,14 @@ class LaunchApp(App[None]):
     def __init__(
         self,
         subscription: Subscription,
-        around: Surroundings,
+        terminal: Terminal,
         measure: Measure = usage_of,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         # the colours of the terminal, and none of ours
         super().__init__(ansi_color=True)
-        self._around = around
         self._measure = measure
-        self.panes = LaunchScreen(subscription, around, clock)
+        self.panes = LaunchScreen(subscription, terminal, clock)
         #: The signal that ended it, None where the user left.
         self.signal: int | None = None
         #: The defect of ours that ended it, if one did.

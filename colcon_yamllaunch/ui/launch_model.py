@@ -19,9 +19,9 @@ from colcon_yamllaunch.runtime.clients.subscription import Wrote
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.terminal.log_levels import Level
 from colcon_yamllaunch.ui.happenings import level_of_event
 from colcon_yamllaunch.ui.happenings import sentence_of
-from colcon_yamllaunch.ui.line_levels import FATAL
 from colcon_yamllaunch.ui.output_store import Line
 from colcon_yamllaunch.ui.output_store import OutputStore
 from colcon_yamllaunch.ui.output_view import OutputView
@@ -41,14 +41,23 @@ class LaunchModel:
 
     :param state: As it was when its news began
     :param clock: Returns seconds that never go back
+    :param form: That of lines of output, see `log_levels.FORMAT`
     """
 
-    def __init__(self, state: LaunchState, clock: Callable[[], float]) -> None:
+    def __init__(
+        self,
+        state: LaunchState,
+        clock: Callable[[], float],
+        form: str | None = None,
+    ) -> None:
         self._clock = clock
-        self.store = OutputStore()
+        self.store = OutputStore(form=form)
         self.view = OutputView(self.store)
         #: The labels of what failed since somebody started it.
         self.failed: set[str] = set()
+        #: Those of what was stopped on request, and of what is held.
+        self.stopped: set[str] = set()
+        self.held: set[str] = set()
         #: The plan as a tree, as `protocol` has it.
         self.tree: Sequence[Mapping[str, Any]] = ()
         #: Bytes of output, and events, that were lost.
@@ -134,7 +143,24 @@ class LaunchModel:
             ),
         )
         if reason:
-            self._say(None, reason, 0.0, FATAL)
+            self.say(reason)
+
+    @property
+    def shown_labels(self) -> frozenset[str]:
+        """Those of the processes whose output is to be seen."""
+        has = self.view.filtering.has
+        labels = (p.label for p in self.state.processes)
+        return frozenset(label for label in labels if has(label))
+
+    @property
+    def shows_all(self) -> bool:
+        """Whether the output of all processes is to be seen."""
+        filtering = self.view.filtering
+        return not filtering.only and not filtering.muted
+
+    def say(self, text: str) -> None:
+        """Say something of the launch that stands among its output."""
+        self._say(None, text, 0.0, Level.FATAL)
 
     def _ended(self, process: ProcessState) -> ProcessState:
         if process.phase == 'ended':
@@ -151,6 +177,7 @@ class LaunchModel:
                 self.failed.add(label)
             elif name in _RECOVERED or name == 'requested':
                 self.failed.discard(label)
+            self._take_phase(label, name, fields)
         if name == 'ended':
             self.exit_code = fields.get('exit_code')
         self.wants_state = True
@@ -167,8 +194,20 @@ class LaunchModel:
                 level_of_event(name, fields),
             )
 
+    def _take_phase(
+        self, label: str, name: str, fields: Mapping[str, Any]
+    ) -> None:
+        """Keep what the state of a process or component does not tell."""
+        self.held.discard(label)
+        if name == 'held':
+            self.held.add(label)
+        elif name == 'exited' and fields.get('asked'):
+            self.stopped.add(label)
+        elif name in ('started', 'exited'):
+            self.stopped.discard(label)
+
     def _say(
-        self, label: str | None, text: str, time: float, level: int
+        self, label: str | None, text: str, time: float, level: Level
     ) -> Line:
         line = self.store.tell(label, text, time, level)
         self.view.add((line,))
@@ -182,6 +221,7 @@ class LaunchModel:
             self.wants_state = self.wants_tree = True
         if self._gap is None:
             self._gap_bytes = 0
-            self._gap = self._say(None, '', 0.0, FATAL)
+            self._gap = self._say(None, '', 0.0, Level.FATAL)
         self._gap_bytes += missed.bytes
-        self._gap.text = f'… {size(self._gap_bytes)} not shown …'
+        text = f'… {size(self._gap_bytes)} not shown …'
+        self.store.alter(self._gap, text)

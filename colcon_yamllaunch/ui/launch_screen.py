@@ -6,20 +6,23 @@
 from asyncio import get_running_loop
 from collections.abc import Callable
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
+import os
 from typing import Any
 from typing import ClassVar
 from typing import Protocol
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.table import duration
-from colcon_yamllaunch.common.table import size
+from colcon_yamllaunch.runtime.acts.key_meanings import (
+    only_its_container_writes,
+)
 from colcon_yamllaunch.runtime.clients.subscription import Subscription
-from colcon_yamllaunch.runtime.control.launch_states import from_json
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.control.launch_states import ComponentState
+from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
-from colcon_yamllaunch.ui.dialogs import help_text
+from colcon_yamllaunch.runtime.terminal.line_filter import Filtering
+from colcon_yamllaunch.runtime.terminal.log_levels import FORMAT
+from colcon_yamllaunch.runtime.terminal.log_levels import Level
 from colcon_yamllaunch.ui.dialogs import LeaveQuestion
 from colcon_yamllaunch.ui.dialogs import Leaving
 from colcon_yamllaunch.ui.dialogs import Reading
@@ -28,14 +31,16 @@ from colcon_yamllaunch.ui.inspection import in_short
 from colcon_yamllaunch.ui.key_table import ON_ALL
 from colcon_yamllaunch.ui.key_table import ON_ONE
 from colcon_yamllaunch.ui.launch_model import LaunchModel
-from colcon_yamllaunch.ui.line_levels import LEVELS
+from colcon_yamllaunch.ui.link import Done
 from colcon_yamllaunch.ui.link import Link
 from colcon_yamllaunch.ui.output_pane import OutputPane
-from colcon_yamllaunch.ui.output_view import Choice
 from colcon_yamllaunch.ui.part_list import PartList
 from colcon_yamllaunch.ui.part_rows import label_of_key
 from colcon_yamllaunch.ui.part_rows import part_rows
 from colcon_yamllaunch.ui.part_rows import tree_rows
+from colcon_yamllaunch.ui.screen_lines import help_text
+from colcon_yamllaunch.ui.screen_lines import keys_text
+from colcon_yamllaunch.ui.screen_lines import title_text
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding
@@ -49,18 +54,19 @@ from textual.widgets import Static
 
 #: Seconds between two times that something is drawn.
 DRAWN_EVERY = 0.1
-#: Seconds between two questions for the state of the launch.
-ASKED_EVERY = 0.25
 #: Seconds for which an answer is shown.
 SHOWN_FOR = 6.0
 #: Columns below which there is one pane at a time.
 NARROW = 60
 
+#: Said where there is nothing to switch off.
+NOT_WATCHED = 'no files are watched; that is --watch'
+
 # what keys do while somebody types
 _WHILE_TYPING = ('clear', 'switch')
 
 
-class Surroundings(Protocol):
+class Terminal(Protocol):
     """What the screen can have done outside of itself."""
 
     @property
@@ -98,13 +104,15 @@ class LaunchScreen(Screen[None]):
     def __init__(
         self,
         subscription: Subscription,
-        around: Surroundings,
+        terminal: Terminal,
         clock: Callable[[], float],
     ) -> None:
         super().__init__()
         self._subscription = subscription
-        self._around = around
-        self.model = LaunchModel(subscription.state, clock)
+        self._terminal = terminal
+        self.model = LaunchModel(
+            subscription.state, clock, os.environ.get(FORMAT)
+        )
         self._parts = PartList()
         self._output = OutputPane(self.model.view)
         self._shows_plan = False
@@ -142,11 +150,10 @@ class LaunchScreen(Screen[None]):
         self._link = Link(
             self._subscription,
             get_running_loop(),
-            self.model.take,
-            self._happened,
+            self.model,
+            self.changed,
             self._ended,
         )
-        self._happened()
 
     def on_unmount(self) -> None:
         """Leave the launch alone, too."""
@@ -203,7 +210,7 @@ class LaunchScreen(Screen[None]):
         part = self._part()
         if part is None:
             return
-        if not isinstance(part, ProcessState):
+        if isinstance(part, ComponentState):
             self.say(f'{part.label} is a component: it has no keyboard', 'red')
         elif not part.terminal:
             self.say(
@@ -213,7 +220,7 @@ class LaunchScreen(Screen[None]):
             )
         else:
             with self.app.suspend():
-                self._around.attach(part.label)
+                self._terminal.attach(part.label)
             self.app.refresh()
 
     def action_log(self) -> None:
@@ -225,63 +232,54 @@ class LaunchScreen(Screen[None]):
             self.say(f'{part.label} has no log of its own', 'red')
             return
         with self.app.suspend():
-            self._around.page(part.log)
+            self._terminal.page(part.log)
         self.app.refresh()
 
-    def action_inspect(self) -> None:
+    def action_describe(self) -> None:
         """Show what it is."""
         part = self._part()
-        if part is None or self._link is None:
+        if part is None or self._has_ended() or self._link is None:
             return
         label = part.label
 
         def show(error: str | None, answer: Mapping[str, Any]) -> None:
-            if error is not None:
-                self.say(error, 'red')
-                return
-            description = answer.get('description')
-            if isinstance(description, Mapping):
-                text = in_full(self.model, label, description)
+            try:
+                text = in_full(self.model, label, answer.get('description'))
+            except ProtocolError as e:
+                self.say(error or str(e), 'red')
+            else:
                 self.app.push_screen(Reading(one_line(label), text))
 
-        if self.model.ending:
-            self.say('the launch has ended', 'red')
         self._link.ask('describe', show, process=label)
 
     def action_mute(self) -> None:
         """Show no output of it, or do."""
-        part = self._part()
-        if part is not None:
-            muted = self._choice.muted ^ {part.label}
-            self._choose(replace(self._choice, muted=muted))
+        label = self._writer()
+        if label is not None:
+            muted = self._filtering.muted ^ {label}
+            self._filter(replace(self._filtering, muted=muted))
 
     def action_only(self) -> None:
         """Show its output only, or all."""
-        part = self._part()
-        if part is not None:
-            only = frozenset((part.label,))
-            if self._choice.chosen == only:
-                only = frozenset()
-            muted = self._choice.muted - only
-            self._choose(
-                replace(
-                    self._choice, chosen=only, muted=muted, mutes_all=False
-                )
-            )
+        label = self._writer()
+        if label is not None:
+            only = frozenset((label,)) - self._alone()
+            muted = self._filtering.muted - only
+            self._filter(replace(self._filtering, only=only, muted=muted))
 
     def action_choose(self) -> None:
         """Show its output beside that of others, or not."""
-        part = self._part()
-        if part is not None:
-            chosen = self._choice.chosen ^ {part.label}
-            self._choose(replace(self._choice, chosen=chosen))
+        label = self._writer()
+        if label is not None:
+            only = self._filtering.only ^ {label}
+            self._filter(replace(self._filtering, only=only))
 
     # -- what a key does to all
 
     def action_search(self) -> None:
         """Ask for a text that lines have."""
-        self._search_before = self._choice.search
-        self._ask('search', '/', self._choice.search)
+        self._search_before = self._filtering.search
+        self._ask('search', '/', self._filtering.search)
 
     def action_find(self) -> None:
         """Ask for the name of a process."""
@@ -289,20 +287,33 @@ class LaunchScreen(Screen[None]):
 
     def action_level(self) -> None:
         """Show less, or all again."""
-        level = (self._choice.level + 1) % len(LEVELS)
-        self._choose(replace(self._choice, level=level))
+        levels = tuple(Level)
+        place = levels.index(self._filtering.level) + 1
+        level = levels[place % len(levels)]
+        self._filter(replace(self._filtering, level=level))
 
-    def action_timestamps(self) -> None:
+    def action_times(self) -> None:
         """Show when each line came, or do not."""
         self._output.timestamps = not self._output.timestamps
         self.changed()
 
     def action_mute_all(self) -> None:
         """Show no output, or do."""
-        mutes_all = not self._choice.mutes_all
-        self._choose(
-            replace(self._choice, mutes_all=mutes_all, muted=frozenset())
-        )
+        labels = frozenset(p.label for p in self.model.state.processes)
+        muted = self._filtering.muted
+        muted = frozenset() if labels <= muted else labels
+        self._filter(replace(self._filtering, muted=muted))
+
+    def action_watch(self) -> None:
+        """Have nothing follow from changes of files, or again."""
+        state = self.model.state
+        if self._has_ended() or self._link is None:
+            return
+        if state.watch is None:
+            self.say(NOT_WATCHED, 'red')
+            return
+        action = 'resume' if state.watch_paused else 'pause'
+        self._link.ask('watch', self._told_of('watch'), action=action)
 
     def action_plan(self) -> None:
         """Show the plan, or the processes."""
@@ -329,35 +340,30 @@ class LaunchScreen(Screen[None]):
     def action_clear(self) -> None:
         """Show all again, or ask no more."""
         if self._asked_for == 'search':
-            self._choose(replace(self._choice, search=self._search_before))
+            self._filter(replace(self._filtering, search=self._search_before))
         elif not self._asked_for:
-            self._choose(Choice())
+            self._filter(Filtering())
         self._ask_no_more()
 
     def action_help(self) -> None:
         """Show what the keys do."""
-        owns = self._around.owns_launch
-        last = 'stop the launch; again: hurry' if owns else 'leave'
-        sections = (
-            ('The process or component under the cursor', ON_ONE),
-            ('All', ON_ALL),
-        )
-        text = help_text(sections, last)
-        self.app.push_screen(Reading('Keys', text))
+        owns = self._terminal.owns_launch
+        last = 'stop the launch; once more hurries' if owns else 'leave'
+        self.app.push_screen(Reading('Keys', help_text(last)))
 
     def action_leave(self) -> None:
         """Leave, and ask what is to become of the launch."""
-        if self.model.ending or not self._around.owns_launch:
+        if self.model.ending or not self._terminal.owns_launch:
             self.app.exit()
         else:
             self.app.push_screen(LeaveQuestion(), self._leave)
 
     def interrupt(self) -> None:
         """Do what Ctrl-C does."""
-        if self.model.ending or not self._around.owns_launch:
+        if self.model.ending or not self._terminal.owns_launch:
             self.app.exit()
         else:
-            self._around.interrupt()
+            self._terminal.interrupt()
             self.say('stopping; Ctrl-C again to hurry')
 
     def say(self, text: str, style: str = '') -> None:
@@ -391,48 +397,69 @@ class LaunchScreen(Screen[None]):
         self.changed()
 
     @property
-    def _choice(self) -> Choice:
-        return self.model.view.choice
+    def _filtering(self) -> Filtering:
+        return self.model.view.filtering
 
-    def _choose(self, choice: Choice) -> None:
-        self.model.view.choose(choice)
+    def _filter(self, filtering: Filtering) -> None:
+        self.model.view.choose(filtering)
+        if self._link is not None:
+            self._link.choose()
         self.changed()
 
+    def _alone(self) -> frozenset[str]:
+        """Return the process that alone is shown, if one is."""
+        only = self._filtering.only
+        return only if len(only) == 1 else frozenset()
+
     def _take_typed(self, text: str) -> None:
-        if self._asked_for == 'search' and text != self._choice.search:
-            self._choose(replace(self._choice, search=text))
+        if self._asked_for == 'search' and text != self._filtering.search:
+            self._filter(replace(self._filtering, search=text))
         elif self._asked_for == 'find' and text:
             self._parts.find(text)
 
-    def _part(self) -> Any:
+    def _part(self) -> Part | None:
+        """Return what the cursor is on; say what to do if it is nothing."""
         part = self.model.part(self._parts.label)
         if part is None:
             self.say('go to a process or component first', 'red')
         return part
 
-    def _act(self, name: str, done: str = '') -> None:
+    def _writer(self) -> str | None:
+        """Return the process that the cursor is on, likewise."""
         part = self._part()
-        if part is None or self._link is None:
-            return
+        if isinstance(part, ComponentState):
+            self.say(only_its_container_writes(part.label), 'red')
+            return None
+        return None if part is None else part.label
+
+    def _has_ended(self) -> bool:
+        """Tell whether nothing can be done any more, and say so."""
         if self.model.ending:
             self.say(self.model.ending, 'red')
+        return bool(self.model.ending)
+
+    def _act(self, name: str, done: str = '') -> None:
+        part = self._part()
+        if part is None or self._has_ended() or self._link is None:
             return
         label = part.label
-
-        def told(error: str | None, _: Mapping[str, Any]) -> None:
-            if error is not None:
-                self.say(error, 'red')
-            else:
-                self.say(f'{label}: {done or name + " requested"}')
-
+        told = self._told_of(f'{label}: {done or name + " requested"}')
         self._link.ask(name, told, process=label)
 
+    def _told_of(self, done: str) -> Done:
+        """Return what says that something was done, or why it was not."""
+
+        def told(error: str | None, _: Mapping[str, Any]) -> None:
+            self.say(done if error is None else error, 'red' * bool(error))
+
+        return told
+
     def _leave(self, answer: Leaving | None) -> None:
-        if answer == 'go' or (answer == 'stop' and self.model.ending):
+        if answer == 'leave' or (answer == 'stop' and self.model.ending):
             self.app.exit()
         elif answer == 'stop':
             self._stops_to_leave = True
-            self._around.interrupt()
+            self._terminal.interrupt()
             self.say('stopping, then leaving; Ctrl-C to hurry')
 
     def _ask(self, what: str, sign: str, value: str) -> None:
@@ -453,37 +480,6 @@ class LaunchScreen(Screen[None]):
         self.set_focus(self._output if self._is_output else self._parts)
         self.changed()
 
-    def _happened(self) -> None:
-        """Take note that news came."""
-        if self.model.wants_state and not self._is_asked:
-            self._is_asked = True
-            get_running_loop().call_later(ASKED_EVERY, self._ask_for_state)
-        if self.model.wants_tree and self._link is not None:
-            self.model.wants_tree = False
-            self._link.ask('tree', self._take_tree)
-        self.changed()
-
-    def _ask_for_state(self) -> None:
-        self.model.wants_state = False
-        if self._link is not None:
-            self._link.ask('status', self._take_state)
-
-    def _take_state(
-        self, error: str | None, answer: Mapping[str, Any]
-    ) -> None:
-        self._is_asked = False
-        if error is None:
-            # one of another version says something else
-            with suppress(ProtocolError):
-                self.model.take_state(from_json(answer.get('launch')))
-        self._happened()
-
-    def _take_tree(self, error: str | None, answer: Mapping[str, Any]) -> None:
-        tree = answer.get('tree')
-        if error is None and isinstance(tree, list):
-            self.model.tree = tree
-            self.changed()
-
     def _ended(self, reason: str) -> None:
         if not reason and self.model.exit_code is None:
             reason = 'the launcher is gone; colcon launch --status shows rests'
@@ -502,10 +498,11 @@ class LaunchScreen(Screen[None]):
         if self._is_closed:
             return
         rows = tree_rows if self._shows_plan else part_rows
-        self._parts.show(rows(self.model), self._choice)
+        self._parts.show(rows(self.model), self._filtering)
         self._output.changed()
-        self._put('title', self._title_text())
-        self._put('keys', self._keys_text(self.size.width))
+        follows = self._output.follows
+        self._put('title', title_text(self.model, follows=follows))
+        self._put('keys', self._last_line())
         label = self._parts.label
         shown = Text()
         if label is not None:
@@ -523,57 +520,11 @@ class LaunchScreen(Screen[None]):
             self._shown[place] = text
             self._lines[place].update(text, layout=False)
 
-    def _title_text(self) -> Text:
-        model = self.model
-        state = model.state
-        text = Text(no_wrap=True, overflow='ellipsis')
-        if model.ending:
-            words = 'ended'
-            if model.exit_code is not None:
-                words += f', exit code {model.exit_code}'
-            text.append(f' {words} ', 'bold reverse')
-        elif state.stopping:
-            text.append(' stopping ', 'bold reverse yellow')
-        failed = sum(p.label in model.failed for p in state.parts())
-        if failed:
-            text.append(f' {failed} failed ', 'bold reverse red')
-        words_of_choice = self._choice.words()
-        if words_of_choice:
-            text.append(f' {", ".join(words_of_choice)} ', 'reverse cyan')
-        if not self._output.follows:
-            text.append(' held, End follows ', 'reverse')
-        if model.missed_bytes:
-            text.append(f' {size(model.missed_bytes)} missed ', 'yellow')
-        text.append(f' {one_line(state.title)}', 'bold')
-        text.append(f'  {duration(model.seconds)}  pid {state.pid}')
-        if state.watch is not None:
-            style = 'red' if state.watch_failed else ''
-            text.append(f'  watch: {one_line(state.watch) or "…"}', style)
-        return text
-
-    def _keys_text(self, width: int) -> Text:
+    def _last_line(self) -> Text:
         said, style = self._said
+        if not said and self.model.ending:
+            said, style = f'{self.model.ending}; q leaves', 'bold'
         if said:
             return Text(said, style, no_wrap=True, overflow='ellipsis')
-        if self.model.ending:
-            said = f'{self.model.ending}; q leaves'
-            return Text(said, 'bold', no_wrap=True, overflow='ellipsis')
-        text = Text(no_wrap=True)
-        # the last ones must not be cut: they lead to all others
-        leading = '?q' if width >= NARROW else ('?', 'q', 'Tab')
-        last = [key for key in ON_ALL if key.shown in leading]
-        others = [*ON_ONE, *(key for key in ON_ALL if key not in last)]
-        room = width - sum(len(k.shown) + len(k.short) + 3 for k in last)
-        for key in others:
-            cells = len(key.shown) + len(key.short) + 3
-            if key.short and cells <= room:
-                room -= cells
-                _add_key(text, key.shown, key.short)
-        for key in last:
-            _add_key(text, key.shown, key.short)
-        return text
-
-
-def _add_key(text: Text, shown: str, short: str) -> None:
-    text.append(f'{shown} ', 'bold cyan')
-    text.append(f'{short}  ', 'dim')
+        width = self.size.width
+        return keys_text(width, is_narrow=width < NARROW)

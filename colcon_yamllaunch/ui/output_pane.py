@@ -7,10 +7,12 @@ import time
 from typing import ClassVar
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.ui.line_levels import ERROR
-from colcon_yamllaunch.ui.line_levels import WARN
+from colcon_yamllaunch.runtime.terminal.log_levels import Level
 from colcon_yamllaunch.ui.output_store import Line
 from colcon_yamllaunch.ui.output_view import OutputView
+from colcon_yamllaunch.ui.output_view import places
+from colcon_yamllaunch.ui.output_view import plain
+from colcon_yamllaunch.ui.output_view import RowIndex
 from rich.cells import cell_len
 from rich.style import Style
 from rich.text import Text
@@ -26,8 +28,6 @@ _LABEL_STYLES = (
     *('bright_cyan', 'bright_green', 'bright_magenta', 'bright_blue'),
 )
 _FOUND = Style(reverse=True, bold=True)
-#: How far a key goes to the side.
-_SIDE = 8
 _TABS = 8
 
 
@@ -35,15 +35,13 @@ class OutputPane(ScrollView, can_focus=True):
     """
     Lines, of which only those are drawn that are seen.
 
-    It stays at the end until somebody scrolls up, and with what he looks at
-    from then on.
+    A long line takes several rows, as on any terminal. The pane stays at the
+    end until somebody scrolls up, and with what he looks at from then on.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding('up', 'move(0, -1)', show=False),
-        Binding('down', 'move(0, 1)', show=False),
-        Binding('left', f'move(-{_SIDE}, 0)', show=False),
-        Binding('right', f'move({_SIDE}, 0)', show=False),
+        Binding('up', 'move(-1)', show=False),
+        Binding('down', 'move(1)', show=False),
         Binding('pageup', 'page(-1)', show=False),
         Binding('pagedown', 'page(1)', show=False),
         Binding('home', 'begin', show=False),
@@ -57,9 +55,14 @@ class OutputPane(ScrollView, can_focus=True):
         super().__init__(id='output')
         self._view = view
         self._styles: dict[str, str] = {}
-        self._version = self._dropped = 0
-        self._seen = 0
-        self._width = 0
+        self._index = RowIndex()
+        self._dropped = 0
+        # what the rows of lines depend on
+        self._layout: tuple[object, ...] = ()
+        # the line that was rendered last, as it was then
+        self._rendered: tuple[tuple[object, ...], Strip] | None = None
+        # the line in the first row
+        self._top: Line | None = None
         #: Whether the end is in sight, and stays so.
         self.follows = True
         #: Whether to show when each line came.
@@ -68,24 +71,40 @@ class OutputPane(ScrollView, can_focus=True):
     def changed(self) -> None:
         """Show what is new."""
         view = self._view
-        if view.version != self._version:
-            self._version = view.version
-            self._dropped = self._width = self._seen = 0
+        width = self._columns
+        layout = view.version, width, self.timestamps
+        gone = 0
+        altered = view.take_altered()
+        if layout != self._layout:
+            self._layout = layout
+            self._index = RowIndex()
+            self._dropped = view.dropped
+        else:
+            gone = self._index.drop(view.dropped - self._dropped)
+            self._dropped = view.dropped
+            for place in altered:
+                if place < len(self._index):
+                    rows = self._rows_of(view.lines[place], width)
+                    self._index.alter(place, rows)
+        is_anew = not len(self._index)
+        for line in view.lines[len(self._index) :]:
+            self._index.add(self._rows_of(line, width))
+        self.virtual_size = Size(width, self._index.rows)
+        if not self.max_scroll_y:
             self.follows = True
-        gone = view.dropped - self._dropped
-        self._dropped = view.dropped
-        self._seen = max(0, self._seen - gone)
-        for line in view.lines[self._seen :]:
-            self._width = max(self._width, cell_len(line.text))
-        self._seen = len(view.lines)
-        prefix = self._prefix_width()
-        self.virtual_size = Size(self._width + prefix, len(view.lines))
         if self.follows:
-            self.scroll_to(y=self.max_scroll_y, animate=False, force=True)
+            self._go(self.max_scroll_y)
+        elif is_anew and self._top is not None:
+            place = view.place_of(self._top.order)
+            self._go(self._index.first_row(min(place, len(self._index))))
         elif gone:
-            y = max(0, self.scroll_offset.y - gone)
-            self.scroll_to(y=y, animate=False, force=True)
+            self._go(max(0, self.scroll_offset.y - gone))
         self.refresh()
+
+    def on_resize(self) -> None:
+        """Wrap lines anew."""
+        if self._layout and self._columns != self._layout[1]:
+            self.changed()
 
     def watch_scroll_y(self, old_value: float, new_value: float) -> None:
         """See whether the end is in sight."""
@@ -95,10 +114,9 @@ class OutputPane(ScrollView, can_focus=True):
             self.follows = follows
             self.post_message(self.Followed())
 
-    def action_move(self, x: int, y: int) -> None:
+    def action_move(self, rows: int) -> None:
         """Go a bit."""
-        place = self.scroll_offset
-        self.scroll_to(place.x + x, place.y + y, animate=False)
+        self.scroll_to(y=self.scroll_offset.y + rows, animate=False)
 
     def action_page(self, pages: int) -> None:
         """Go a screen up or down."""
@@ -107,53 +125,85 @@ class OutputPane(ScrollView, can_focus=True):
 
     def action_begin(self) -> None:
         """Go to the first line."""
-        self.scroll_to(0, 0, animate=False)
+        self.scroll_to(y=0, animate=False)
 
     def action_end(self) -> None:
         """Go to the last line, and stay there."""
-        self.scroll_to(y=self.max_scroll_y, animate=False, force=True)
+        self._go(self.max_scroll_y)
 
     def render_line(self, y: int) -> Strip:
-        """Draw a line of the screen."""
-        left, top = self.scroll_offset
-        width = self.size.width
+        """Draw a row of the screen."""
+        width = self._columns
+        row = self.scroll_offset.y + y
         lines = self._view.lines
-        if top + y >= len(lines):
-            return Strip.blank(width, self.rich_style)
-        text = self._text_of(lines[top + y])
-        strip = Strip(text.render(self.app.console), text.cell_len)
-        return strip.crop_extend(left, left + width, self.rich_style)
+        number, part = self._index.at(row)
+        if number >= min(len(lines), len(self._index)):
+            return Strip.blank(self.size.width, self.rich_style)
+        if not y:
+            self._top = lines[number]
+        strip = self._strip_of(lines[number])
+        begin = part * width
+        return strip.crop_extend(begin, begin + width, self.rich_style)
+
+    @property
+    def _columns(self) -> int:
+        """The cells of a row."""
+        return max(1, self.scrollable_content_region.width)
 
     @property
     def _names(self) -> bool:
         """Whether lines say whose they are."""
-        return len(self._view.choice.chosen) != 1
+        return len(self._view.filtering.only) != 1
 
-    def _prefix_width(self) -> int:
-        longest = max(map(len, self._styles), default=0) + 3
-        return longest * self._names + 13 * self.timestamps
+    def _go(self, row: int) -> None:
+        self.scroll_to(y=row, animate=False, force=True)
+
+    def _rows_of(self, line: Line, width: int) -> int:
+        cells = cell_len(plain(line.text).expandtabs(_TABS))
+        cells += sum(map(cell_len, self._prefix_of(line)))
+        return max(1, -(-cells // width))
+
+    def _prefix_of(self, line: Line) -> tuple[str, str, str]:
+        """Return the time, the label and the count in front of a line."""
+        moment = label = count = ''
+        if self.timestamps and line.time:
+            clock = time.strftime('%H:%M:%S', time.localtime(line.time))
+            moment = f'{clock}.{int(line.time % 1 * 1000):03} '
+        if line.label is not None and self._names:
+            label = f'[{one_line(line.label)}] '
+        if line.count > 1:
+            # in front, as it would not be seen behind a long line
+            count = f'×{line.count} '
+        return moment, label, count
+
+    def _strip_of(self, line: Line) -> Strip:
+        key = (line, line.text, line.count, self._layout)
+        if self._rendered is not None and self._rendered[0] == key:
+            return self._rendered[1]
+        text = self._text_of(line)
+        strip = Strip(text.render(self.app.console), text.cell_len)
+        self._rendered = key, strip
+        return strip
 
     def _text_of(self, line: Line) -> Text:
         text = Text(no_wrap=True, end='')
-        if self.timestamps and line.time:
-            moment = time.strftime('%H:%M:%S', time.localtime(line.time))
-            text.append(f'{moment}.{int(line.time % 1 * 1000):03} ', 'dim')
-        if line.label is not None and self._names:
-            name = one_line(line.label)
-            text.append(f'[{name}] ', self._style_of(line.label))
-        if line.count > 1:
-            # in front, as it would not be seen behind a long line
-            text.append(f'×{line.count} ', 'bold')
+        moment, label, count = self._prefix_of(line)
+        text.append(moment, 'dim')
+        if line.label is not None:
+            text.append(label, self._style_of(line.label))
+        text.append(count, 'bold')
+        is_bad = line.level >= Level.WARN
+        colour = 'yellow' if line.level < Level.ERROR else 'red'
         if line.is_told:
-            style = 'italic bright_black'
-            if line.level >= WARN:
-                style = 'bold yellow' if line.level < ERROR else 'bold red'
+            style = f'bold {colour}' if is_bad else 'italic bright_black'
             text.append(line.text, style)
         else:
-            body = Text.from_ansi(line.text.expandtabs(_TABS), end='')
-            if '\x1b' not in line.text and line.level >= WARN:
-                body.stylize('yellow' if line.level < ERROR else 'red')
-            for start, end in self._view.choice.places(body.plain):
+            body = Text.from_ansi(line.text, end='')
+            body.expand_tabs(_TABS)
+            if is_bad and line.is_leveled and '\x1b' not in line.text:
+                body.stylize(colour)
+            search = self._view.filtering.search
+            for start, end in places(search, body.plain):
                 body.stylize(_FOUND, start, end)
             text.append_text(body)
         return text

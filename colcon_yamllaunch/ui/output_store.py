@@ -12,15 +12,17 @@ from operator import attrgetter
 
 from colcon_yamllaunch.runtime.clients.subscription import Wrote
 from colcon_yamllaunch.runtime.streams.lines import legible
-from colcon_yamllaunch.ui.line_levels import INFO
-from colcon_yamllaunch.ui.line_levels import level_of
+from colcon_yamllaunch.runtime.terminal.line_filter import last_state
+from colcon_yamllaunch.runtime.terminal.line_filter import TIMES
+from colcon_yamllaunch.runtime.terminal.log_levels import Level
+from colcon_yamllaunch.runtime.terminal.log_levels import level_of
 
 #: Lines that are kept of each process.
-LINES = 5_000
+LINES_KEPT = 5_000
 #: Characters that are kept of all processes together.
-CHARACTERS = 16 * 1024 * 1024
+CHARACTERS_KEPT = 16 * 1024 * 1024
 #: Characters that are kept of a line; the log has all of it.
-LINE = 4_000
+LONGEST_LINE = 4_000
 
 
 @dataclass(slots=True, eq=False)
@@ -32,7 +34,8 @@ class Line:
     :param time: When it came, in seconds since the epoch
     :param label: The process that it is of; None where it is of the launch
     :param text: What is shown of it, colours included
-    :param level: Its severity, a number of `line_levels`
+    :param level: Its level, or that of a line before which it goes with
+    :param is_leveled: Whether that is its own
     :param is_told: Whether it tells of the process, which did not write it
     :param count: How often it came in a row
     """
@@ -41,7 +44,8 @@ class Line:
     time: float
     label: str | None
     text: str
-    level: int = INFO
+    level: Level = Level.INFO
+    is_leveled: bool = False
     is_told: bool = False
     count: int = 1
 
@@ -52,13 +56,13 @@ class _Kept:
     What is kept of one process.
 
     :param size: The characters of all lines
-    :param levels: The severity of the last line of each stream
+    :param levels: The level of the last line of each stream
     :param unfinished: The lines that go on in place, by stream
     """
 
     lines: deque[Line]
     size: int
-    levels: dict[str, int]
+    levels: dict[str, Level]
     unfinished: dict[str, Line]
 
 
@@ -68,17 +72,25 @@ class OutputStore:
 
     :param limit: Lines that are kept of each process
     :param characters: Characters that are kept of all of them
+    :param form: That of lines, see `log_levels.FORMAT`
     """
 
     def __init__(
-        self, limit: int = LINES, characters: int = CHARACTERS
+        self,
+        limit: int = LINES_KEPT,
+        characters: int = CHARACTERS_KEPT,
+        form: str | None = None,
     ) -> None:
         self._limit = limit
         self._characters = characters
+        self._form = form
         self._kept: dict[str | None, _Kept] = {}
         self._size = 0
         self._order = 0
-        self._last: Line | None = None
+        # the last line, and what it is compared by
+        self._last: tuple[Line, bytes] | None = None
+        #: Lines that have become others since somebody took note, in order.
+        self.altered: dict[Line, None] = {}
 
     @property
     def size(self) -> int:
@@ -109,17 +121,26 @@ class OutputStore:
         return made
 
     def tell(
-        self, label: str | None, text: str, time: float, level: int
+        self, label: str | None, text: str, time: float, level: Level
     ) -> Line:
         """Take a line about a process, or about the launch."""
         kept = self._of(label)
         # what the process writes next is no part of the line before
         kept.unfinished.clear()
         kept.levels.clear()
-        line = self._new(time, label, text[:LINE], level, is_told=True)
+        line = self._new(time, label, text[:LONGEST_LINE], level)
+        line.is_told = True
         self._add(kept, line)
+        self._last = None
         self._shrink()
         return line
+
+    def alter(self, line: Line, text: str) -> None:
+        """Let a line, about a process or of one, be another."""
+        kept = self._of(line.label)
+        self._grow(kept, len(text) - len(line.text))
+        line.text = text
+        self.altered[line] = None
 
     def lines(self, labels: Collection[str] | None) -> Iterator[Line]:
         """
@@ -141,41 +162,41 @@ class OutputStore:
         """Take a line; return it unless it is one that was there."""
         stream = wrote.stream
         goes_on = is_open and piece.endswith(b'\r')
-        if b'\r' in piece:
-            # what was written over is not seen any more
-            piece = piece.rstrip(b'\r').rpartition(b'\r')[2]
-        text = legible(piece[: 4 * LINE], terminal=True).decode()
-        if len(text) > LINE:
-            text = text[:LINE] + '…'
-        level = level_of(text)
+        # what was written over is not seen any more
+        piece = last_state(piece)
+        own_level = level_of(piece, self._form)
+        level = own_level or kept.levels.get(stream)
         if level is None:
-            level = kept.levels.get(stream, INFO)
-        else:
-            kept.levels[stream] = level
+            # what nodes log goes to stderr, and begins with a level
+            level = Level.ERROR if stream == 'stderr' else Level.INFO
+        kept.levels[stream] = level
+        text = legible(piece[: 4 * LONGEST_LINE], terminal=True).decode()
+        if len(text) > LONGEST_LINE:
+            text = text[:LONGEST_LINE] + '…'
         before = kept.unfinished.pop(stream, None)
         if before is not None:
             if text:
-                self._size += len(text) - len(before.text)
-                kept.size += len(text) - len(before.text)
-                before.text = text
+                self.alter(before, text)
                 before.time = wrote.time
+                before.level = level
             if goes_on:
                 kept.unfinished[stream] = before
             return None
-        last = self._last
-        if (
-            last is not None
-            and last.text == text
-            and last.label == wrote.process
-            and not last.is_told
-        ):
-            last.count += 1
-            last.time = wrote.time
-            return None
+        compared = TIMES.sub(b'', piece)
+        if self._last is not None:
+            last, by = self._last
+            if by == compared and last.label == wrote.process:
+                last.count += 1
+                last.time = wrote.time
+                self.alter(last, text)
+                return None
         line = self._new(wrote.time, wrote.process, text, level)
+        line.is_leveled = own_level is not None
         if goes_on:
             kept.unfinished[stream] = line
         self._add(kept, line)
+        # an empty line parts others
+        self._last = (line, compared) if piece else None
         return line
 
     def _of(self, label: str | None) -> _Kept:
@@ -189,17 +210,14 @@ class OutputStore:
         time: float,
         label: str | None,
         text: str,
-        level: int,
-        *,
-        is_told: bool = False,
+        level: Level,
     ) -> Line:
         self._order += 1
-        return Line(self._order, time, label, text, level, is_told)
+        return Line(self._order, time, label, text, level)
 
     def _add(self, kept: _Kept, line: Line) -> None:
         kept.lines.append(line)
         self._grow(kept, len(line.text) + 1)
-        self._last = line
         if len(kept.lines) > self._limit:
             self._drop(kept)
 

@@ -1,87 +1,43 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Those lines that somebody wants to see."""
+"""Those lines that somebody wants to see, and the rows that they take."""
 
+from bisect import bisect_left
+from bisect import bisect_right
 from collections.abc import Iterable
+from operator import attrgetter
+import re
 
-from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.ui.line_levels import DEBUG
-from colcon_yamllaunch.ui.line_levels import LEVELS
-from colcon_yamllaunch.ui.line_levels import plain
+from colcon_yamllaunch.common.printable import SEQUENCE
+from colcon_yamllaunch.runtime.terminal.line_filter import Filtering
 from colcon_yamllaunch.ui.output_store import Line
 from colcon_yamllaunch.ui.output_store import OutputStore
 
 #: Lines that a view has at most.
 VIEW_LINES = 20_000
 
+_SEQUENCE = re.compile(SEQUENCE)
 
-@dataclass(frozen=True, slots=True)
-class Choice:
-    """
-    What is to be seen.
 
-    :param chosen: The processes whose lines are; none means all
-    :param muted: Those whose lines are not
-    :param mutes_all: Whether nothing of any process is
-    :param search: What a line has to have, in whatever case if it is in
-      lower case
-    :param level: The least severity of a line
-    """
+def plain(text: str) -> str:
+    """Return a line without colours."""
+    return _SEQUENCE.sub('', text) if '\x1b' in text else text
 
-    chosen: frozenset[str] = frozenset()
-    muted: frozenset[str] = frozenset()
-    mutes_all: bool = False
-    search: str = ''
-    level: int = DEBUG
 
-    def shows_output_of(self, label: str) -> bool:
-        """Tell whether lines of a process may be seen."""
-        if self.mutes_all or label in self.muted:
-            return False
-        return not self.chosen or label in self.chosen
-
-    def has(self, line: Line) -> bool:
-        """Tell whether a line is to be seen."""
-        if line.level < self.level:
-            return False
-        if line.label is not None and not self.shows_output_of(line.label):
-            return False
-        return not self.search or self.places(plain(line.text)) != []
-
-    def places(self, text: str) -> list[tuple[int, int]]:
-        """Return where a text has what is searched for."""
-        search = self.search
-        if not search:
-            return []
-        if search.islower():
-            text = text.lower()
-        found = []
-        start = text.find(search)
-        while start != -1:
-            end = start + len(search)
-            found.append((start, end))
-            start = text.find(search, end)
-        return found
-
-    def words(self) -> list[str]:
-        """Say what is left out, in short."""
-        said = []
-        if self.mutes_all:
-            said.append('all muted')
-        elif self.muted:
-            said.append(f'{len(self.muted)} muted')
-        if self.chosen:
-            names = sorted(self.chosen)
-            said.append(
-                f'only {names[0]}'
-                + (f' +{len(names) - 1}' if len(names) > 1 else '')
-            )
-        if self.level > DEBUG:
-            said.append(f'{LEVELS[self.level]}+')
-        if self.search:
-            said.append(f'/{self.search}')
-        return said
+def places(search: str, text: str) -> list[tuple[int, int]]:
+    """Return where a text has what is searched for."""
+    if not search:
+        return []
+    if search == search.lower():
+        text = text.lower()
+    found = []
+    start = text.find(search)
+    while start != -1:
+        end = start + len(search)
+        found.append((start, end))
+        start = text.find(search, end)
+    return found
 
 
 class OutputView:
@@ -94,7 +50,7 @@ class OutputView:
     def __init__(self, store: OutputStore, limit: int = VIEW_LINES) -> None:
         self._store = store
         self._limit = limit
-        self.choice = Choice()
+        self.filtering = Filtering()
         self.lines: list[Line] = []
         #: How many lines have been left out at the front since the last
         #: choice.
@@ -102,19 +58,43 @@ class OutputView:
         #: Grows with each choice.
         self.version = 0
 
-    def choose(self, choice: Choice) -> None:
+    def choose(self, filtering: Filtering) -> None:
         """Show something else."""
-        self.choice = choice
-        chosen = choice.chosen or None
-        self.lines = list(filter(choice.has, self._store.lines(chosen)))
+        self.filtering = filtering
+        only = filtering.only or None
+        self.lines = list(filter(self._has, self._store.lines(only)))
         self.dropped = 0
         self.version += 1
         self._trim()
 
     def add(self, lines: Iterable[Line]) -> None:
         """Take lines that are new in the store."""
-        self.lines += filter(self.choice.has, lines)
+        self.lines += filter(self._has, lines)
         self._trim()
+
+    def place_of(self, order: int) -> int:
+        """Return where a line stands, or the next one if it is not seen."""
+        return bisect_left(self.lines, order, key=attrgetter('order'))
+
+    def take_altered(self) -> list[int]:
+        """Return where lines stand that have become others since."""
+        altered, self._store.altered = self._store.altered, {}
+        found = ((self.place_of(line.order), line) for line in altered)
+        return [
+            place
+            for place, line in found
+            if place < len(self.lines) and self.lines[place] is line
+        ]
+
+    def _has(self, line: Line) -> bool:
+        """Tell whether a line is to be seen."""
+        filtering = self.filtering
+        if line.level < filtering.level:
+            return False
+        if line.label is not None and not filtering.has(line.label):
+            return False
+        search = filtering.search
+        return not search or bool(places(search, plain(line.text)))
 
     def _trim(self) -> None:
         # a part of them at once, as that moves all others
@@ -122,3 +102,49 @@ class OutputView:
             excess = len(self.lines) - self._limit * 3 // 4
             del self.lines[:excess]
             self.dropped += excess
+
+
+class RowIndex:
+    """Tells which line a row is of, where long lines take several."""
+
+    def __init__(self) -> None:
+        # for each line the rows up to it, with those of lines that are gone
+        self._ends: list[int] = []
+        self._gone = 0
+
+    def __len__(self) -> int:
+        return len(self._ends)
+
+    @property
+    def rows(self) -> int:
+        """The rows of all lines."""
+        return self._ends[-1] - self._gone if self._ends else 0
+
+    def add(self, rows: int) -> None:
+        """Take the next line."""
+        self._ends.append(self._gone + self.rows + rows)
+
+    def alter(self, line: int, rows: int) -> None:
+        """Take into account that a line has other rows."""
+        more = rows - (self._ends[line] - self._gone - self.first_row(line))
+        if more:
+            for number in range(line, len(self._ends)):
+                self._ends[number] += more
+
+    def drop(self, lines: int) -> int:
+        """Leave out the first lines, and return how many rows they had."""
+        if not lines or not self._ends:
+            return 0
+        before = self._gone
+        self._gone = self._ends[min(lines, len(self._ends)) - 1]
+        del self._ends[:lines]
+        return self._gone - before
+
+    def first_row(self, line: int) -> int:
+        """Return the first row of a line."""
+        return (self._ends[line - 1] if line else self._gone) - self._gone
+
+    def at(self, row: int) -> tuple[int, int]:
+        """Return the line that a row is of, and which of its rows it is."""
+        line = bisect_right(self._ends, row + self._gone)
+        return line, row - self.first_row(line)

@@ -7,7 +7,8 @@ from collections.abc import Collection
 from collections.abc import Sequence
 from typing import ClassVar
 
-from colcon_yamllaunch.ui.output_view import Choice
+from colcon_yamllaunch.runtime.terminal.line_filter import Filtering
+from colcon_yamllaunch.runtime.terminal.status_block import LOOKS
 from colcon_yamllaunch.ui.part_rows import Row
 from rich.text import Text
 from textual.binding import Binding
@@ -37,7 +38,7 @@ class PartList(ScrollView, can_focus=True):
     def __init__(self) -> None:
         super().__init__(id='parts')
         self._rows: Sequence[Row] = ()
-        self._choice = Choice()
+        self._filtering = Filtering()
         self._cursor = 0
 
     @property
@@ -47,13 +48,13 @@ class PartList(ScrollView, can_focus=True):
             return None
         return self._rows[self._cursor].label
 
-    def show(self, rows: Sequence[Row], choice: Choice) -> None:
+    def show(self, rows: Sequence[Row], filtering: Filtering) -> None:
         """Show rows, and which of them are muted or chosen."""
-        if rows == self._rows and choice == self._choice:
+        if rows == self._rows and filtering == self._filtering:
             return
         label = self.label
         self._rows = rows
-        self._choice = choice
+        self._filtering = filtering
         found = (n for n, row in enumerate(rows) if row.label == label)
         last = max(0, len(rows) - 1)
         self._cursor = min(self._cursor, last)
@@ -153,13 +154,16 @@ class PartList(ScrollView, can_focus=True):
         text.append(f'{row.key or " "} ', 'bright_black')
         text.append('  ' * row.depth)
         text.append(f'{row.sign} ', row.style)
-        hidden = row.label is not None and not self._choice.shows_output_of(
-            row.label
+        filtering = self._filtering
+        hidden = row.label is not None and not filtering.has(row.label)
+        chosen = row.label in filtering.only
+        style = (
+            'bold underline'
+            if chosen
+            else row.style * (row.sign == LOOKS['failed'].sign)
         )
-        chosen = row.label in self._choice.chosen
-        style = 'bold underline' if chosen else row.style * (row.sign == '✗')
         text.append(row.title, style or ('dim' if hidden else ''))
-        if row.label in self._choice.muted:
+        if row.label in filtering.muted:
             text.append(' (muted)', 'dim')
         # what is not known from the sign
         note = '' if row.note in ('running', 'loaded') else row.note

@@ -6,6 +6,7 @@
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
+from dataclasses import replace
 import os
 from typing import Any
 
@@ -14,28 +15,41 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.terminal.board import BETWEEN_STATES
+from colcon_yamllaunch.runtime.terminal.board import MUCH_CPU
+from colcon_yamllaunch.runtime.terminal.board import Phase
+from colcon_yamllaunch.runtime.terminal.status_block import LOOKS
 from colcon_yamllaunch.ui.launch_model import LaunchModel
 
-#: The sign and the colour of each state.
-_SIGNS: Mapping[str, tuple[str, str]] = {
-    'waiting': ('○', 'bright_black'),
-    'starting': ('◌', 'yellow'),
-    'loading': ('◌', 'yellow'),
-    'running': ('●', 'green'),
-    'loaded': ('●', 'green'),
-    'stopping': ('◐', 'yellow'),
-    'unloading': ('◐', 'yellow'),
-    'respawn': ('↻', 'yellow'),
-    'ended': ('■', 'bright_black'),
-    'unloaded': ('■', 'bright_black'),
-    'failed': ('✗', 'bold red'),
+#: What the phases of processes and components are to the status block, too.
+_PHASES: Mapping[str, Phase] = {
+    'waiting': 'waiting',
+    'loading': 'starting',
+    'running': 'running',
+    'loaded': 'running',
+    'stopping': 'stopping',
+    'unloading': 'stopping',
+    'respawn': 'respawn',
+    'ended': 'ended',
+    'unloaded': 'stopped',
+    'failed': 'failed',
 }
-#: The states in which nothing runs that could have recovered.
-_DOWN = ('ended', 'respawn', 'failed', 'waiting', 'unloaded')
+#: The colour of each.
+_STYLES: Mapping[Phase, str] = {
+    'waiting': 'bright_black',
+    'starting': 'yellow',
+    'running': 'green',
+    'stopping': 'yellow',
+    'held': 'yellow',
+    'respawn': 'yellow',
+    'ended': 'bright_black',
+    'stopped': 'bright_black',
+    'failed': 'bold red',
+}
+#: The phases in which nothing runs that could have recovered.
+_DOWN = ('ended', 'waiting', 'stopped')
 #: What stands before a launch file, a group, a timer.
 _BLOCKS: Mapping[str, str] = {'file': '▤', 'group': '▣', 'timer': '◷'}
-#: The share of a processor from which on it is told.
-_MUCH_CPU = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,20 +123,33 @@ def _branches(
 
 
 def _row(model: LaunchModel, part: Part, depth: int) -> Row:
-    phase = part.phase
-    if part.label in model.failed and phase in _DOWN:
-        sign, style = _SIGNS['failed']
-        sign = _SIGNS[phase][0] if phase == 'respawn' else sign
-    else:
-        sign, style = _SIGNS.get(phase, ('?', 'bright_black'))
+    phase = _phase(model, part)
+    style = _STYLES[phase]
+    if phase == 'respawn' and part.label in model.failed:
+        style = _STYLES['failed']
     return Row(
         part.label,
         depth,
-        sign,
+        LOOKS[phase].sign,
         style,
         one_line(part.label),
         _note(model, part),
     )
+
+
+def _phase(model: LaunchModel, part: Part) -> Phase:
+    """Return the phase that the status block has for it."""
+    phase = _PHASES.get(part.phase, 'starting')
+    if phase == 'running':
+        if part.lifecycle in BETWEEN_STATES:
+            return 'starting'
+        return 'held' if part.label in model.held else 'running'
+    if phase in _DOWN:
+        if part.label in model.failed:
+            return 'failed'
+        if part.label in model.stopped:
+            return 'stopped'
+    return phase
 
 
 def _note(model: LaunchModel, part: Part) -> str:
@@ -131,7 +158,7 @@ def _note(model: LaunchModel, part: Part) -> str:
         if part.restarts:
             words.append(f'×{part.restarts}')
         history = model.usage.get(part.label)
-        if part.pid is not None and history and history[-1].cpu >= _MUCH_CPU:
+        if part.pid is not None and history and history[-1].cpu >= MUCH_CPU:
             words.append(f'{history[-1].cpu:.0%}')
     return ' '.join(words)
 
@@ -151,18 +178,7 @@ def _with_keys(model: LaunchModel, rows: list[Row]) -> list[Row]:
     """Give the first processes the keys that choose them."""
     labels = [p.label for p in model.state.processes][:10]
     keys = {label: str((n + 1) % 10) for n, label in enumerate(labels)}
-    return [
-        Row(
-            row.label,
-            row.depth,
-            row.sign,
-            row.style,
-            row.title,
-            row.note,
-            keys.get(row.label or '', ''),
-        )
-        for row in rows
-    ]
+    return [replace(row, key=keys.get(row.label or '', '')) for row in rows]
 
 
 def label_of_key(model: LaunchModel, key: str) -> str | None:

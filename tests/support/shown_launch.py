@@ -10,6 +10,9 @@ from dataclasses import asdict
 import os
 from typing import Any
 
+from colcon_yamllaunch.runtime.acts.description import Description
+from colcon_yamllaunch.runtime.acts.description import Parameter
+from colcon_yamllaunch.runtime.acts.description import Surrounding
 from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
 from colcon_yamllaunch.runtime.clients.subscription import Answered
 from colcon_yamllaunch.runtime.clients.subscription import Happened
@@ -72,6 +75,22 @@ def state_of(*parts: Any, **more: Any) -> LaunchState:
         **{**known, **more},
         processes=tuple(p for p in parts if isinstance(p, ProcessState)),
         components=tuple(p for p in parts if isinstance(p, ComponentState)),
+    )
+
+
+def description(label: str) -> Description:
+    """Return all that is to be told of a process."""
+    return Description(
+        label,
+        f'{label}-1',
+        None,
+        'demo',
+        '/ws/demo.yaml:3:5',
+        (Surrounding('file', '/ws/demo.yaml', ''),),
+        (Parameter('rate', '5', '/ws/demo.yaml:9:7', ('/ws/demo.yaml:2:3',)),),
+        None,
+        argv=('talker', 'a b'),
+        environment=(('ROLE', None),),
     )
 
 
@@ -143,22 +162,9 @@ class ShownLaunch:
         elif name == 'tree':
             answer = {'tree': self.tree}
         elif name == 'describe':
-            answer = {
-                'description': {
-                    'label': more['process'],
-                    'argv': ['talker', 'a b'],
-                    'environment': {'ROLE': None},
-                    'position': '/ws/demo.yaml:3:5',
-                    'parameters': [
-                        {
-                            'name': 'rate',
-                            'value': '5',
-                            'position': '/ws/demo.yaml:9:7',
-                            'origins': ['/ws/demo.yaml:2:3'],
-                        }
-                    ],
-                }
-            }
+            described = asdict(description(more['process']))
+            described['environment'] = dict(described['environment'])
+            answer = {'description': described}
         acts = name not in ('status', 'tree', 'describe')
         error = self.refused if acts and self.refused else None
         self.tell(Answered(number, error, answer))

@@ -3,18 +3,17 @@
 
 """What is known of a launch follows from its news."""
 
+from dataclasses import replace
 from typing import Any
 
 from colcon_yamllaunch.runtime.clients.resource_usage import Usage
 from colcon_yamllaunch.runtime.clients.subscription import Missed
+from colcon_yamllaunch.runtime.terminal.log_levels import Level
 from colcon_yamllaunch.ui.happenings import level_of_event
 from colcon_yamllaunch.ui.happenings import sentence_of
 from colcon_yamllaunch.ui.inspection import curve
 from colcon_yamllaunch.ui.launch_model import HISTORY
 from colcon_yamllaunch.ui.launch_model import LaunchModel
-from colcon_yamllaunch.ui.line_levels import ERROR
-from colcon_yamllaunch.ui.line_levels import INFO
-from colcon_yamllaunch.ui.line_levels import WARN
 from colcon_yamllaunch.ui.part_rows import label_of_key
 from colcon_yamllaunch.ui.part_rows import part_rows
 from colcon_yamllaunch.ui.part_rows import tree_rows
@@ -137,7 +136,7 @@ def test_after_the_end_nothing_runs_and_time_stands_still() -> None:
     clock.now += 50
     assert model.seconds == 10.0
     assert model.exit_code == 1
-    assert rows_of(model) == ['■ a finished after 1.0 s', '■ talker unloaded']
+    assert rows_of(model) == ['✓ a finished after 1.0 s', '■ talker unloaded']
     assert not model.state.stopping
 
 
@@ -154,26 +153,44 @@ def test_use_of_resources_is_remembered_for_a_while() -> None:
 @pytest.mark.parametrize(
     ('event', 'text', 'level'),
     [
-        (happened('started', 'a', pid=7), 'started, pid 7', INFO),
-        (exited('a', 3), 'exited with code 3 after 1.0 s', ERROR),
+        (happened('started', 'a', pid=7), 'started, pid 7', Level.INFO),
+        (exited('a', 3), 'exited with code 3 after 1.0 s', Level.ERROR),
         (
             happened('start_failed', 'a', reason='no\nfile', respawn_delay=1),
             r'could not be started: no\nfile, starts again in 1 s',
-            ERROR,
+            Level.ERROR,
         ),
-        (happened('message', level='WARNING', text='hm'), 'hm', WARN),
+        (happened('message', level='WARNING', text='hm'), 'hm', Level.WARN),
         (
             happened(
                 'checked', passed=False, missing=['ok'], failures=['a failed']
             ),
             "red: a failed, 'ok' was not seen",
-            ERROR,
+            Level.ERROR,
         ),
-        (happened('requested', 'a', action='change'), '', INFO),
-        (happened('changed', files=['x']), '', INFO),
-        (happened('started', 'a'), 'started', INFO),
+        (happened('requested', 'a', action='change'), '', Level.INFO),
+        (happened('changed', files=['x']), '', Level.INFO),
+        (happened('started', 'a'), 'started', Level.INFO),
     ],
 )
 def test_events_are_told(event: Any, text: str, level: int) -> None:
     assert sentence_of(event.name, event.fields) == text
     assert level_of_event(event.name, event.fields) == level
+
+
+def test_signs_are_those_of_the_status_block() -> None:
+    parts = [process(name) for name in ('held', 'on', 'way', 'late')]
+    down = process('stopped', phase='ended', ending='finished')
+    states = ['active', None, 'configuring', None]
+    parts = [
+        replace(part, lifecycle=state)
+        for part, state in zip(parts, states, strict=True)
+    ]
+    parts[3] = replace(parts[3], phase='respawn', ending='died')
+    model = LaunchModel(state_of(*parts, down), Clock())
+    model.take(happened('held', 'held', signal='SIGTSTP'))
+    model.take(happened('exited', 'stopped', asked=True, failed=False))
+    signs = [row.sign for row in part_rows(model)]
+    assert signs == ['‖', '●', '◌', '↻', '■']
+    model.take(happened('continued', 'held'))
+    assert part_rows(model)[0].sign == '●'

@@ -8,8 +8,10 @@ from collections.abc import Awaitable
 from collections.abc import Callable
 from collections.abc import Iterator
 from contextlib import contextmanager
+import re
 from typing import Any
 
+from colcon_yamllaunch.runtime.clients.subscription import Missed
 from colcon_yamllaunch.ui.key_table import ON_ALL
 from colcon_yamllaunch.ui.key_table import ON_ONE
 from colcon_yamllaunch.ui.launch_app import LaunchApp
@@ -19,6 +21,7 @@ from support.shown_launch import exited
 from support.shown_launch import happened
 from support.shown_launch import process
 from support.shown_launch import ShownLaunch
+from support.shown_launch import state_of
 from support.shown_launch import wrote
 from textual.pilot import Pilot
 
@@ -127,7 +130,7 @@ def test_keys_act_on_what_the_cursor_is_on() -> None:
         await shown.types('d')
         await shown.shows('there is no debugger')
         await shown.types('i')
-        await shown.shows("talker 'a b'", 'rate: 5', 'ROLE is unset')
+        await shown.shows("talker 'a b'", 'rate: 5', 'ROLE unset')
         await shown.types('escape', 'a')
         await shown.shows('kitchen has no keyboard')
         await shown.types('l')
@@ -159,7 +162,7 @@ def test_the_output_of_whom_one_likes_is_seen() -> None:
         await shown.shows('Cold', '1 muted', '(muted)')
         await shown.types('m', 'L', 'L')
         await shown.hides('warm')
-        await shown.shows('hot', 'WARN+')
+        await shown.shows('hot', 'level WARN')
         await shown.types('escape', 't')
         await shown.shows('warm', '.000 [kitchen]')
         await shown.types('M')
@@ -304,3 +307,86 @@ def test_a_launch_of_ones_own_is_stopped_or_left() -> None:
         await shown.until(lambda: not shown.app.is_running)
 
     play(launch, act, around)
+
+
+def test_a_long_line_takes_several_rows_and_the_place_stays() -> None:
+    launch = ShownLaunch(process('kitchen'))
+
+    async def act(shown: Shown) -> None:
+        await shown.types('tab')
+        launch.tell(
+            wrote('kitchen', *(f'{n}. {"-" * 50} end{n}.' for n in range(99)))
+        )
+        await shown.shows('98. ---', '-- end98.')
+        await shown.types('pageup', 'pageup', 'pageup')
+        await shown.hides('98.')
+        first = re.findall(r'end\d+', shown.text)[0]
+        # what is in the first row stays near, whatever becomes of the rest
+        await shown.pilot.resize_terminal(100, 10)
+        await shown.types('t', 'slash', '-')
+        await shown.shows('.000 ', ' /- ', first)
+        await shown.types('escape', 'end')
+        await shown.shows('end98.')
+
+    play(launch, act, size=(40, 10))
+
+
+def test_watching_is_switched_off_and_on() -> None:
+    launch = ShownLaunch(process('kitchen'))
+
+    async def act(shown: Shown) -> None:
+        await shown.types('w')
+        await shown.shows('no files are watched; that is --watch')
+        for action, paused in (('pause', True), ('resume', False)):
+            said = {'watch': 'all is new', 'watch_paused': paused}
+            before = {**said, 'watch_paused': not paused}
+            launch.state = state_of(process('kitchen'), **before)
+            launch.tell(happened('watched', text='all is new'))
+            await shown.shows(
+                'watch: all' if paused else 'watch is off: all is new'
+            )
+            await shown.types('w')
+            await shown.until(
+                lambda action=action: (
+                    ('watch', {'action': action}) in launch.asked
+                )
+            )
+
+    play(launch, act, size=(120, 24))
+
+
+def test_where_all_is_too_much_what_is_shown_is_read_only() -> None:
+    launch = ShownLaunch(process('kitchen'), process('hall'))
+
+    def wanted() -> list[Any]:
+        asked = [more for name, more in launch.asked if name == 'subscribe']
+        return [more['processes'] for more in asked]
+
+    async def act(shown: Shown) -> None:
+        launch.tell(Missed(0, 1 << 20))
+        await shown.shows('1.0 MiB not shown')
+        await shown.types('o')
+        await shown.shows('only kitchen')
+        assert wanted() == []
+        launch.tell(Missed(0, 1 << 20))
+        await shown.until(lambda: wanted() == [['kitchen']])
+        await shown.shows('of what is not shown, nothing is read')
+        await shown.types('m')
+        await shown.until(lambda: wanted()[1:] == [[]])
+        await shown.types('escape')
+        await shown.until(lambda: wanted()[2:] == [None])
+
+    play(launch, act)
+
+
+def test_a_component_writes_nothing_of_its_own() -> None:
+    launch = ShownLaunch(process('box'), component('talker', 'box'))
+
+    async def act(shown: Shown) -> None:
+        for key in ('m', 'o', 'space'):
+            await shown.types('down', key)
+            await shown.shows('talker is a component: its container writes')
+            await shown.types('1', 'f')
+            await shown.shows('nothing has failed')
+
+    play(launch, act)

@@ -94,9 +94,14 @@ def can_have_foot(stream: TextIO, environment: Mapping[str, str]) -> bool:
     return (
         stream.isatty()
         and _descriptor(stream) != -1
-        and environment.get('TERM') not in _ONLY_PRINT
+        and not only_prints(environment)
         and not environment.get('CI')
     )
+
+
+def only_prints(environment: Mapping[str, str]) -> bool:
+    """Tell whether the terminal can do no more than print."""
+    return environment.get('TERM') in _ONLY_PRINT
 
 
 def is_same_terminal(stream: TextIO | None, descriptor: int) -> bool:

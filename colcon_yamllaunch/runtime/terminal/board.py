@@ -39,8 +39,8 @@ Phase = Literal[
     'failed',
 ]
 _UP = ('starting', 'running', 'held')
-# of lifecycle nodes (lifecycle_msgs/State)
-_BETWEEN_STATES = ('configuring', 'activating')
+#: States in which lifecycle nodes are on their way (lifecycle_msgs/State).
+BETWEEN_STATES = ('configuring', 'activating')
 
 
 @dataclass(slots=True, eq=False)
@@ -263,7 +263,7 @@ class Board:
 
 def is_between_states(row: Row) -> bool:
     """Tell whether a lifecycle node is on its way to another state."""
-    return row.lifecycle in _BETWEEN_STATES
+    return row.lifecycle in BETWEEN_STATES
 
 
 def _in_short(outcome: Outcome) -> str:

@@ -9,6 +9,13 @@ from collections.abc import Iterator
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.runtime.acts.key_meanings import FOR_ALL
+from colcon_yamllaunch.runtime.acts.key_meanings import FOR_ONE
+from colcon_yamllaunch.runtime.acts.key_meanings import hint
+from colcon_yamllaunch.runtime.acts.key_meanings import OneAction
+from colcon_yamllaunch.runtime.acts.key_meanings import (
+    only_its_container_writes,
+)
 from colcon_yamllaunch.runtime.control.keyboard import ESCAPE
 from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.runtime.terminal.board import Board
@@ -19,9 +26,7 @@ from colcon_yamllaunch.runtime.terminal.log_levels import Level
 from colcon_yamllaunch.runtime.terminal.status_block import View
 
 #: What is done with one process.
-Action = Literal[
-    'stop', 'restart', 'kill', 'attach', 'detach', 'debug', 'log', 'describe'
-]
+Action = OneAction | Literal['detach']
 #: What is done otherwise: `break` ends a line, as in any terminal, to tell
 #: what comes from what was.
 General = Literal['watch', 'help', 'quit', 'break']
@@ -44,35 +49,20 @@ class Typed:
 
 Command = Act | Typed | General
 
-_ACTIONS: dict[str, Action] = {
-    's': 'stop',
-    'r': 'restart',
-    'k': 'kill',
-    'a': 'attach',
-    'd': 'debug',
-    'l': 'log',
-    'i': 'describe',
-}
+_ACTIONS = {meaning.key: action for action, meaning in FOR_ONE.items()}
 #: How the keys for all processes are told in the block.
-_HINT = '? help  / search  L level  t times  M mute  q stop'
-_CHOSEN = (
-    's stop  r restart  k kill  a attach  m mute  o only  '
-    'd debug  l log  i info'
+_HINT = hint(
+    FOR_ALL[action]
+    for action in ('help', 'search', 'level', 'times', 'mute_all')
 )
+_HINT += '  q stop'
+_CHOSEN = hint(FOR_ONE.values())
 _HELP = (
     ('1 … Z', 'choose the process with this key'),
     (':', 'choose one by a part of its name; Tab completes it'),
-    ('s r k', 'then stop it, restart it, or kill it with all that it started'),
-    ('a', 'then type at it (what has a terminal: emulate_tty, --tty)'),
-    ('m o', 'then mute it or unmute it, or show the output of it alone'),
-    ('d', 'then start it anew under gdb, or pdb if it is in Python'),
-    ('l i', 'then show its log in $PAGER, or all that it was given'),
-    ('/', 'show lines with a text only, as it is typed; Esc shows all again'),
-    ('L', 'show INFO and worse only; again: WARN, ERROR, FATAL, everything'),
-    ('t', 'show the time of each line, or no more'),
-    ('M', 'mute all, or unmute all'),
-    ('w', 'switch --watch off, or on again'),
-    ('?', 'show these lines'),
+    *((m.key, f'then {m.text}') for m in FOR_ONE.values()),
+    *((m.key, m.text) for m in FOR_ALL.values()),
+    ('Esc', 'show all lines again, whatever their text'),
     ('q', 'stop the launch, as Ctrl-C does; once more hurries'),
     (ESCAPE_NAME, 'go back from the process that is typed at'),
 )
@@ -292,7 +282,7 @@ class Keys:
         if row is None:
             return
         if key in ('m', 'o') and not row.is_process:
-            self._note = f'{label} is a component: its container writes'
+            self._note = only_its_container_writes(label)
         elif key == 'm':
             self._filter(muted=self.filtering.muted ^ {label})
         elif key == 'o':

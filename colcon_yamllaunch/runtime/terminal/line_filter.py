@@ -26,8 +26,8 @@ MAXIMUM_LIVE = 3
 _Key = tuple[str, events.Stream]
 
 _CARRIAGE_RETURNS = re.compile(rb'\r+\n')
-# the times in the lines of nodes, which differ where all else is the same
-_TIMES = re.compile(rb'\[\d{6,}\.\d+\]')
+#: The times in the lines of nodes, which differ where all else is the same.
+TIMES = re.compile(rb'\[\d{6,}\.\d+\]')
 _RESET = b'\x1b[0m'
 _DIM = b'\x1b[2m'
 _COLOURS = {
@@ -183,17 +183,17 @@ class LineFilter:
         if b'\r' not in data and key not in self._live:
             return data
         *lines, last = data.split(b'\n')
-        lines = [_last_state(line) for line in lines]
+        lines = [last_state(line) for line in lines]
         if lines:
             self._live.pop(key, None)
         if last.endswith(b'\r'):
-            text = _last_state(last)
+            text = last_state(last)
             self._live.pop(key, None)
             if text:
                 self._live[key] = process, text
             last = b''
         elif last:
-            last = _last_state(last)
+            last = last_state(last)
             self._live.pop(key, None)
         return b'\n'.join((*lines, last))
 
@@ -237,7 +237,7 @@ class LineFilter:
         kept: list[bytes] = []
         lines = data.splitlines(keepends=True)
         for line in lines:
-            text = (key, _TIMES.sub(b'', line))
+            text = (key, TIMES.sub(b'', line))
             if text == self._last:
                 self._count += 1
                 self._repeated = events.Output(
@@ -305,7 +305,7 @@ class LineFilter:
         return b''.join(lines)
 
 
-def _last_state(line: bytes) -> bytes:
+def last_state(line: bytes) -> bytes:
     r"""Return what is seen in the end of a line with `\r` in it."""
     if b'\r' not in line:
         return line

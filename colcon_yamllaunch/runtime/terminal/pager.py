@@ -19,8 +19,8 @@ PAGER = 'PAGER'
 #: Seconds that it gets to end when the launch does.
 PATIENCE = 1.0
 _USUAL = ('less', 'more')
-#: Shows colours, and the end of the log first.
-_LESS = '-R +G'
+#: The options of `less`: colours, and the end of the log first.
+LESS = '-R +G'
 
 
 class Pager:
@@ -36,12 +36,12 @@ class Pager:
         self, path: Path, terminal: int, environment: Mapping[str, str]
     ) -> None:
         self._terminal = terminal
-        argv = [*_command(environment), str(path)]
+        argv = [*command(environment), str(path)]
         #: Its process, which is the leader of its group, too.
         self.pid = os.posix_spawnp(
             argv[0],
             argv,
-            {'LESS': _LESS, **environment},
+            {'LESS': LESS, **environment},
             setpgroup=0,
             setsigdef=(signal.SIGPIPE, signal.SIGTSTP, signal.SIGHUP),
         )
@@ -76,10 +76,15 @@ class Pager:
             os.tcsetpgrp(self._terminal, group)
 
 
-def _command(environment: Mapping[str, str]) -> list[str]:
-    command = shlex.split(environment.get(PAGER, ''))
-    if command:
-        return command
+def command(environment: Mapping[str, str]) -> list[str]:
+    """
+    Return the command line that shows files.
+
+    :raises ValueError: when :data:`PAGER` is no command line
+    """
+    words = shlex.split(environment.get(PAGER, ''))
+    if words:
+        return words
     path = environment.get('PATH', os.defpath)
     found = (name for name in _USUAL if shutil.which(name, path=path))
     return [next(found, 'cat')]

@@ -57,7 +57,8 @@ class _Look:
     rank: int = 2
 
 
-_LOOKS: dict[Phase, _Look] = {
+#: How each phase looks.
+LOOKS: dict[Phase, _Look] = {
     'waiting': _Look('○', '.', _DIM, _DIM),
     'starting': _Look('◌', ':', _YELLOW),
     'running': _Look('●', '*', _GREEN),
@@ -215,7 +216,7 @@ def _measured(text: str) -> _Chip:
 
 
 def _rank(row: Row, view: View) -> tuple[bool, int, int]:
-    rank = _LOOKS[row.phase].rank
+    rank = LOOKS[row.phase].rank
     if row.cpu or (row.phase == 'running' and row.failure):
         rank = min(rank, 1)
     return row.label != view.chosen, rank, -row.turn
@@ -226,7 +227,7 @@ def _chip(row: Row, view: View, style: Style) -> _Chip:
     phase = row.phase
     if phase == 'running' and is_between_states(row):
         phase = 'starting'
-    look = _LOOKS[phase]
+    look = LOOKS[phase]
     sign = look.plain_sign if style.ascii else look.sign
     text = one_line(row.label)
     text_colour = look.text_colour
@@ -260,7 +261,7 @@ def _rest(rows: Iterable[Row], style: Style) -> str:
     """Count those that there is no room for."""
     counts = Counter(row.phase for row in rows)
     parts = []
-    for phase, look in _LOOKS.items():
+    for phase, look in LOOKS.items():
         if counts[phase]:
             sign = look.plain_sign if style.ascii else look.sign
             sign = _painted(sign, look.colour, style)
@@ -334,9 +335,9 @@ def _watched(event: events.Watched | events.Checked, style: Style) -> str:
     if not _is_settled(event):
         sign, colour = '…', _YELLOW
     elif failed:
-        sign, colour = _LOOKS['failed'].sign, _ALARM
+        sign, colour = LOOKS['failed'].sign, _ALARM
     else:
-        sign, colour = _LOOKS['ended'].sign, _GREEN
+        sign, colour = LOOKS['ended'].sign, _GREEN
     text = one_line(' '.join(event.lines()))
     return f'{_painted(sign, colour, style)} {text}'
 
@@ -371,5 +372,5 @@ def _as_ascii(line: str) -> str:
 _ASCII = (
     ('…', '~'),
     ('×', 'x'),
-    *((look.sign, look.plain_sign) for look in _LOOKS.values()),
+    *((look.sign, look.plain_sign) for look in LOOKS.values()),
 )

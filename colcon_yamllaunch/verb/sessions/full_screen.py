@@ -7,7 +7,6 @@ from collections.abc import Callable
 from collections.abc import Mapping
 import importlib.util
 import os
-import shlex
 import subprocess
 import sys
 import time
@@ -19,6 +18,9 @@ from colcon_yamllaunch.runtime.clients.client import running_launches
 from colcon_yamllaunch.runtime.clients.client import RunningLaunch
 from colcon_yamllaunch.runtime.clients.subscription import BEGINNING
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.screen.display import only_prints
+from colcon_yamllaunch.runtime.terminal.pager import command
+from colcon_yamllaunch.runtime.terminal.pager import LESS
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.sessions.attaching import attach
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
@@ -31,8 +33,6 @@ MISSING = (
 #: By how much the launch comes before us where both want a processor, as for
 #: nice(1).
 NICE = 5
-#: Shows files where `PAGER` names nothing else.
-_PAGER = 'less'
 #: Seconds in which nobody has read anything.
 _GLANCE = 1.0
 
@@ -50,7 +50,7 @@ def need_screen(environment: Mapping[str, str]) -> None:
             '--ui needs a terminal, but standard input or output is none; '
             '--status and --logs do without'
         )
-    if environment.get('TERM') in (None, '', 'dumb'):
+    if only_prints(environment):
         raise UserError(
             '--ui needs a terminal that can be drawn on, and TERM says that '
             'this one cannot; --status and --logs do without'
@@ -70,11 +70,11 @@ def show_launch(chosen: Candidate, environment: Mapping[str, str]) -> int:
             'its launcher was killed, so there is nothing to show; --stop '
             'ends what still runs'
         )
-    number = show(chosen.launch, Surroundings(chosen.state.pid, environment))
+    number = show(chosen.launch, OuterTerminal(chosen.state.pid, environment))
     return 0 if number is None else 128 + number
 
 
-def show(launch: RunningLaunch, around: 'Surroundings') -> int | None:
+def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
     """
     Show a launch until the user leaves.
 
@@ -99,12 +99,12 @@ def show(launch: RunningLaunch, around: 'Surroundings') -> int | None:
     if not plain:
         # only one that is not empty counts (https://no-color.org)
         os.environ.pop('NO_COLOR', None)
-    app = LaunchApp(subscription, around)
+    app = LaunchApp(subscription, terminal)
     try:
         app.run()
     finally:
         app.panes.close()
-        around.is_over = bool(app.panes.model.ending)
+        terminal.is_over = bool(app.panes.model.ending)
         if plain is not None:
             os.environ['NO_COLOR'] = plain
     if app.error is not None:
@@ -112,7 +112,7 @@ def show(launch: RunningLaunch, around: 'Surroundings') -> int | None:
     return app.signal
 
 
-class Surroundings:
+class OuterTerminal:
     """
     What the full screen can have done outside of itself.
 
@@ -164,12 +164,15 @@ class Surroundings:
 
     def page(self, path: str) -> None:
         """Show a file, until the user has seen it."""
-        words = shlex.split(self._environment.get('PAGER') or _PAGER)
         begin = time.monotonic()
         try:
-            subprocess.run([*words, path], check=False)
-        except OSError as e:
-            say(f'{words[0]}: {e.strerror}; the log is {path}')
+            subprocess.run(
+                [*command(self._environment), path],
+                env={'LESS': LESS, **self._environment},
+                check=False,
+            )
+        except (OSError, ValueError) as e:
+            say(f'there is no pager: {e}; the log is {path}')
         # one that does not wait, such as cat, or that does not work
         if time.monotonic() - begin < _GLANCE:
             self._wait()

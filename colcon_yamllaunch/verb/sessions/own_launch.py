@@ -26,8 +26,8 @@ from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.sessions.full_screen import launch_of
 from colcon_yamllaunch.verb.sessions.full_screen import need_screen
+from colcon_yamllaunch.verb.sessions.full_screen import OuterTerminal
 from colcon_yamllaunch.verb.sessions.full_screen import show
-from colcon_yamllaunch.verb.sessions.full_screen import Surroundings
 
 #: Seconds between two looks at a launch that begins, or ends.
 _INTERVAL = 0.05
@@ -226,9 +226,9 @@ def _show(child: _Child, environment: Mapping[str, str]) -> int | None:
             child.wait()
             return None
         time.sleep(_INTERVAL)
-    around = Surroundings(
+    terminal = OuterTerminal(
         child.pid, environment, lambda: child.signal(signal.SIGINT)
     )
-    shown = show(launch, around)
-    child.is_over = around.is_over
+    shown = show(launch, terminal)
+    child.is_over = terminal.is_over
     return shown

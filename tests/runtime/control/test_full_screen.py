@@ -87,7 +87,7 @@ def test_a_flood_drowns_neither_the_screen_nor_the_launch(
         await until(lambda: model.missed_bytes > 1 << 20)
         assert model.store.size < 1 << 24
         await pilot.press('L', 'L')
-        await until(lambda: 'WARN+' in model.view.choice.words())
+        await until(lambda: 'level WARN' in model.view.filtering.text)
         dry.touch()
         await pilot.press('escape')
         await until(lambda: model.view.lines[-1].text == 'dry')
