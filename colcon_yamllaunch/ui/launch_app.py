@@ -35,6 +35,7 @@ class LaunchApp(App[None]):
     :param terminal: What it can have done outside of itself
     :param measure: Tells what process groups use; it may take some time
     :param clock: Returns seconds that never go back
+    :param shown: Is told when the terminal is the app's, and when it is not
     """
 
     TITLE = 'colcon launch'
@@ -71,10 +72,12 @@ class LaunchApp(App[None]):
         terminal: Terminal,
         measure: Measure = usage_of,
         clock: Callable[[], float] = time.monotonic,
+        shown: Callable[[bool], None] = lambda _: None,
     ) -> None:
         # the colours of the terminal, and none of ours
         super().__init__(ansi_color=True)
         self._measure = measure
+        self._tell_shown = shown
         self.panes = LaunchScreen(subscription, terminal, clock)
         #: The signal that ended it, None where the user left.
         self.signal: int | None = None
@@ -92,6 +95,9 @@ class LaunchApp(App[None]):
         if not self.is_headless:
             for number in (signal.SIGTERM, signal.SIGHUP):
                 loop.add_signal_handler(number, self._end_by, number)
+        self._tell_shown(True)
+        self.app_suspend_signal.subscribe(self, self._suspended)
+        self.app_resume_signal.subscribe(self, self._resumed)
         self.run_worker(self._measure_on())
 
     def action_interrupt(self) -> None:
@@ -113,6 +119,12 @@ class LaunchApp(App[None]):
         error = context.get('exception')
         if isinstance(error, Exception):
             self._handle_exception(error)
+
+    def _suspended(self, _: object) -> None:
+        self._tell_shown(False)
+
+    def _resumed(self, _: object) -> None:
+        self._tell_shown(True)
 
     def _end_by(self, number: int) -> None:
         self.signal = number

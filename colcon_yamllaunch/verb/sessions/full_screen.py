@@ -23,6 +23,7 @@ from colcon_yamllaunch.runtime.terminal.pager import command
 from colcon_yamllaunch.runtime.terminal.pager import LESS
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.sessions.attaching import attach
+from colcon_yamllaunch.verb.sessions.screen_keeper import ScreenKeeper
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 
 #: What to say without the library that draws.
@@ -99,14 +100,19 @@ def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
     if not plain:
         # only one that is not empty counts (https://no-color.org)
         os.environ.pop('NO_COLOR', None)
-    app = LaunchApp(subscription, terminal)
-    try:
-        app.run()
-    finally:
-        app.panes.close()
-        terminal.is_over = bool(app.panes.model.ending)
-        if plain is not None:
-            os.environ['NO_COLOR'] = plain
+    with ScreenKeeper(0) as keeper:
+        app = LaunchApp(
+            subscription,
+            terminal,
+            shown=lambda is_shown: keeper.take(is_shown=is_shown),
+        )
+        try:
+            app.run()
+        finally:
+            app.panes.close()
+            terminal.is_over = bool(app.panes.model.ending)
+            if plain is not None:
+                os.environ['NO_COLOR'] = plain
     if app.error is not None:
         raise app.error
     return app.signal
