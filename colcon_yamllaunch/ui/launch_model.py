@@ -163,9 +163,13 @@ class LaunchModel:
         self._say(None, text, 0.0, Level.FATAL)
 
     def _ended(self, process: ProcessState) -> ProcessState:
-        if process.phase == 'ended':
+        if process.phase in ('ended', 'waiting'):
             return process
-        ending = self._endings.get(process.label, 'ended')
+        ending = self._endings.get(process.label)
+        if ending is None:
+            # nobody has told; it was not of its own accord
+            self.stopped.add(process.label)
+            ending = 'ended'
         return replace(process, phase='ended', pid=None, ending=ending)
 
     def _take_event(self, name: str, fields: Mapping[str, Any]) -> None:
@@ -185,6 +189,8 @@ class LaunchModel:
         text = sentence_of(name, fields)
         if name == 'exited' and label is not None:
             self._endings[label] = text
+        elif name == 'started' and label is not None:
+            self._endings.pop(label, None)
         if text:
             time = fields.get('time')
             self._say(

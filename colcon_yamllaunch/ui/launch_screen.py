@@ -313,7 +313,9 @@ class LaunchScreen(Screen[None]):
             self.say(NOT_WATCHED, 'red')
             return
         action = 'resume' if state.watch_paused else 'pause'
-        self._link.ask('watch', self._told_of('watch'), action=action)
+        done = 'off: w switches it on' if action == 'pause' else 'on'
+        told = self._told_of(f'--watch is {done}')
+        self._link.ask('watch', told, action=action)
 
     def action_plan(self) -> None:
         """Show the plan, or the processes."""

@@ -44,10 +44,11 @@ def title_text(model: LaunchModel, *, follows: bool) -> Text:
         text.append(f' {size(model.missed_bytes)} missed ', 'yellow')
     text.append(f' {one_line(state.title)}', 'bold')
     text.append(f'  {duration(model.seconds)}  pid {state.pid}')
-    if state.watch is not None:
+    if state.watch_paused:
+        text.append('  --watch is off', 'yellow')
+    elif state.watch is not None:
         style = 'red' if state.watch_failed else ''
-        what = 'watch is off' if state.watch_paused else 'watch'
-        text.append(f'  {what}: {one_line(state.watch) or "…"}', style)
+        text.append(f'  watch: {one_line(state.watch) or "…"}', style)
     return text
 
 

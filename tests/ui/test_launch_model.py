@@ -127,16 +127,25 @@ def test_what_is_lost_is_counted_where_it_is() -> None:
 
 def test_after_the_end_nothing_runs_and_time_stands_still() -> None:
     clock = Clock()
-    state = state_of(process('a'), component('talker', 'a'), stopping=True)
-    model = LaunchModel(state, clock)
+    names = ('a', 'b', 'c')
+    parts = *map(process, names), component('talker', 'a')
+    model = LaunchModel(state_of(*parts, stopping=True), clock)
     clock.now += 4
     model.take(exited('a', 0))
+    # it runs again as the launcher is killed
+    model.take(exited('b', 3))
+    model.take(happened('started', 'b', pid=7))
     model.take(happened('ended', exit_code=1))
     model.end('')
     clock.now += 50
     assert model.seconds == 10.0
     assert model.exit_code == 1
-    assert rows_of(model) == ['✓ a finished after 1.0 s', '■ talker unloaded']
+    assert rows_of(model) == [
+        '✓ a finished after 1.0 s',
+        '■ talker unloaded',
+        '✗ b ended',
+        '■ c ended',
+    ]
     assert not model.state.stopping
 
 

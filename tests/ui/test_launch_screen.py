@@ -343,9 +343,10 @@ def test_watching_is_switched_off_and_on() -> None:
             launch.state = state_of(process('kitchen'), **before)
             launch.tell(happened('watched', text='all is new'))
             await shown.shows(
-                'watch: all' if paused else 'watch is off: all is new'
+                'watch: all is new' if paused else ' --watch is off '
             )
             await shown.types('w')
+            await shown.shows('is off: w switches' if paused else 'is on')
             await shown.until(
                 lambda action=action: (
                     ('watch', {'action': action}) in launch.asked
