@@ -52,6 +52,7 @@ class Controlled:
             remove_sink=lambda *_: None,
         )
         engine = SimpleNamespace(
+            changes=None,
             is_changed=False,
             blocks=BLOCKS,
             supervisor=self.history.supervisor,
