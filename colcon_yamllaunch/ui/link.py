@@ -22,7 +22,8 @@ from colcon_yamllaunch.ui.launch_model import LaunchModel
 READS = 3
 #: Seconds.
 INTERVAL = 0.2
-#: Seconds between two questions for the state of the launch.
+#: Seconds between two questions for the state of the launch: short enough to
+#: look like at once, long enough for many events to be asked about together.
 ASKED_EVERY = 0.25
 
 #: Takes an answer: why it was refused, or None, and all of it.

@@ -42,7 +42,9 @@ def process(label: str, **more: Any) -> ProcessState:
     return ProcessState(label, **{**known, **more})
 
 
-def component(label: str, container: str | None, **more: Any) -> Any:
+def component(
+    label: str, container: str | None, **more: Any
+) -> ComponentState:
     """Return a component that is loaded."""
     known = {
         'phase': 'loaded',

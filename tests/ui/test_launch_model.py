@@ -4,13 +4,16 @@
 """What is known of a launch follows from its news."""
 
 from dataclasses import replace
+from pathlib import Path
+import re
 from typing import Any
 
 from colcon_yamllaunch.runtime.clients.resource_usage import Usage
 from colcon_yamllaunch.runtime.clients.subscription import Missed
 from colcon_yamllaunch.runtime.terminal.log_levels import Level
-from colcon_yamllaunch.ui.happenings import level_of_event
-from colcon_yamllaunch.ui.happenings import sentence_of
+from colcon_yamllaunch.ui.event_sentences import level_of_event
+from colcon_yamllaunch.ui.event_sentences import sentence_of
+from colcon_yamllaunch.ui.event_sentences import SENTENCES
 from colcon_yamllaunch.ui.inspection import curve
 from colcon_yamllaunch.ui.launch_model import HISTORY
 from colcon_yamllaunch.ui.launch_model import LaunchModel
@@ -185,6 +188,13 @@ def test_use_of_resources_is_remembered_for_a_while() -> None:
 def test_events_are_told(event: Any, text: str, level: int) -> None:
     assert sentence_of(event.name, event.fields) == text
     assert level_of_event(event.name, event.fields) == level
+
+
+def test_each_event_has_its_sentence_or_none() -> None:
+    page = Path(__file__).parents[2] / 'docs' / 'logs.md'
+    table = page.read_text(encoding='utf-8').partition('what happened | f')[2]
+    rows = table.partition('\n\n')[0]
+    assert set(re.findall(r'^\| `(\w+)` \|', rows, re.M)) == set(SENTENCES)
 
 
 def test_signs_are_those_of_the_status_block() -> None:

@@ -10,9 +10,9 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.runtime.terminal.log_levels import Level
 from colcon_yamllaunch.runtime.terminal.log_levels import level_of
 
-#: What each event says, with its fields of `events.jsonl` in braces. Those
-#: that are not here say nothing of their own.
-_SENTENCES: Mapping[str, str] = {
+#: What each event says, with its fields of `events.jsonl` in braces; nothing
+#: where it says nothing of its own.
+SENTENCES: Mapping[str, str] = {
     'started': 'started, pid {pid}',
     'start_failed': 'could not be started: {reason}',
     'held': 'held by {signal}',
@@ -35,6 +35,12 @@ _SENTENCES: Mapping[str, str] = {
     'warning': 'warning: {text}',
     'shutdown': 'stopping: {reason}',
     'ended': 'the launch has ended, exit code {exit_code}',
+    # what others say already, or the list of processes shows
+    **dict.fromkeys(('planned', 'dropped', 'respawned', 'signalled'), ''),
+    **dict.fromkeys(('changed', 'built', 'replanned', 'restarted'), ''),
+    # these take more than their fields
+    'exited': '',
+    'checked': '',
 }
 _FAILURES = frozenset(
     (
@@ -63,7 +69,7 @@ def sentence_of(name: str, fields: Mapping[str, Any]) -> str:
         elif name == 'checked':
             text = 'green: all was seen' if fields['passed'] else _red(fields)
         else:
-            text = _SENTENCES.get(name, '').format_map(fields)
+            text = SENTENCES.get(name, '').format_map(fields)
     except (KeyError, TypeError, ValueError):
         # that of a later version
         return name
