@@ -17,6 +17,8 @@ import shutil
 import subprocess
 import sys
 
+from support.user import User
+
 PARTS = Path(__file__).with_name('ros_parts')
 #: What is found by name: `component_container` also as these.
 OTHER_NAMES = ('component_container_mt', 'component_container_isolated')
@@ -74,6 +76,20 @@ def sourced(install: Path) -> dict[str, str]:
     ).stdout
     pairs = (line.partition('=') for line in printed.split('\0') if line)
     return {name: value for name, _, value in pairs}
+
+
+def source_for(user: User, install: Path, domain_id: int) -> None:
+    """
+    Have a user source the underlay, and see no launches of others.
+
+    :param domain_id: The `ROS_DOMAIN_ID` of all nodes of the user
+    """
+    user.environment |= sourced(install) | {
+        'HOME': user.environment['HOME'],
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        'ROS_DOMAIN_ID': str(domain_id),
+        'TMPDIR': str(user.root.parent),
+    }
 
 
 def _build(root: Path) -> None:

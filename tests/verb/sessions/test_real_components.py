@@ -8,7 +8,7 @@ from pathlib import Path
 import re
 
 import pytest
-from support.ros_parts import sourced
+from support.ros_parts import source_for
 from support.user import User
 
 LAUNCH = """\
@@ -32,12 +32,7 @@ launch:
 @pytest.fixture
 def second(user: User, ros_parts: Path, ros_domain_id: int) -> User:
     """Return a user who sees no launches but those of this test."""
-    user.environment |= sourced(ros_parts) | {
-        'HOME': user.environment['HOME'],
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_DOMAIN_ID': str(ros_domain_id),
-        'TMPDIR': str(user.root.parent),
-    }
+    source_for(user, ros_parts, ros_domain_id)
     user.write('robot.yaml', LAUNCH)
     return user
 

@@ -25,7 +25,7 @@ from typing import Any
 
 import pytest
 from support.random_editor import Editor
-from support.ros_parts import sourced
+from support.ros_parts import source_for
 from support.user import DEADLINE
 from support.user import User
 from support.watched import launch_processes
@@ -199,12 +199,7 @@ def test_what_runs_is_what_a_fresh_launch_would_run(user, number):
 def test_nodes_of_ros_are_what_they_would_be(
     user, ros_parts, ros_domain_id, number
 ):
-    user.environment |= sourced(ros_parts) | {
-        'HOME': user.environment['HOME'],
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_DOMAIN_ID': str(ros_domain_id),
-        'TMPDIR': str(user.root.parent),
-    }
+    source_for(user, ros_parts, ros_domain_id)
     edit_at_random(user, number, 'ros')
 
 

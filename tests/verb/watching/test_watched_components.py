@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from support.manifest import manifest
-from support.ros_parts import sourced
+from support.ros_parts import source_for
 from support.user import User
 
 CMAKE = """\
@@ -60,12 +60,7 @@ PARAMETERS = 'talker:\n  ros__parameters: {period: 99.0}\n'
 @pytest.fixture
 def robot(user: User, ros_parts: Path, ros_domain_id: int) -> User:
     """Return a user with a robot, whose launches nobody else sees."""
-    user.environment |= sourced(ros_parts) | {
-        'HOME': user.environment['HOME'],
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_DOMAIN_ID': str(ros_domain_id),
-        'TMPDIR': str(user.root.parent),
-    }
+    source_for(user, ros_parts, ros_domain_id)
     user.write('src/robot/package.xml', manifest('robot', 'cmake'))
     user.write('src/robot/CMakeLists.txt', CMAKE)
     user.write('src/robot/camera.py', CAMERA, 0o755)
