@@ -53,6 +53,20 @@ def children(worker):
     return wait_until(lambda: list(worker.take_children()))
 
 
+def busy(make_worker):
+    """Return a worker with a job that never ends, its group and its child."""
+
+    def prepare(request, tell):
+        tell(subprocess.Popen(['sleep', '1000']).pid)
+        signal.pause()
+
+    worker = make_worker(prepare)
+    worker.ask(1)
+    (group,) = children(worker)
+    (pid,) = wait_until(lambda: list(worker.take()))
+    return worker, group, pid
+
+
 def messages(worker):
     """Return all that a job tells; its output is there then, too."""
     found = []
@@ -162,14 +176,7 @@ def test_a_job_that_breaks_down_has_no_answer(make_worker):
 
 
 def test_a_job_leads_a_group_and_is_cancelled_with_it(make_worker):
-    def prepare(request, tell):
-        tell(subprocess.Popen(['sleep', '1000']).pid)
-        signal.pause()
-
-    worker = make_worker(prepare)
-    worker.ask(1)
-    (group,) = children(worker)
-    (pid,) = wait_until(lambda: list(worker.take()))
+    worker, group, pid = busy(make_worker)
     assert os.getpgid(pid) == group
     worker.cancel()
     wait_until(lambda: not is_running(group) and not is_running(pid))
@@ -178,14 +185,7 @@ def test_a_job_leads_a_group_and_is_cancelled_with_it(make_worker):
 
 
 def test_one_that_is_stopped_leaves_nothing_behind(make_worker):
-    def prepare(request, tell):
-        tell(subprocess.Popen(['sleep', '1000']).pid)
-        signal.pause()
-
-    worker = make_worker(prepare)
-    worker.ask(1)
-    (group,) = children(worker)
-    (pid,) = wait_until(lambda: list(worker.take()))
+    worker, group, pid = busy(make_worker)
     os.kill(worker.pid, signal.SIGSTOP)
     worker.close()
     assert not is_running(group)
