@@ -3,6 +3,7 @@
 
 """The host reads what it is asked for while launch files do what they like."""
 
+from collections.abc import Callable
 from collections.abc import Iterator
 import json
 import os
@@ -34,6 +35,7 @@ class Talk:
             '    os.setpgid(0, 0)\n'
             'channel = Channel()\n' + code
         )
+        self.folder = folder
         self.errors = folder / 'errors'
         with self.errors.open('wb') as errors:
             self.process = subprocess.Popen(
@@ -41,6 +43,7 @@ class Talk:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=errors,
+                cwd=folder,
                 text=True,
             )
 
@@ -60,9 +63,15 @@ class Talk:
 
 
 @pytest.fixture
-def talks() -> Iterator[list[Talk]]:
+def talk_by(tmp_path: Path) -> Iterator[Callable[[str], Talk]]:
+    """Return a function that starts a program with some code."""
     started: list[Talk] = []
-    yield started
+
+    def start(code: str) -> Talk:
+        started.append(Talk(tmp_path, code))
+        return started[-1]
+
+    yield start
     for talk in started:
         talk.process.kill()
         talk.process.wait()
@@ -81,16 +90,14 @@ def is_alive(pid: int) -> bool:
 
 
 def test_requests_are_done_before_an_answer_comes(
-    tmp_path: Path, talks: list[Talk]
+    talk_by: Callable[[str], Talk],
 ) -> None:
-    talk = Talk(
-        tmp_path,
+    talk = talk_by(
         "channel.serve = lambda line: channel.say('served', line=line)\n"
         "answer = channel.ask('include', path='/é')\n"
         "channel.say('answered', answer=answer)\n"
         'channel.take()\n',
     )
-    talks.append(talk)
     assert talk.take() == {'say': 'include', 'ask': 1, 'path': '/é'}
     talk.send(do='visit', id=7)
     assert talk.take()['line'] == {'do': 'visit', 'id': 7}
@@ -100,17 +107,15 @@ def test_requests_are_done_before_an_answer_comes(
 
 
 def test_what_is_printed_and_read_is_not_of_the_channel(
-    tmp_path: Path, talks: list[Talk]
+    talk_by: Callable[[str], Talk],
 ) -> None:
-    talk = Talk(
-        tmp_path,
+    talk = talk_by(
         "print('printed', flush=True)\n"
         "subprocess.run(['sh', '-c', 'echo from sh; cat'], check=True)\n"
         "channel.say('read', text=sys.stdin.read())\n"
         'channel.say(channel.take()["do"])\n'
         'channel.take()\n',
     )
-    talks.append(talk)
     talk.send(do='next')
     assert talk.take() == {'say': 'read', 'text': ''}
     assert talk.take() == {'say': 'next'}
@@ -120,15 +125,13 @@ def test_what_is_printed_and_read_is_not_of_the_channel(
 
 @pytest.mark.parametrize('start', ['sleep', 'setsid sleep'])
 def test_the_end_ends_whatever_was_started(
-    tmp_path: Path, talks: list[Talk], start: str
+    talk_by: Callable[[str], Talk], start: str
 ) -> None:
-    talk = Talk(
-        tmp_path,
+    talk = talk_by(
         f'one = subprocess.Popen({[*start.split(), "600"]!r})\n'
         "channel.say('started', pid=one.pid)\n"
         'time.sleep(600)\n',
     )
-    talks.append(talk)
     pid = talk.take()['pid']
     assert is_alive(pid)
     assert talk.end() == 0
@@ -138,27 +141,23 @@ def test_the_end_ends_whatever_was_started(
         time.sleep(0.01)
 
 
-def test_it_ends_where_nobody_reads(tmp_path: Path, talks: list[Talk]) -> None:
-    talk = Talk(
-        tmp_path,
+def test_it_ends_where_nobody_reads(talk_by: Callable[[str], Talk]) -> None:
+    talk = talk_by(
         'channel.take()\n'
         "channel.say('nothing')\n"
         "open('went-on', 'w').close()\n",
     )
-    talks.append(talk)
     assert talk.process.stdout is not None
-    os.close(os.dup(talk.process.stdout.fileno()))
     talk.process.stdout.close()
     talk.send(do='go')
     assert talk.process.wait(DEADLINE) == 0
-    assert not Path('went-on').exists()
+    assert not (talk.folder / 'went-on').exists()
 
 
 def test_low_descriptors_are_not_of_the_channel(
-    tmp_path: Path, talks: list[Talk]
+    talk_by: Callable[[str], Talk],
 ) -> None:
-    talk = Talk(
-        tmp_path,
+    talk = talk_by(
         'for number in range(3, 100):\n'
         '    try:\n'
         "        os.write(number, b'junk')\n"
@@ -168,41 +167,36 @@ def test_low_descriptors_are_not_of_the_channel(
         'channel.say(channel.take()["do"])\n'
         'channel.take()\n',
     )
-    talks.append(talk)
     talk.send(do='next')
     assert talk.take() == {'say': 'next'}
     assert talk.end() == 0
 
 
 def test_a_copy_of_the_host_says_nothing(
-    tmp_path: Path, talks: list[Talk]
+    talk_by: Callable[[str], Talk],
 ) -> None:
-    talk = Talk(
-        tmp_path,
+    talk = talk_by(
         'pid = os.fork()\n'
         'if pid == 0:\n'
         '    channel.at_end = lambda: open("ended-copy", "w")\n'
         "channel.say('told', status=os.waitpid(pid, 0)[1] if pid else -1)\n"
         'channel.take()\n',
     )
-    talks.append(talk)
     assert talk.take() == {'say': 'told', 'status': 0}
     assert talk.end() == 0
-    assert not Path('ended-copy').exists()
+    assert not (talk.folder / 'ended-copy').exists()
 
 
 def test_a_copy_does_not_hide_the_end_of_the_host(
-    tmp_path: Path, talks: list[Talk]
+    talk_by: Callable[[str], Talk],
 ) -> None:
-    talk = Talk(
-        tmp_path,
+    talk = talk_by(
         'pid = os.fork()\n'
         'if pid == 0:\n'
         '    time.sleep(600)\n'
         "channel.say('forked', pid=pid)\n"
         'os._exit(3)\n',
     )
-    talks.append(talk)
     pid = talk.take()['pid']
     try:
         assert talk.process.stdout is not None
