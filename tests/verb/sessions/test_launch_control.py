@@ -4,7 +4,6 @@
 """Running launches, from a user's second terminal."""
 
 from collections.abc import Callable
-from collections.abc import Iterator
 import json
 import os
 from pathlib import Path
@@ -29,11 +28,10 @@ launch:
 
 
 @pytest.fixture
-def second(user: User) -> User:
-    """Return a user who sees no launches but those of this test."""
-    user.environment['TMPDIR'] = str(user.root.parent)
-    user.write('ticking.yaml', TICKING)
-    return user
+def second(second: User) -> User:
+    """Return a user with something to launch, who sees no other launches."""
+    second.write('ticking.yaml', TICKING)
+    return second
 
 
 def begin(user: User, *words: str) -> Launch:
@@ -232,22 +230,6 @@ def test_a_killed_launch_is_not_listed(second: User) -> None:
     assert list(sockets.iterdir()) == []
 
 
-@pytest.fixture
-def terminal(second: User) -> Iterator[Callable[..., Terminal]]:
-    """Return a function that runs `colcon launch` in a terminal."""
-    terminals: list[Terminal] = []
-
-    def start(*words: str) -> Terminal:
-        environment = second.environment | {'TERM': 'xterm'}
-        argv = ['colcon', 'launch', *words]
-        terminals.append(Terminal(argv, second.root, environment))
-        return terminals[-1]
-
-    yield start
-    for one in terminals:
-        one.close()
-
-
 def test_a_second_terminal_attaches_and_detaches(
     second: User, terminal: Callable[..., Terminal]
 ) -> None:
@@ -316,14 +298,27 @@ def test_what_cannot_be_attached_to(
     assert launch.interrupt() == 0
 
 
+@pytest.mark.parametrize(
+    ('words', 'hint'),
+    [([], 'Ctrl-] goes back'), (['--no-status'], 'Ctrl-] detaches')],
+)
 def test_a_launch_with_the_keyboard_at_a_process(
-    second: User, terminal: Callable[..., Terminal]
+    second: User,
+    terminal: Callable[..., Terminal],
+    words: list[str],
+    hint: str,
 ) -> None:
     second.write('one.yaml', 'launch: [executable: {cmd: cat -v}]')
-    t = terminal('--attach', 'c?t', 'one.yaml').shows('Ctrl-] detaches')
+    t = terminal('--attach', 'c?t', 'one.yaml', *words).shows(hint)
     t.types('héllo\r').shows('hM-CM-)llo').types('\x04')
     assert t.ends() == 0
     assert t.modes() == t.modes_before
+
+
+def test_a_launch_has_no_process_to_have_the_keyboard(
+    second: User, terminal: Callable[..., Terminal]
+) -> None:
+    second.write('one.yaml', 'launch: [executable: {cmd: cat -v}]')
     t = terminal('--attach', 'dog', 'one.yaml')
     assert t.ends() == 1
     assert "there is no process 'dog'; there is cat-1" in t.screen

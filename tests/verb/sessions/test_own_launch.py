@@ -4,7 +4,6 @@
 """`colcon launch --ui`, with what is to be launched and without."""
 
 from collections.abc import Callable
-from collections.abc import Iterator
 import importlib.util
 import os
 from pathlib import Path
@@ -21,23 +20,6 @@ launch:
 - executable: {cmd: sleep 4321, name: kitchen, output: screen}
 - executable: {cmd: sh -c 'echo bo''om; exit 3', name: bomb}
 """
-
-
-@pytest.fixture
-def terminal(user: User) -> Iterator[Callable[..., Terminal]]:
-    """Return a function that runs `colcon launch` in a terminal."""
-    terminals: list[Terminal] = []
-
-    def start(*words: str) -> Terminal:
-        size = {'TERM': 'xterm', 'COLUMNS': '100', 'LINES': '24'}
-        environment = user.environment | size
-        argv = ['colcon', 'launch', *words]
-        terminals.append(Terminal(argv, user.root, environment))
-        return terminals[-1]
-
-    yield start
-    for one in terminals:
-        one.close()
 
 
 def test_a_new_launch_is_shown_and_stopped(
