@@ -7,7 +7,9 @@ import os
 from pathlib import Path
 import time
 
+from colcon_yamllaunch.common import temporary_folders
 from colcon_yamllaunch.runtime.clients.client import running_launches
+from colcon_yamllaunch.runtime.control import socket_folder
 import pytest
 
 ABOUT = {
@@ -16,6 +18,13 @@ ABOUT = {
     'file': '/ws/demo.yaml',
     'folder': '/ws',
 }
+
+
+@pytest.fixture(autouse=True)
+def no_shared_folders(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have no folder for sockets but those that a test names."""
+    monkeypatch.setattr(socket_folder, 'USER_FOLDERS', '/does/not/exist')
+    monkeypatch.setattr(temporary_folders, 'SHARED_FOLDERS', ())
 
 
 class Controlled:

@@ -9,12 +9,8 @@ import os
 from pathlib import Path
 import shutil
 import socket
-import subprocess
 
 from colcon_yamllaunch.common import temporary_folders
-from colcon_yamllaunch.runtime.clients.process_names import meant_by
-from colcon_yamllaunch.runtime.clients.process_names import ProcessNames
-from colcon_yamllaunch.runtime.clients.resource_usage import usage_of
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control import socket_folder
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
@@ -192,62 +188,6 @@ def test_there_is_no_folder_yet(place):
     assert list(Path(place['XDG_RUNTIME_DIR']).iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ('pattern', 'fits'),
-    [
-        ('counter.py-1', True),
-        ('counter.py', True),
-        ('counter', True),
-        ('count', False),
-        ('count*', True),
-        ('python3', True),
-        ('my_counter', True),
-        ('/demo/inner/my_counter', True),
-        ('demo/inner/my_counter', True),
-        ('my_counter*', True),
-        ('demo/*', True),
-        ('/demo/inner', True),
-        ('/demo', True),
-        ('/dem', False),
-        ('/demo/*', True),
-        ('*', True),
-        ('?ounter.py-[12]', True),
-        ('Counter*', False),
-    ],
-)
-def test_names_of_a_process(pattern, fits):
-    node = '/demo/inner/my_counter'
-    for label in ('my_counter', 'counter.py-1'):
-        names = ProcessNames(label, 'counter.py-1', 'python3', node)
-        assert meant_by(pattern, [names]) == ([0] if fits else [])
-
-
-def test_a_process_without_a_node_has_fewer_names():
-    names = ProcessNames('sh-2', 'sh-2', 'sh', None)
-    assert meant_by('sh', [names]) == [0]
-    assert meant_by('/*', [names]) == []
-
-
-@pytest.mark.parametrize(
-    ('pattern', 'meant'),
-    [
-        ('camera', [0]),
-        ('driver-2', [1]),
-        ('left/camera', [1]),
-        ('/left/camera', [1]),
-        ('/left', [1]),
-        ('driver', [0, 1]),
-        ('*camera', [0, 1]),
-    ],
-)
-def test_a_label_means_one_process_only(pattern, meant):
-    known = [
-        ProcessNames('camera', 'driver-1', 'driver', '/camera'),
-        ProcessNames('left/camera', 'driver-2', 'driver', '/left/camera'),
-    ]
-    assert meant_by(pattern, known) == meant
-
-
 @given(strategies.binary())
 def test_no_line_breaks_the_protocol(line):
     with suppress(ProtocolError):
@@ -313,18 +253,3 @@ def test_a_launch_that_lacks_something_is_refused(missing):
     data.pop(missing, None)
     with pytest.raises(ProtocolError):
         from_json(data)
-
-
-def test_usage_is_that_of_the_whole_group():
-    busy = subprocess.Popen(
-        ['sh', '-c', 'while :; do :; done & while :; do :; done'],
-        start_new_session=True,
-    )
-    try:
-        usage = usage_of({busy.pid})[busy.pid]
-        assert usage.cpu > 0.02
-        assert usage.memory > 100_000
-    finally:
-        os.killpg(busy.pid, 9)
-        busy.wait()
-    assert usage_of({busy.pid}) == {}

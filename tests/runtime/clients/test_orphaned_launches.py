@@ -14,16 +14,11 @@ from colcon_yamllaunch.runtime.clients.orphaned_launches import (
 )
 from colcon_yamllaunch.runtime.process.cgroup import process_folder
 import pytest
+from support.controlled import ABOUT
 from support.hostile import needs_control_group
 
 pytestmark = pytest.mark.hostile
 
-ABOUT = {
-    'title': 'my_pkg demo.yaml',
-    'package': 'my_pkg',
-    'file': '/ws/demo.yaml',
-    'folder': '/ws',
-}
 QUICK = {'sigterm_timeout': 0.2, 'sigkill_timeout': 0.2}
 
 

@@ -1,0 +1,64 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Which processes of a launch a name means."""
+
+from colcon_yamllaunch.runtime.clients.process_names import meant_by
+from colcon_yamllaunch.runtime.clients.process_names import ProcessNames
+import pytest
+
+
+@pytest.mark.parametrize(
+    ('pattern', 'fits'),
+    [
+        ('counter.py-1', True),
+        ('counter.py', True),
+        ('counter', True),
+        ('count', False),
+        ('count*', True),
+        ('python3', True),
+        ('my_counter', True),
+        ('/demo/inner/my_counter', True),
+        ('demo/inner/my_counter', True),
+        ('my_counter*', True),
+        ('demo/*', True),
+        ('/demo/inner', True),
+        ('/demo', True),
+        ('/dem', False),
+        ('/demo/*', True),
+        ('*', True),
+        ('?ounter.py-[12]', True),
+        ('Counter*', False),
+    ],
+)
+def test_names_of_a_process(pattern, fits):
+    node = '/demo/inner/my_counter'
+    for label in ('my_counter', 'counter.py-1'):
+        names = ProcessNames(label, 'counter.py-1', 'python3', node)
+        assert meant_by(pattern, [names]) == ([0] if fits else [])
+
+
+def test_a_process_without_a_node_has_fewer_names():
+    names = ProcessNames('sh-2', 'sh-2', 'sh', None)
+    assert meant_by('sh', [names]) == [0]
+    assert meant_by('/*', [names]) == []
+
+
+@pytest.mark.parametrize(
+    ('pattern', 'meant'),
+    [
+        ('camera', [0]),
+        ('driver-2', [1]),
+        ('left/camera', [1]),
+        ('/left/camera', [1]),
+        ('/left', [1]),
+        ('driver', [0, 1]),
+        ('*camera', [0, 1]),
+    ],
+)
+def test_a_label_means_one_process_only(pattern, meant):
+    known = [
+        ProcessNames('camera', 'driver-1', 'driver', '/camera'),
+        ProcessNames('left/camera', 'driver-2', 'driver', '/left/camera'),
+    ]
+    assert meant_by(pattern, known) == meant
