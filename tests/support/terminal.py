@@ -81,7 +81,9 @@ class Terminal:
         """Wait for the end of the program."""
         deadline = time.monotonic() + DEADLINE
         while self.process.poll() is None:
-            assert time.monotonic() < deadline, self.screen
+            # who writes at a terminal waits for it to be read
+            screen = self.screen
+            assert time.monotonic() < deadline, screen
             time.sleep(0.02)
         assert 'Traceback' not in self.screen, self.screen
         return self.process.wait()

@@ -9,6 +9,7 @@ import os
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.runtime.clients.client import running_launches
 from colcon_yamllaunch.verb.sessions.full_screen import MISSING
 from colcon_yamllaunch.verb.sessions.full_screen import need_screen
 import pytest
@@ -34,7 +35,7 @@ def test_a_new_launch_is_shown_and_stopped(
     assert 'stdout_stderr.log' in end
     assert '\x1b[?1049' not in end
     assert t.modes() == t.modes_before
-    assert 'no launch is running' in user.launch('--status', code=1)
+    assert running_launches(user.environment, pytest.fail) == []
 
 
 def test_a_new_launch_is_left_running_and_shown_again(
@@ -47,7 +48,9 @@ def test_a_new_launch_is_left_running_and_shown_again(
     assert 'the launch runs on: colcon launch --ui --of' in t.screen
     assert t.modes() == t.modes_before
     second = terminal('--ui').shows('kitchen-1').shows('q ')
-    user.launch('--stop')
+    (launch,) = running_launches(user.environment, pytest.fail)
+    launch.request('shutdown')
+    launch.close()
     second.shows('exit code 1').types('\x03')
     assert second.ends() == 0
 
