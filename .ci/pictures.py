@@ -211,9 +211,9 @@ def _full_screen(workspace: Path) -> None:
         terminal.run(
             'colcon', 'launch', '--ui', 'robot', 'robot.yaml', folder=workspace
         )
-        terminal.wait_for(lambda lines: any('exit' in line for line in lines))
+        terminal.wait_for(lambda lines: '3 ✗ gripper' in '\n'.join(lines))
         terminal.type('2')
-        terminal.wait(8.0)
+        terminal.wait(4.0)
         _still('full_screen', terminal, 24, 'The full screen of a launch')
         terminal.type('\x03')
         terminal.wait_for(lambda lines: any('ended' in line for line in lines))
