@@ -3,7 +3,6 @@
 
 """A terminal in which a command runs, and what stands on its screen."""
 
-from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
 import fcntl
@@ -128,13 +127,25 @@ class RecordedTerminal:
             has_come, seconds = True, SETTLED
         return has_come
 
-    def wait_for(self, condition: Callable[[list[str]], object]) -> None:
-        """Wait until the lines of the screen are such."""
-        deadline = time.monotonic() + PATIENCE
-        while not condition(lines := self.lines):
+    def wait_for(self, *texts: str, count: int = 1) -> None:
+        """
+        Wait until texts stand on the screen.
+
+        :param count: How often each of them at least
+        """
+        if not self.comes(*texts, count=count):
+            raise SystemExit(f'{texts} did not come:\n{self.text}')
+
+    def comes(
+        self, *texts: str, count: int = 1, seconds: float = PATIENCE
+    ) -> bool:
+        """Wait for texts, and return whether they have come in time."""
+        deadline = time.monotonic() + seconds
+        while not all(self.text.count(text) >= count for text in texts):
             if time.monotonic() > deadline:
-                raise SystemExit('\n'.join(['not as expected:', *lines]))
+                return False
             self.read(0.1)
+        return True
 
     def wait(self, seconds: float) -> None:
         """Let it go on for a while."""
@@ -143,9 +154,9 @@ class RecordedTerminal:
             self.read(left)
 
     @property
-    def lines(self) -> list[str]:
-        """The texts of the rows."""
-        return [line.rstrip() for line in self._screen.display]
+    def text(self) -> str:
+        """What stands on the screen."""
+        return '\n'.join(line.rstrip() for line in self._screen.display)
 
     def rows(self, *, with_cursor: bool = False) -> list[Row]:
         """Return the rows up to the last one that is not empty."""

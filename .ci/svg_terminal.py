@@ -8,6 +8,7 @@ The text is text, and the terminal brings its background along, so it can be
 read on a light page and on a dark one.
 """
 
+from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -145,7 +146,7 @@ def _tops(reel: Film) -> Iterator[int]:
         yield top
 
 
-def _animated(name: str, content: Sequence[str]) -> str:
+def _animated(name: str, content: Iterable[str]) -> str:
     style = f'animation-name: {name}'
     return '\n'.join(
         [f'<g id="{name}" class="a" style="{style}">', *content, '</g>']

@@ -2,20 +2,46 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Take most of a processor, and tell of it once a second."""
+"""Take most of a processor, also of a busy one, and log once a second."""
 
+import hashlib
+import threading
 import time
 
 import rclpy
 from rclpy.node import Node
 
+THREADS, SHARE = 4, 0.22
+MAP = bytes(1_000_000)
+
+
+class Planner(Node):
+    """Count plans."""
+
+    def __init__(self) -> None:
+        super().__init__('planner')
+        self.plan = 0
+        self.create_timer(1.0, self.tell)
+
+    def tell(self) -> None:
+        """Tell of a plan."""
+        self.plan += 1
+        steps = 12 + self.plan % 5
+        self.get_logger().info(f'plan {self.plan} has {steps} steps')
+
+
+def spend() -> None:
+    """Take a share of a processor."""
+    while True:
+        due = time.monotonic() + 1.0
+        end = time.thread_time() + SHARE
+        while time.thread_time() < end and time.monotonic() < due:
+            # other threads run meanwhile
+            hashlib.sha256(MAP).digest()
+        time.sleep(max(0.0, due - time.monotonic()))
+
+
+for _ in range(THREADS):
+    threading.Thread(target=spend, daemon=True).start()
 rclpy.init()
-node = Node('planner')
-plan = 0
-while rclpy.ok():
-    plan += 1
-    node.get_logger().info(f'plan {plan} has {12 + plan % 5} steps')
-    due = time.monotonic() + 1.0
-    while time.monotonic() < due - 0.05:
-        pass
-    time.sleep(0.05)
+rclpy.spin(Planner())
