@@ -25,7 +25,8 @@ MAXIMUM_LIVE = 3
 
 _Key = tuple[str, events.Stream]
 
-_CARRIAGE_RETURNS = re.compile(rb'\r+\n')
+# a run of them is looked at once, and not from each of its bytes
+_CARRIAGE_RETURNS = re.compile(rb'(?<!\r)\r+\n')
 #: The times in the lines of nodes, which differ where all else is the same.
 TIMES = re.compile(rb'\[\d{6,}\.\d+\]')
 _RESET = b'\x1b[0m'

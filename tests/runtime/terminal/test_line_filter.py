@@ -230,3 +230,9 @@ def test_nothing_else_is_lost(chunks):
 class _Shown:
     label = 'a'
     output = 'screen'
+
+
+def test_carriage_returns_without_end(made):
+    # what looks at a run of them from each of its bytes takes an hour
+    run = '\r' * 2**18
+    assert shown(line_filter(), made(f'{run}a\n{run}')) == 'a\n'
