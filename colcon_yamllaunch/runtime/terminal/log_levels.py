@@ -46,6 +46,8 @@ _LEVELS = {
     b'FATAL': Level.FATAL,
     b'CRITICAL': Level.FATAL,
 }
+#: Bytes at the start of a line that its level is in.
+START = 4096
 #: What a line with a level of WARN or more has.
 LOUD_WORDS = (b'WARN', b'ERROR', b'FATAL', b'CRITICAL')
 
@@ -58,6 +60,7 @@ def level_of(line: bytes, form: str | None = None) -> Level | None:
     :param form: The value of :data:`FORMAT`, if it is set
     """
     match = None
+    line = line[:START]
     if form:
         pattern = _pattern(form)
         match = None if pattern is None else pattern.match(line)
@@ -77,10 +80,13 @@ def _pattern(form: str) -> re.Pattern[bytes] | None:
     before, field, _ = form.partition('{severity}')
     if not field:
         return None
-    parts = _FIELD.split(before)
-    # texts and names of fields by turns
-    texts = [
-        b'.*?' if index % 2 else re.escape(part.encode())
-        for index, part in enumerate(parts)
-    ]
-    return re.compile(_COLOURS + b''.join(texts) + _COLOURS + _WORDS)
+    # texts, and the names of fields between them
+    first, *texts = (
+        re.escape(part.encode()) for part in _FIELD.split(before)[::2]
+    )
+    # a field ends where the text after it is first, whatever comes then, as
+    # to try all places of all of them takes for ever; but for the last one,
+    # which may be followed by a word that is none
+    fields = [b'(?:(?!%b).)*%b' % (text, text) for text in texts[:-1]]
+    fields += [b'.*?' + text for text in texts[-1:]]
+    return re.compile(_COLOURS + first + b''.join(fields) + _COLOURS + _WORDS)

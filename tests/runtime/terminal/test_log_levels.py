@@ -48,3 +48,11 @@ def test_the_level_of_a_line(line, level):
 )
 def test_the_level_of_a_line_of_another_form(form, line, level):
     assert level_of(line.encode(), form) is level
+
+
+@pytest.mark.parametrize('line', ['[a] ' * 20_000, '\x1b[m' * 20_000])
+def test_a_line_that_is_almost_of_a_form(line):
+    # what tries all places where its fields may end takes for ever
+    form = '{a}[{b}] [{c}] [{d}] [{e}] {f}{severity}: {message}'
+    assert level_of(line.encode(), form) is None
+    assert level_of(b'[1] [2] [3] [4]] [5] x WARN', form) is Level.WARN
