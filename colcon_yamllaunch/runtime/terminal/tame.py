@@ -9,30 +9,31 @@ but it keeps to its line. A program that draws in all of its terminal needs a
 terminal of its own.
 """
 
+import codecs
 import re
 
-# of ECMA-48: CSI, OSC and other strings, and escape sequences
+# of ECMA-48: CSI, OSC and other strings, and escape sequences; controls of
+# both sets, those of eight bits also where they are no UTF-8
 _SEQUENCE = re.compile(
-    rb'\x1b\[(?P<parameters>[0-?]*)(?P<end>[ -/]*[@-~])'
-    rb'|\x1b\][^\x07\x1b]*(?:\x07|\x1b\\)'
-    rb'|\x1b[PX^_][^\x1b]*\x1b\\'
-    rb'|\x1b[ -/]*[0-~]'
-    rb'|\x1b'
-    rb'|\xc2[\x80-\x9f]'
-    rb'|[\x00-\x06\x0b\x0c\x0e-\x1f\x7f]'
+    r'\x1b\[(?P<parameters>[0-?]*)(?P<end>[ -/]*[@-~])'
+    r'|\x1b\][^\x07\x1b]*(?:\x07|\x1b\\)'
+    r'|\x1b[PX^_][^\x1b]*\x1b\\'
+    r'|\x1b[ -/]*[0-~]'
+    r'|\x1b'
+    r'|[\x00-\x06\x0b\x0c\x0e-\x1f\x7f-\x9f\udc80-\udc9f]'
 )
 # the start of one
 _UNFINISHED = re.compile(
-    rb'(?:\x1b(?:\[[0-?]*[ -/]*|\][^\x07\x1b]*\x1b?|[PX^_][^\x1b]*\x1b?'
-    rb'|[ -/]*)|\xc2)\Z'
+    r'\x1b(?:\[[0-?]*[ -/]*|\][^\x07\x1b]*\x1b?|[PX^_][^\x1b]*\x1b?'
+    r'|[ -/]*)\Z'
 )
 # colours, and what moves, erases and inserts inside a line
-_HARMLESS = frozenset(
-    (b'm', b'C', b'D', b'G', b'K', b'P', b'X', b'@', b'a', b'`')
-)
+_HARMLESS = frozenset('mCDGKPX@a`')
 # how the parameters of private sequences of terminals begin
-_PRIVATE = frozenset((b'<', b'=', b'>', b'?'))
-#: Bytes of a sequence that are waited for at most.
+_PRIVATE = ('<', '=', '>', '?')
+#: Bytes that are no UTF-8 stay as they are.
+_ERRORS = 'surrogateescape'
+#: Characters of a sequence that are waited for at most.
 _LONGEST = 4096
 
 
@@ -40,23 +41,22 @@ class Tame:
     """What comes from one process, without what leaves its line."""
 
     def __init__(self) -> None:
-        self._unfinished = b''
+        self._decoder = codecs.getincrementaldecoder('utf-8')(_ERRORS)
+        self._unfinished = ''
 
     def feed(self, data: bytes) -> bytes:
         """Return what is to be shown now."""
-        data = self._unfinished + data
-        self._unfinished = b''
-        start = _UNFINISHED.search(data)
+        text = self._unfinished + self._decoder.decode(data)
+        self._unfinished = ''
+        start = _UNFINISHED.search(text)
         if start is not None and len(start[0]) <= _LONGEST:
             self._unfinished = start[0]
-            data = data[: start.start()]
-        return _SEQUENCE.sub(_tamed, data)
+            text = text[: start.start()]
+        return _SEQUENCE.sub(_tamed, text).encode(errors=_ERRORS)
 
 
-def _tamed(match: re.Match[bytes]) -> bytes:
+def _tamed(match: re.Match[str]) -> str:
     parameters, end = match['parameters'], match['end']
-    if end in _HARMLESS and not parameters.startswith(
-        (b'<', b'=', b'>', b'?')
-    ):
+    if end in _HARMLESS and not parameters.startswith(_PRIVATE):
         return match[0]
-    return b''
+    return ''
