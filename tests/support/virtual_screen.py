@@ -73,6 +73,11 @@ class VirtualScreen:
                 return str(cells[line.index(text)].fg)
         raise AssertionError(f'{text!r} is not on the screen: {self.lines}')
 
+    def background_of(self, line: int) -> str:
+        """Return the colour behind the first letter of a line."""
+        self._take(0.0)
+        return str(self._screen.buffer[line][0].bg)
+
     def shows(self, condition: Callable[[list[str]], object]) -> list[str]:
         """Wait until the lines are such, and return them."""
         deadline = time.monotonic() + DEADLINE

@@ -68,6 +68,8 @@ class Foot(Writer):
         self._is_hidden = False
         self._is_stale = False
         self._tame: dict[object, Tame] = {}
+        # whether a process may have left its colours on
+        self._is_painted = False
         # whether the output ends in the middle of a line
         self._is_mid_line = False
         # when it may be drawn again, and when it may be another one
@@ -88,6 +90,7 @@ class Foot(Writer):
         """Have no block any more; the output goes on in its place."""
         if self._is_shown:
             self._erase()
+        self._end_colours()
         self._compose = None
         self._is_holding = False
         self.flush()
@@ -112,12 +115,11 @@ class Foot(Writer):
 
     def write(self, key: object, data: bytes) -> None:
         """Take something to be shown above the block."""
-        if not data or self.broken:
-            return
-        if self._is_shown:
-            self._erase()
-        super().write(key, data)
-        self._is_mid_line = not data.endswith(b'\n')
+        if data and self._is_painted:
+            if self._is_shown:
+                self._erase()
+            self._end_colours()
+        self._write_above(key, data)
 
     def write_raw(self, key: object, data: bytes) -> None:
         """Take what a process wrote; it does not get at the block."""
@@ -126,7 +128,9 @@ class Foot(Writer):
             from colcon_yamllaunch.runtime.terminal.tame import Tame
 
             self._tame[key] = Tame()
-        self.write(key, self._tame[key].feed(data))
+        data = self._tame[key].feed(data)
+        self._is_painted |= b'\x1b' in data
+        self._write_above(key, data)
         # somebody types
         self._due = 0.0
 
@@ -162,6 +166,19 @@ class Foot(Writer):
         if not self._is_stale and (self._is_shown or self._is_hidden):
             due = self._next
         return None if due is None else max(0.0, due - self._clock())
+
+    def _write_above(self, key: object, data: bytes) -> None:
+        if not data or self.broken:
+            return
+        if self._is_shown:
+            self._erase()
+        super().write(key, data)
+        self._is_mid_line = not data.endswith(b'\n')
+
+    def _end_colours(self) -> None:
+        if self._is_painted:
+            self._is_painted = False
+            super().write(None, _PLAIN.encode())
 
     def _may_hold(self) -> bool:
         """Tell whether what waits is to be shown with the next drawing."""
@@ -236,9 +253,10 @@ def drawn(block: Block, is_mid_line: bool) -> bytes:
 def erased(block: Block, is_mid_line: bool) -> bytes:
     """Return what erases a block that was drawn, and takes the cursor back."""
     back = _RESTORE if block.cursor is not None else ''
-    if not is_mid_line:
-        return f'{back}\r{_TO_SCREEN_END}'.encode()
-    if not block.lines:
+    if is_mid_line and not block.lines:
         return back.encode()
-    # the cursor may be at the start of its line
-    return f'{back}{_SAVE}\x1b[B\r{_TO_SCREEN_END}{_RESTORE}'.encode()
+    # it may be at the start of its line, though in the middle of what is
+    # written, and what is erased gets the background that is on
+    start, down = ('', '\x1b[B') if is_mid_line else ('\r', '')
+    erase = f'{_PLAIN}{down}\r{_TO_SCREEN_END}'
+    return f'{back}{start}{_SAVE}{erase}{_RESTORE}'.encode()

@@ -310,3 +310,18 @@ def test_a_terminal_that_takes_nothing_gets_no_more_blocks(shown, monkeypatch):
     one.later()
     one.later(SLOW_INTERVAL)
     assert one.lines == ['more'] * 7 + [' 8']
+
+
+def test_what_a_process_leaves_on_is_off_for_all_others(shown):
+    one = shown().begin()
+    one.block = Block((' one', '> '), (1, 2))
+    one.foot.write_raw('a', b'\x1b[41;32mred')
+    one.later().write('\r\nplain\r\n').later()
+    assert one.screen.colour_of('red') == 'green'
+    assert one.screen.colour_of('plain') == 'default'
+    assert one.screen.colour_of('one') == 'default'
+    one.foot.write_raw('a', b'\x1b[41;32mred\r\n')
+    one.later().foot.end()
+    one.write('a prompt').flush()
+    assert one.screen.colour_of('a prompt') == 'default'
+    assert one.screen.background_of(5) == 'default'
