@@ -113,12 +113,14 @@ class Style:
     :param lines: How many the block may take
     :param color: Whether colours are used
     :param ascii: Whether there is nothing but ASCII
+    :param height: Its lines
     """
 
     columns: int
     lines: int = MAXIMUM_LINES
     color: bool = True
     ascii: bool = False
+    height: int = 24
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +164,11 @@ def block_of(
         news.append(_painted(view.hint, _DIM, style))
     if news and style.lines > typing:
         lines.append(cut(f'{_GAP} '.join(news), columns))
-    lines = [*view.live, *(f' {line}' for line in lines)]
+    lines = [f' {line}' for line in lines]
+    # the output and what is typed have a line each
+    room = max(0, style.height - len(lines) - 2)
+    live = view.live[max(0, len(view.live) - room) :]
+    lines = [*live, *lines]
     if style.ascii:
         lines = [_as_ascii(line) for line in lines]
     lines = [cut(line, columns + 1) for line in lines]

@@ -64,7 +64,8 @@ LOOK_SHARE = 0.05
 PART = 3
 #: Bytes of output that are kept while a pager has the terminal.
 KEPT = 256 * 1024
-#: Bytes of keys that are read at once.
+#: Bytes of keys that are read at once, and of lines that may change that are
+#: looked at.
 _SIZE = 4096
 
 
@@ -427,6 +428,7 @@ class TerminalSession:
             min(MAXIMUM_LINES, size.lines // PART),
             self._color,
             self._is_plain,
+            size.lines,
         )
         waits_for, until = self._waits_for(now)
         view = View(live=self._live())
@@ -445,7 +447,7 @@ class TerminalSession:
     def _live(self) -> tuple[str, ...]:
         """Return the lines of output that may still change."""
         return tuple(
-            self._screen.rendered(output.process, output.data)
+            self._screen.rendered(output.process, output.data[:_SIZE])
             .decode(errors='replace')
             .rstrip('\n')
             .expandtabs()

@@ -200,3 +200,10 @@ def test_a_low_terminal_has_little(board):
     one = board(*(f'node_{n}' for n in range(200)))
     assert len(lines(one, lines=1)) == 1
     assert lines(one, lines=0) == []
+
+
+def test_lines_that_may_change_leave_room_in_a_low_terminal(board):
+    view = View(live=('10 %', '20 %', '30 %'))
+    for height, live in ((3, 0), (4, 1), (6, 3), (24, 3)):
+        block = lines(board('a'), view=view, lines=1, height=height)
+        assert block == [*view.live[3 - live :], ' 1 ● a']
