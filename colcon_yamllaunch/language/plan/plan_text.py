@@ -6,8 +6,12 @@
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping as AbstractMapping
+import math
+import os
 import shlex
 import signal
+import stat
+import sys
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.plan.plan import ChangeState
@@ -302,17 +306,36 @@ def _behaviour(process: Process) -> Iterator[str]:
         yield _lifecycle(autostart=process.autostart)
 
 
-def parameters_of(process: Process) -> Iterator[SetParameter]:
-    """Iterate over all parameters in the order of the command line."""
+def parameters_of(
+    process: Process, limit: float = math.inf
+) -> Iterator[SetParameter]:
+    """
+    Iterate over all parameters in the order of the command line.
+
+    :param limit: Bytes of files that are read at most. Larger ones, and what
+      is no ordinary file, are passed over
+    """
     given = {f'{p.name}:={p.value}': p for p in process.parameters}
     arguments = zip(process.argv, process.argv[1:], strict=False)
     for option, value in arguments:
         if option == '-p' and isinstance(value, str) and value in given:
             yield given[value]
         elif option == '--params-file' and isinstance(value, str):
-            yield from parameters_in_file(value, process.cwd)
+            size = _size_of(os.path.join(process.cwd, value))
+            if size <= limit:
+                limit -= size
+                yield from parameters_in_file(value, process.cwd)
         elif isinstance(value, ParameterFile):
             yield from value.parameters
+
+
+def _size_of(path: str) -> int:
+    """Return the bytes of a file, very many for what may have no end."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return 0
+    return status.st_size if stat.S_ISREG(status.st_mode) else sys.maxsize
 
 
 def parameters_in_file(path: str, cwd: str) -> tuple[SetParameter, ...]:

@@ -142,3 +142,7 @@ OUTPUT_PIECES = 8192
 
 #: Bytes typed at a process that wait until it reads them.
 KEYS = 64 * 1024
+
+#: Bytes of files with parameters that are read to tell what a process that
+#: runs has been given; that many take some tenths of a second.
+PARAMETERS = 256 * 1024

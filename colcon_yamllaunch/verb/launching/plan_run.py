@@ -17,6 +17,7 @@ from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.runtime.control.launch_states import About
+from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.runtime.core.events import Event
 from colcon_yamllaunch.runtime.core.events import Listener
@@ -210,4 +211,5 @@ class PlanRun:
 def _parameters_of(process: Process) -> Iterable[SetParameter]:
     from colcon_yamllaunch.language.plan.plan_text import parameters_of
 
-    return parameters_of(process)
+    # all else waits meanwhile
+    return parameters_of(process, limits.PARAMETERS)
