@@ -4,6 +4,7 @@
 """The user's own keyboard while its keys go to a process."""
 
 import os
+import select
 import termios
 from typing import Any
 
@@ -87,8 +88,19 @@ class Keyboard:
 
         :raises OSError: when the terminal is gone
         """
-        keys, escape, _ = os.read(self.descriptor, _SIZE).partition(ESCAPE)
+        keys, escape, _ = self.keys().partition(ESCAPE)
         return keys, bool(escape)
+
+    def keys(self) -> bytes:
+        """
+        Return what was typed, or nothing; it does not wait for more.
+
+        :raises OSError: when the terminal is gone
+        """
+        poll = select.poll()
+        poll.register(self.descriptor, select.POLLIN)
+        # Ctrl-C drops what was typed before it
+        return os.read(self.descriptor, _SIZE) if poll.poll(0) else b''
 
     def _modes(self, before: list[Any]) -> list[Any]:
         return _raw(before) if self.takes_keys else _silent(before)
@@ -105,8 +117,9 @@ def _raw(attributes: list[Any]) -> list[Any]:
     result[_IFLAG] &= ~_INPUT
     result[_LFLAG] &= ~_LOCAL
     characters = result[_CC]
-    # reading never waits
-    characters[termios.VMIN] = characters[termios.VTIME] = 0
+    # what is read at once without a key is the end of the input for a shell
+    # that has the terminal before the guard of a killed launch
+    characters[termios.VMIN], characters[termios.VTIME] = 1, 0
     characters[termios.VQUIT] = _NONE
     return result
 

@@ -64,9 +64,8 @@ LOOK_SHARE = 0.05
 PART = 3
 #: Bytes of output that are kept while a pager has the terminal.
 KEPT = 256 * 1024
-#: Bytes of keys that are read at once, and of lines that may change that are
-#: looked at.
-_SIZE = 4096
+#: Bytes of a line that may change that are looked at.
+_SEEN = 4096
 
 
 class TerminalSession:
@@ -252,7 +251,7 @@ class TerminalSession:
     def _readable(self, mask: int) -> None:
         assert self._keyboard is not None
         try:
-            keys = os.read(self._keyboard.descriptor, _SIZE)
+            keys = self._keyboard.keys()
         except OSError:
             keys = b''
         if keys:
@@ -447,7 +446,7 @@ class TerminalSession:
     def _live(self) -> tuple[str, ...]:
         """Return the lines of output that may still change."""
         return tuple(
-            self._screen.rendered(output.process, output.data[:_SIZE])
+            self._screen.rendered(output.process, output.data[:_SEEN])
             .decode(errors='replace')
             .rstrip('\n')
             .expandtabs()

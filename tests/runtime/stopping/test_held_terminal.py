@@ -38,7 +38,7 @@ def test_it_is_as_it_was_before(held):
 def test_modes_that_a_shell_has_set_stay(held):
     terminal, _, _ = held
     shell = termios.tcgetattr(terminal.descriptor)
-    shell[6][termios.VMIN] = 1
+    shell[6][termios.VMIN] = 2
     termios.tcsetattr(terminal.descriptor, termios.TCSANOW, shell)
     shell = termios.tcgetattr(terminal.descriptor)
     terminal.restore()
@@ -58,3 +58,15 @@ def test_a_terminal_that_is_gone_is_no_matter(held):
     os.close(reader)
     HeldTerminal(writer, terminal.before, terminal.now).restore()
     os.close(writer)
+
+
+def test_a_shell_that_has_it_before_does_not_see_an_end(held):
+    # it would read nothing at once, and take that for the end of its input
+    terminal, _, ours = held
+    assert termios.tcgetattr(terminal.descriptor)[6][termios.VMIN] == 1
+    keyboard = Keyboard(terminal.descriptor)
+    assert keyboard.keys() == b''
+    os.write(ours, b'x')
+    assert keyboard.keys() == b'x'
+    os.write(ours, b'y\x1dz')
+    assert keyboard.read() == (b'y', True)
