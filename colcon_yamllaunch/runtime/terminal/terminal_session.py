@@ -62,8 +62,10 @@ LOOK_SHARE = 0.05
 #: The part of the lines of a terminal that the block takes at most, as one
 #: divided by this.
 PART = 3
-#: Bytes of output that are kept while a pager has the terminal.
+#: Bytes of output that are kept while a pager has the terminal, and those
+#: that a piece of it counts for beside its own.
 KEPT = 256 * 1024
+PIECE = 256
 #: Bytes of a line that may change that are looked at.
 _SEEN = 4096
 
@@ -381,7 +383,7 @@ class TerminalSession:
         """Keep what is to be shown after the pager, the output in part."""
         self._held.append((time.time(), event))
         if isinstance(event, events.Output):
-            self._held_size += len(event.data)
+            self._held_size += PIECE + len(event.data)
         while self._held_size > KEPT:
             self._drop_oldest()
 
@@ -389,7 +391,7 @@ class TerminalSession:
         for index, (_, event) in enumerate(self._held):
             if isinstance(event, events.Output):
                 del self._held[index]
-                self._held_size -= len(event.data)
+                self._held_size -= PIECE + len(event.data)
                 self._lost += event.data.count(b'\n')
                 return
 

@@ -233,6 +233,6 @@ class _Shown:
 
 
 def test_carriage_returns_without_end(made):
-    # what looks at a run of them from each of its bytes takes an hour
+    # what looks at a run of them from each of its bytes takes a minute
     run = '\r' * 2**18
     assert shown(line_filter(), made(f'{run}a\n{run}')) == 'a\n'
