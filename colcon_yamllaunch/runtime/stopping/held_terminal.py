@@ -10,9 +10,10 @@ from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
 
-# the status block is below the cursor, and may have been cut off in the middle
-# of a line, where the terminal wraps none (DECAWM)
-_ERASE = b'\x1b[?7h\x1b[0m\x1b[J'
+# the status block is below the cursor; it may have been cut off in the middle
+# of a line, where the terminal wraps none (DECAWM), and output in the middle
+# of a scroll region (DECSTBM), whose end moves the cursor
+_ERASE = b'\x1b7\x1b[r\x1b8\x1b[?7h\x1b[0m\x1b[J'
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,12 +6,17 @@ A terminal whose output scrolls as ever, above a block that stays.
 
 The block stands below the cursor, which is where the output goes on. So it is
 erased by one sequence, also after the terminal has wrapped its lines anew for
-another size, and nothing has to be undone when the launcher is killed: there
-is no scroll region, and the cursor stays visible.
+another size, and nothing has to be undone when the launcher is killed: the
+cursor stays visible, and it erases with its last line what is left.
+
+Output erases the block, which is drawn again with the end of it. Where much
+comes, that would be too often, or leave it out of sight: then the lines above
+it scroll alone, in a scroll region that is one for the time of one write.
 """
 
 from collections.abc import Callable
 import math
+import os
 import select
 import time
 from typing import TYPE_CHECKING
@@ -27,7 +32,7 @@ if TYPE_CHECKING:
 INTERVAL = 0.1
 #: The same where the terminal does not take what it gets as fast as it comes.
 SLOW_INTERVAL = 1.0
-#: Bytes that are held back at most.
+#: Bytes that are held back at most; as many in that time are a flood.
 HELD = 64 * 1024
 #: Seconds that a terminal gets to take the last of it before a suspension.
 PATIENCE = 0.2
@@ -80,10 +85,26 @@ class Foot(Writer):
         # has taken anything since the last drawing
         self._is_behind = False
         self._has_moved = True
+        # its size, if known, and how many lines there are below the cursor at
+        # most
+        self._size = os.terminal_size((0, 0))
+        self._below = 0
+        # bytes of output since a time, and whether they were many before it
+        self._amount = 0
+        self._counted = 0.0
+        self._is_flooded = False
+        # whether the lines above the block scroll alone
+        self._is_passing = False
 
     def begin(self, compose: Compose) -> None:
         """Have a block from now on."""
         self._compose = compose
+        self.resized()
+
+    def resized(self) -> None:
+        """Draw the block anew, in a terminal of maybe another size."""
+        self._size = self._size_now()
+        self._below = self._size.lines
         self._is_stale = True
 
     def end(self) -> None:
@@ -141,8 +162,12 @@ class Foot(Writer):
     def flush(self) -> None:
         """Show as much as can be shown without waiting, and the block."""
         self._is_holding = False
+        self._end_passing()
         if self._compose is not None and not self.broken:
             now = self._clock()
+            if now >= self._counted + INTERVAL:
+                self._is_flooded = self._amount >= HELD
+                self._amount, self._counted = 0, now
             if self._next is not None and now >= self._next:
                 self._is_stale = True
             if self._is_stale or not (self._is_shown or self._is_hidden):
@@ -170,10 +195,16 @@ class Foot(Writer):
     def _write_above(self, key: object, data: bytes) -> None:
         if not data or self.broken:
             return
+        self._amount += len(data)
         if self._is_shown:
+            if self._may_pass(data):
+                self._pass(key, data)
+                return
             self._erase()
         super().write(key, data)
         self._is_mid_line = not data.endswith(b'\n')
+        if self._below:
+            self._below = max(0, self._below - data.count(b'\n'))
 
     def _end_colours(self) -> None:
         if self._is_painted:
@@ -191,6 +222,9 @@ class Foot(Writer):
         if not self._has_moved:
             # it takes nothing at all
             return math.inf
+        if not self._is_shown and self._below < len(self._block.lines):
+            # once it is drawn it stays
+            return self._due
         return self._due - INTERVAL + SLOW_INTERVAL
 
     def _draw(self, compose: Compose, now: float) -> None:
@@ -209,6 +243,8 @@ class Foot(Writer):
                 super().write(None, _RESTORE.encode())
             self._block = block
         super().write(None, drawn(self._block, self._is_mid_line))
+        lines = len(self._block.lines) - 1 + self._is_mid_line
+        self._below = max(self._below, lines)
         self._is_shown = True
         self._has_moved = False
         self._due = now + INTERVAL
@@ -217,7 +253,47 @@ class Foot(Writer):
         super()._took(size)
         self._has_moved = True
 
+    def _may_pass(self, data: bytes) -> bool:
+        """Tell whether the block can stay while lines are shown above it."""
+        below = len(self._block.lines) - 1
+        return (
+            (self._is_flooded or self._is_behind)
+            and data.endswith(b'\n')
+            and not self._is_mid_line
+            # which the block would be drawn with
+            and not self._is_painted
+            # it is at the end of the terminal, for sure
+            and self._below == below
+            and self._size.lines > below + 2
+            and self._size == self._size_now()
+        )
+
+    def _pass(self, key: object, data: bytes) -> None:
+        """Show lines above the block, which stays."""
+        if not self._is_passing:
+            self._is_passing = True
+            last = self._size.lines - len(self._block.lines)
+            super().write(None, b'\x1b[1;%dr\x1b[%d;1H' % (last, last))
+        # not below the last one, as there the block begins
+        super().write(None, b'\n')
+        super().write(key, data[:-1])
+
+    def _end_passing(self) -> None:
+        """Take the cursor back to where it rests."""
+        if self._is_passing:
+            self._is_passing = False
+            line, column = self._block.cursor or (0, 0)
+            line += self._size.lines - len(self._block.lines) + 1
+            super().write(None, b'\x1b[r\x1b[%d;%dH' % (line, column + 1))
+
+    def _size_now(self) -> os.terminal_size:
+        try:
+            return os.get_terminal_size(self.descriptor)
+        except OSError:
+            return os.terminal_size((0, 0))
+
     def _erase(self) -> None:
+        self._end_passing()
         self._is_shown = False
         data = erased(self._block, self._is_mid_line)
         super().write(None, data)

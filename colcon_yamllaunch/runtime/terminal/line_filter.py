@@ -16,10 +16,12 @@ from colcon_yamllaunch.runtime.core.output_modes import SHOWN
 from colcon_yamllaunch.runtime.streams.lines import bare
 from colcon_yamllaunch.runtime.terminal.log_levels import Level
 from colcon_yamllaunch.runtime.terminal.log_levels import level_of
-from colcon_yamllaunch.runtime.terminal.log_levels import LOUD_WORDS
+from colcon_yamllaunch.runtime.terminal.log_levels import may_be_loud
 
 #: Lines that come at once up to which each is compared with the one before.
 FEW = 64
+#: Bytes of much output that have so many lines, as a rule.
+START = 8 * 1024
 #: Lines that may change in place, of those that did last.
 MAXIMUM_LIVE = 3
 
@@ -125,12 +127,12 @@ class LineFilter:
             data = self._matching(key, process, data)
         if not data:
             return ()
-        if data.count(b'\n', 0, -1) < FEW:
-            shown, data = self._compared_by_line(key, event, data)
-        else:
+        if _has_many_lines(data):
             shown, data = self._compared_at_once(key, event, data)
+        else:
+            shown, data = self._compared_by_line(key, event, data)
         if data:
-            if self._color and any(word in data for word in LOUD_WORDS):
+            if self._color and may_be_loud(data):
                 data = self._coloured(process, data)
             shown.append(
                 event
@@ -263,7 +265,9 @@ class LineFilter:
     ) -> tuple[list[events.Output], bytes]:
         """Do the same with many lines, which may all be one."""
         first = data[: data.index(b'\n') + 1]
-        count = data.count(first)
+        # most often the next one tells
+        is_same = data.startswith(first, len(first))
+        count = data.count(first) if is_same else 1
         if count * len(first) == len(data):
             ended, data = self._compared_by_line(key, event, first)
             if self._last is not None:
@@ -304,6 +308,12 @@ class LineFilter:
                 text = line.rstrip(b'\n')
                 lines[index] = colour + text + _RESET + line[len(text) :]
         return b''.join(lines)
+
+
+def _has_many_lines(data: bytes) -> bool:
+    # its start tells, as a rule
+    starts = data.count(b'\n', 0, START)
+    return starts >= FEW or data.count(b'\n', 0, -1) >= FEW
 
 
 def last_state(line: bytes) -> bytes:

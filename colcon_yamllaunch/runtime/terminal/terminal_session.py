@@ -156,7 +156,7 @@ class TerminalSession:
         self._acts = acts
         self._attachment.connect(engine)
         engine.when_suspended.append(self._suspend)
-        engine.when_resized.append(self._foot.touch)
+        engine.when_resized.append(self._foot.resized)
         self._foot.begin(self._compose)
 
     def close(self) -> None:

@@ -11,6 +11,7 @@ from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.stopping.held_terminal import as_numbers
 from colcon_yamllaunch.runtime.stopping.held_terminal import HeldTerminal
 import pytest
+from support.virtual_screen import VirtualScreen
 
 
 @pytest.fixture
@@ -70,3 +71,16 @@ def test_a_shell_that_has_it_before_does_not_see_an_end(held):
     assert keyboard.keys() == b'x'
     os.write(ours, b'y\x1dz')
     assert keyboard.read() == (b'y', True)
+
+
+def test_what_is_left_of_a_block_and_a_scroll_region_is_gone():
+    screen = VirtualScreen(20, 6)
+    text = 'a\r\nb\r\nc\r\nd\r\n one\r\n two\x1b[1;4r\x1b[4;1H\r\nlast'
+    os.write(screen.theirs, text.encode())
+    assert screen.lines == ['b', 'c', 'd', 'last', ' one', ' two']
+    HeldTerminal(screen.theirs, None, None).restore()
+    assert screen.lines == ['b', 'c', 'd', 'last']
+    # all of the screen scrolls again
+    os.write(screen.theirs, b'\r\n$' * 4)
+    assert screen.lines == ['d', 'last', '$', '$', '$', '$']
+    screen.close()

@@ -325,3 +325,118 @@ def test_what_a_process_leaves_on_is_off_for_all_others(shown):
     one.write('a prompt').flush()
     assert one.screen.colour_of('a prompt') == 'default'
     assert one.screen.background_of(5) == 'default'
+
+
+@pytest.fixture
+def flooded(shown, monkeypatch):
+    """Return a foot that much has been written to already, and its lines."""
+    monkeypatch.setattr(foot, 'HELD', 100)
+
+    def make(*size):
+        one = shown(*size).begin()
+        written = [f'{number:09}' for number in range(40)]
+        for line in written:
+            one.write(f'{line}\r\n')
+        one.flush().later()
+        return one, written
+
+    return make
+
+
+def test_a_flood_leaves_the_block_alone(flooded):
+    one, written = flooded(40, 8)
+    composed = one.composed
+    for number in range(40):
+        lines = [f'{number} {n}' for n in range(3 + number)]
+        # of several processes
+        one.write(''.join(f'{line}\r\n' for line in lines[:2]))
+        one.write(''.join(f'{line}\r\n' for line in lines[2:])).flush()
+        written += lines
+        assert one.lines == [*written[-6:], ' one', ' two']
+        assert one.screen.cursor == (6, 0)
+    assert one.screen.all_lines == [*written, ' one', ' two']
+    assert one.composed == composed
+    # what changes is drawn in its place, and not more often
+    one.block = Block((' 1', ' 2'))
+    one.foot.touch()
+    one.write('more\r\n').flush()
+    assert one.lines[-3:] == ['more', ' one', ' two']
+    one.later()
+    assert one.lines[-3:] == ['more', ' 1', ' 2']
+    # what comes slowly again, too
+    one.later().write('slow\r\n').flush().later()
+    assert one.lines[-3:] == ['slow', ' 1', ' 2']
+    one.foot.end()
+    assert one.screen.all_lines == [*written, 'more', 'slow']
+
+
+def test_a_line_of_a_flood_may_take_several(flooded):
+    one, written = flooded(10, 8)
+    one.write('x' * 25 + '\r\n' + 'y' * 10 + '\r\n').flush()
+    one.write('z' * 20 + '\r\n').flush()
+    parts = ['x' * 10, 'x' * 10, 'x' * 5, 'y' * 10, 'z' * 10, 'z' * 10]
+    assert one.lines == [*parts, ' one', ' two']
+    assert one.screen.all_lines[:-2] == [*written, *parts]
+
+
+def test_who_types_during_a_flood(flooded):
+    one, _ = flooded(40, 8)
+    one.block = Block((' one', '/he'), (1, 3))
+    one.foot.touch(at_once=True)
+    one.flush()
+    for number in range(20):
+        one.write(f'{number}\r\n' * 9).flush()
+        assert one.lines == [str(number)] * 6 + [' one', '/he']
+        assert one.screen.cursor == (7, 3)
+    one.foot.end()
+    assert one.screen.all_lines[-1] == '19'
+    assert one.screen.cursor == (6, 0)
+
+
+def test_half_a_line_in_a_flood(flooded):
+    one, written = flooded(40, 8)
+    one.write('more\r\nname? ').flush().later()
+    one.write('Ada\r\n' + 'last\r\n' * 9).flush().later()
+    lines = [*written, 'more', 'name? Ada', *['last'] * 9]
+    assert one.screen.all_lines == [*lines, ' one', ' two']
+
+
+@pytest.mark.parametrize('size', [(40, 20), (12, 8), (90, 9)])
+def test_another_size_during_a_flood(flooded, size):
+    one, written = flooded(40, 8)
+    # before anybody has told us
+    one.screen.resize(*size)
+    for number in range(3):
+        one.write('x\r\n' * 20).flush()
+        written += ['x'] * 20
+        if number == 1:
+            one.foot.resized()
+        one.later()
+    assert one.screen.all_lines == [*written, ' one', ' two']
+
+
+def test_a_block_of_another_height_during_a_flood(flooded):
+    one, written = flooded(40, 8)
+    for block in ((' a', ' b', ' c'), (' d',), (), (' e', ' f')):
+        one.block = Block(block)
+        one.foot.touch()
+        one.later()
+        for _ in range(3):
+            one.write('x\r\n' * 20).flush().later()
+            written += ['x'] * 20
+            assert one.lines == ['x'] * (8 - len(block) - (not block)) + [
+                *block
+            ]
+    assert one.screen.all_lines == [*written, ' e', ' f']
+
+
+def test_a_slow_terminal_keeps_the_block(flooded, monkeypatch):
+    one, written = flooded(40, 8)
+    one.later().later()
+    with monkeypatch.context() as patch:
+        patch.setattr(one.foot, '_write_some', lambda: False)
+        one.write('held up\r\n').flush()
+    one.write('behind\r\n')
+    one.flush()
+    assert one.lines[-4:] == ['held up', 'behind', ' one', ' two']
+    assert one.screen.all_lines[:-4] == written
