@@ -114,6 +114,13 @@ def is_suspended(pid: int) -> bool:
     return fields[:1] in (b'T', b't')
 
 
+def foreground_group(pid: int) -> int:
+    """Return the group that has the terminal of a process, -1 for none."""
+    _, _, fields = _read(f'/proc/{pid}/stat', _STAT_SIZE).rpartition(b') ')
+    values = fields.split()
+    return int(values[5]) if len(values) > 5 else -1
+
+
 def variable_of(pid: int, name: str) -> str | None:
     """Return a variable that a process was started with, or None."""
     start = f'\0{name}='.encode()

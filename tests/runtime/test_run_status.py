@@ -42,7 +42,8 @@ def test_the_states_of_three_processes(status, sh):
     one.shows(' 1 ● talker  2 ✗ crasher exit 3  3 ↻ worker')
     assert one.screen.colour_of('✗') == 'red'
     assert one.screen.colour_of('↻') == 'brown'
-    assert {'[talker]  2', '[crasher] bad'} < set(one.screen.all_lines)
+    said = {'[talker]  2', '[crasher] bad'}
+    one.screen.shows(lambda _: said < set(one.screen.all_lines))
     assert one.types('\x03').ends() == 1
     # the block is gone, and all else is there
     text = '\n'.join(one.screen.all_lines)
@@ -126,10 +127,15 @@ def test_who_types_at_a_launch_without_keyboard_disturbs_nothing(status, sh):
     one.types('\x03').ends()
 
 
-def test_a_killed_launcher_leaves_a_sane_terminal(status, sleep, is_running):
+@pytest.mark.parametrize('keys', ['', '/b'])
+def test_a_killed_launcher_leaves_a_sane_terminal(
+    status, sleep, is_running, keys
+):
     one = status(sleep('a'), sleep('b'))
     one.shows(' 1 ● a  2 ● b')
     (guard,) = one.launch.guards()
+    if keys:
+        one.types(keys).screen.shows(lambda lines: lines[-1] == keys)
     one.launch.sends(signal.SIGKILL)
     one.screen.shows(lambda lines: not any('●' in line for line in lines))
     one.screen.shows(lambda _: not is_running(guard))

@@ -45,6 +45,7 @@ from colcon_yamllaunch.common.escalation import Escalation
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import Targets
 from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.process_scan import foreground_group
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.process.cgroup import LaunchCgroup
@@ -80,6 +81,10 @@ class GuardedLaunch(Targets):
         self.places: dict[str, list[Place]] = {}
         #: The terminal that the launcher has drawn something in, if any.
         self.terminal: HeldTerminal | None = None
+        # whether somebody types into that
+        self._is_typing = False
+        # who had the terminal when the launcher took it
+        self._foreground = -1
 
     def note(self, frame: list[Any], descriptors: list[int]) -> None:
         """
@@ -105,12 +110,15 @@ class GuardedLaunch(Targets):
                     os.close(output.descriptor)
             case ['terminal', before, now]:
                 self._drop_terminal()
+                self._foreground = foreground_group(self.session)
                 if descriptors:
                     self.terminal = HeldTerminal(
                         descriptors.pop(0), before, now
                     )
             case ['no terminal']:
                 self._drop_terminal()
+            case ['typing', is_typing]:
+                self._is_typing = is_typing
             case ['adopted', pid, birth, number]:
                 self.known[pid, birth] = number
             case ['socket' | 'folder' | 'record' as kind, *place]:
@@ -146,6 +154,13 @@ class GuardedLaunch(Targets):
         for place in self.places.get(kind, ()):
             how(place)
 
+    def restore_terminal(self) -> None:
+        """Leave the terminal sane, before the shell uses it if that can be."""
+        if self.terminal is not None:
+            # no shell has it yet, or there is none
+            is_free = foreground_group(self.session) in (-1, self._foreground)
+            self.terminal.restore(goes_back=self._is_typing and is_free)
+
     def _drop_terminal(self) -> None:
         if self.terminal is not None:
             os.close(self.terminal.descriptor)
@@ -175,9 +190,7 @@ def main() -> None:
 
 
 def _take_over(launch: GuardedLaunch) -> None:
-    if launch.terminal is not None:
-        # before the shell uses it, if that can be
-        launch.terminal.restore()
+    launch.restore_terminal()
     launch.remove('socket', remove_file)
     output = OrphanedOutput(launch.outputs.values())
     output.say('the launcher was killed; the guard stops its processes')

@@ -169,6 +169,14 @@ class GuardLink:
         self._tell(('terminal', None), frame, descriptor)
         self.flush()
 
+    def typing(self, is_typing: bool) -> None:
+        """Tell whether the cursor is below where the output ends."""
+        if is_typing:
+            self._tell(('typing', None), ['typing', True])
+        else:
+            self._take_back(('typing', None), ['typing', False])
+        self.flush()
+
     def no_terminal(self) -> None:
         """Tell that the terminal is as it was before."""
         self._take_back(('terminal', None), ['no terminal'])

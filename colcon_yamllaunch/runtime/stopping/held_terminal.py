@@ -14,6 +14,8 @@ from colcon_yamllaunch.common.frozen import dataclass
 # of a line, where the terminal wraps none (DECAWM), and output in the middle
 # of a scroll region (DECSTBM), whose end moves the cursor
 _ERASE = b'\x1b7\x1b[r\x1b8\x1b[?7h\x1b[0m\x1b[J'
+# to where the output ends, which was saved with each drawing (DECRC)
+_BACK = b'\x1b8'
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,15 +33,19 @@ class HeldTerminal:
     before: list[Any] | None
     now: list[Any] | None
 
-    def restore(self) -> None:
+    def restore(self, *, goes_back: bool = False) -> None:
         """
         Leave the terminal as it was.
 
         A shell may be at its prompt already: what it has shown is before the
         cursor, and modes that it has set are left alone.
+
+        :param goes_back: Whether the cursor is in the last line of the status
+          block, as somebody types there, and not yet where a shell shows more
         """
         with suppress(OSError, termios.error):
-            os.write(self.descriptor, _ERASE)
+            start = _BACK if goes_back else b''
+            os.write(self.descriptor, start + _ERASE)
             modes = termios.tcgetattr(self.descriptor)
             if self.before is not None and as_numbers(modes) == self.now:
                 termios.tcsetattr(

@@ -136,6 +136,8 @@ class TerminalSession:
         self._is_active = False
         self._is_grabbed = False
         self._has_had_keys = False
+        # whether the cursor is in the block
+        self._is_typing = False
 
     def showing(self, show: events.Listener) -> events.Listener:
         """
@@ -437,6 +439,10 @@ class TerminalSession:
         if self._is_grabbed and keyboard is not None and keyboard.takes_keys:
             view = self._keys.view(view.live)
         block = block_of(board, view, style, now, waits_for)
+        is_typing = block.cursor is not None
+        if is_typing != self._is_typing:
+            self._is_typing = is_typing
+            self._guard.typing(is_typing)
         times = (
             self._next_look,
             next_change(board, now),

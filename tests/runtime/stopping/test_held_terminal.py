@@ -10,6 +10,8 @@ import termios
 from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.stopping.held_terminal import as_numbers
 from colcon_yamllaunch.runtime.stopping.held_terminal import HeldTerminal
+from colcon_yamllaunch.runtime.terminal.foot import drawn
+from colcon_yamllaunch.runtime.terminal.status_block import Block
 import pytest
 from support.virtual_screen import VirtualScreen
 
@@ -83,4 +85,15 @@ def test_what_is_left_of_a_block_and_a_scroll_region_is_gone():
     # all of the screen scrolls again
     os.write(screen.theirs, b'\r\n$' * 4)
     assert screen.lines == ['d', 'last', '$', '$', '$', '$']
+    screen.close()
+
+
+def test_where_somebody_types_all_of_the_block_is_gone():
+    screen = VirtualScreen(20, 6)
+    os.write(screen.theirs, b'a\r\n')
+    block = Block((' one', '/typed'), (1, 6))
+    os.write(screen.theirs, drawn(block, is_mid_line=False))
+    assert screen.lines == ['a', ' one', '/typed']
+    HeldTerminal(screen.theirs, None, None).restore(goes_back=True)
+    assert screen.lines == ['a']
     screen.close()
