@@ -9,6 +9,7 @@ rclcpp and rclpy print by rcutils, whose lines begin with `[INFO] [TIME]
 """
 
 from enum import IntEnum
+from functools import cache
 from functools import lru_cache
 import re
 
@@ -17,13 +18,6 @@ FORMAT = 'RCUTILS_CONSOLE_OUTPUT_FORMAT'
 
 _COLOURS = rb'(?:\x1b\[[0-9;:]*m)*'
 _WORDS = rb'(?P<level>DEBUG|INFO|WARN(?:ING)?|ERROR|FATAL|CRITICAL)'
-# in brackets near the start, or first of all; or what ends a node
-_USUAL = re.compile(
-    rb'[^\n]{0,80}?\[' + _COLOURS + _WORDS + _COLOURS + rb'\s*\]'
-    rb'|\s*' + _COLOURS + _WORDS.replace(b'level', b'first') + rb'(?=[\s:])'
-    rb'|(?P<end>Traceback \(most recent call last\):'
-    rb'|terminate called |\S+: symbol lookup error:)'
-)
 _FIELD = re.compile(r'\{(\w+)\}')
 
 
@@ -77,14 +71,33 @@ def level_of(line: bytes, form: str | None = None) -> Level | None:
     if form:
         pattern = _pattern(form)
         match = None if pattern is None else pattern.match(line)
-    if match is None:
-        match = _USUAL.match(line)
+    if match is not None:
+        return _LEVELS[match['level']]
+    match = _usual().match(line)
     if match is None:
         return None
-    if match.re is _USUAL and match['end']:
+    if match['end']:
         return Level.ERROR
-    word = match['level']
-    return _LEVELS[word or match['first']]
+    return _LEVELS[match['level'] or match['first']]
+
+
+@cache
+def _usual() -> re.Pattern[bytes]:
+    """
+    Return what lines match up to their level.
+
+    It is in brackets near the start, or first of all; or what ends a node.
+    Few launches need it.
+    """
+    return re.compile(
+        rb'[^\n]{0,80}?\[' + _COLOURS + _WORDS + _COLOURS + rb'\s*\]'
+        rb'|\s*'
+        + _COLOURS
+        + _WORDS.replace(b'level', b'first')
+        + rb'(?=[\s:])'
+        rb'|(?P<end>Traceback \(most recent call last\):'
+        rb'|terminate called |\S+: symbol lookup error:)'
+    )
 
 
 @lru_cache(maxsize=16)
