@@ -45,7 +45,7 @@ from colcon_yamllaunch.runtime.record.launch_logs import CLIENT_LOG
 from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
 from colcon_yamllaunch.runtime.record.launch_logs import Logs
 from colcon_yamllaunch.runtime.record.launch_logs import Store
-from colcon_yamllaunch.runtime.screen.display import can_have_foot
+from colcon_yamllaunch.runtime.screen.display import can_have_status
 from colcon_yamllaunch.runtime.screen.display import Display
 from colcon_yamllaunch.runtime.screen.display import is_same_terminal
 from colcon_yamllaunch.runtime.screen.line_formats import layout_of
@@ -136,12 +136,12 @@ def run_plan(
     with ExitStack() as stack:
         signals = stack.enter_context(caught())
         keep_to_ourselves()
-        has_foot = (
+        has_status = (
             presentation is not None
             and presentation.status
-            and can_have_foot(stream, environment)
+            and can_have_status(stream, environment)
         )
-        open_writer = _foot if has_foot else Writer
+        open_writer = _foot if has_status else Writer
         display = Display(stream, color, environment, open_writer)
         stack.callback(display.writer.close)
         environment = display.environment
@@ -211,14 +211,16 @@ def run_plan(
             presentation or Presentation(), screen, plan, display, stack
         )
         attachment = None
-        has_keys = has_foot and is_same_terminal(sys.stdin, display.descriptor)
+        has_keys = has_status and is_same_terminal(
+            sys.stdin, display.descriptor
+        )
         if attach is not None and not has_keys:
             keyboard = Keyboard(sys.stdin.fileno())
             attachment = LocalAttachment(attach, keyboard, screen, show)
             show = attachment.handle
         conditions = conditions or ExitConditions(clock=clock)
         session = None
-        if has_foot:
+        if has_status:
             session = _session(
                 plan,
                 display,

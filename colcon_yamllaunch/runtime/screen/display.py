@@ -84,7 +84,7 @@ class Display:
         )
 
 
-def can_have_foot(stream: TextIO, environment: Mapping[str, str]) -> bool:
+def can_have_status(stream: TextIO, environment: Mapping[str, str]) -> bool:
     """
     Tell whether a stream is a terminal that lines can stay at the end of.
 

@@ -107,6 +107,9 @@ class Board:
         self.countdown: Countdown | None = None
         #: What came of the last change of files, or what is done about it.
         self.watched: events.Watched | events.Checked | None = None
+        #: When files were changed that something is done about, by the clock;
+        #: None if all is done.
+        self.changed: float | None = None
         for entry in entries:
             self._expect(entry, 'starting')
 
@@ -148,8 +151,12 @@ class Board:
             case events.StillRunning():
                 due = self._clock() + event.seconds
                 self.countdown = Countdown(event, due)
+            case events.Changed():
+                self.changed = self._clock()
             case events.Watched() | events.Checked():
                 self.watched = event
+                if is_settled(event):
+                    self.changed = None
             case events.Loaded() | events.LoadFailed() | events.Unloaded():
                 self._take_component(event)
             case _:
@@ -259,6 +266,11 @@ class Board:
     def _turn(self, row: Row, phase: Phase, *, is_first: bool = False) -> None:
         row.phase = phase
         row.turn = 0 if is_first else self.version + 1
+
+
+def is_settled(event: events.Watched | events.Checked) -> bool:
+    """Tell whether nothing more follows from a change of files."""
+    return isinstance(event, events.Checked) or event.is_final
 
 
 def is_between_states(row: Row) -> bool:

@@ -121,7 +121,10 @@ class Foot(Writer):
         self.end()
         poll = select.poll()
         poll.register(self.descriptor, select.POLLOUT)
-        while self.waits() and poll.poll(1000 * PATIENCE):
+        end = time.monotonic() + PATIENCE
+        while self.waits() and poll.poll(
+            1000 * max(0.0, end - time.monotonic())
+        ):
             self.flush()
 
     def touch(self, *, at_once: bool = False) -> None:

@@ -16,6 +16,7 @@ from colcon_yamllaunch.runtime.core.outcome import signal_name
 from colcon_yamllaunch.runtime.terminal.board import Board
 from colcon_yamllaunch.runtime.terminal.board import Countdown
 from colcon_yamllaunch.runtime.terminal.board import is_between_states
+from colcon_yamllaunch.runtime.terminal.board import is_settled
 from colcon_yamllaunch.runtime.terminal.board import Phase
 from colcon_yamllaunch.runtime.terminal.board import Row
 from colcon_yamllaunch.runtime.terminal.cells import cut
@@ -180,12 +181,18 @@ def block_of(
 
 def next_change(board: Board, now: float) -> float | None:
     """Return when the block is another one though nothing has happened."""
+    if board.changed is not None and not board.stopping:
+        return now + 1.0 - (now - board.changed) % 1.0
     countdown = board.countdown
     if countdown is None or countdown.event.next_signal is None:
         return None
-    left = countdown.due - now
-    # when the number of seconds that is shown is another one
-    return now + (left - math.ceil(left) + 1.0) if left > 0 else None
+    return next_second(countdown.due, now) if countdown.due > now else None
+
+
+def next_second(due: float, now: float) -> float:
+    """Return when the whole seconds that are left are another number."""
+    left = due - now
+    return now + (left - math.ceil(left) + 1.0)
 
 
 # the processes
@@ -305,11 +312,14 @@ def _news(
         news.append(_painted(text, _YELLOW, style))
     else:
         watched = board.watched
-        if watched is not None and not _is_settled(watched):
-            news.append(_watched(watched, style))
+        if watched is not None and not is_settled(watched):
+            text = _watched(watched, style)
+            if board.changed is not None and now >= board.changed + 1.0:
+                text = f'{math.floor(now - board.changed)} s {text}'
+            news.append(text)
         if waits_for:
             news.append(one_line(waits_for))
-        if watched is not None and _is_settled(watched):
+        if watched is not None and is_settled(watched):
             news.append(_watched(watched, style))
     if view.filter:
         news.append(_painted(one_line(view.filter), _YELLOW, style))
@@ -332,13 +342,9 @@ def _stopping(countdown: Countdown | None, now: float) -> str:
     return f'{text} (Ctrl-C hurries): {one_line(", ".join(names))}'
 
 
-def _is_settled(event: events.Watched | events.Checked) -> bool:
-    return isinstance(event, events.Checked) or event.is_final
-
-
 def _watched(event: events.Watched | events.Checked, style: Style) -> str:
     failed = event.severity != 'INFO'
-    if not _is_settled(event):
+    if not is_settled(event):
         sign, colour = '…', _YELLOW
     elif failed:
         sign, colour = LOOKS['failed'].sign, _ALARM

@@ -49,6 +49,7 @@ from colcon_yamllaunch.runtime.terminal.status_block import Block
 from colcon_yamllaunch.runtime.terminal.status_block import block_of
 from colcon_yamllaunch.runtime.terminal.status_block import MAXIMUM_LINES
 from colcon_yamllaunch.runtime.terminal.status_block import next_change
+from colcon_yamllaunch.runtime.terminal.status_block import next_second
 from colcon_yamllaunch.runtime.terminal.status_block import Style
 from colcon_yamllaunch.runtime.terminal.status_block import View
 
@@ -471,13 +472,13 @@ class TerminalSession:
         due = self._conditions.due()
         if due is not None and due > now:
             parts.append(f'{_seconds(due - now)} left')
-            times.append(_next_second(due, now))
+            times.append(next_second(due, now))
         engine = self._engine
         if engine is not None and not engine.supervisor.is_stopping:
             due = engine.supervisor.next_timer()
             if due is not None and due > now:
                 parts.append(f'timer in {_seconds(due - now)}')
-                times.append(_next_second(due, now))
+                times.append(next_second(due, now))
             if engine.changes is not None:
                 if engine.changes.is_paused:
                     parts.append('--watch is off')
@@ -499,9 +500,3 @@ def _seconds(seconds: float) -> str:
         return f'{whole} s'
     minutes, whole = divmod(whole, 60)
     return f'{minutes}:{whole:02}'
-
-
-def _next_second(due: float, now: float) -> float:
-    """Return when the whole seconds that are left are another number."""
-    left = due - now
-    return now + (left - math.ceil(left) + 1.0)

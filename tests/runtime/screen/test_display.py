@@ -5,7 +5,7 @@
 
 import os
 
-from colcon_yamllaunch.runtime.screen.display import can_have_foot
+from colcon_yamllaunch.runtime.screen.display import can_have_status
 from colcon_yamllaunch.runtime.screen.display import Display
 from colcon_yamllaunch.runtime.screen.display import is_same_terminal
 import pytest
@@ -36,12 +36,12 @@ def terminals():
     ],
 )
 def test_what_the_environment_says(terminals, environment, expected):
-    assert can_have_foot(terminals[0], environment) is expected
+    assert can_have_status(terminals[0], environment) is expected
 
 
 def test_a_file_is_no_terminal(tmp_path):
     with (tmp_path / 'screen').open('w') as stream:
-        assert not can_have_foot(stream, {'TERM': 'xterm'})
+        assert not can_have_status(stream, {'TERM': 'xterm'})
         assert not is_same_terminal(stream, stream.fileno())
 
 

@@ -44,10 +44,10 @@ def fails(process):
     return fail
 
 
-def lines(board, columns=80, view=None, waits_for='', **style):
+def lines(board, columns=80, view=None, waits_for='', now=100.0, **style):
     view = view or View()
     style = Style(columns, **{'color': False, **style})
-    block = block_of(board, view, style, 100.0, waits_for)
+    block = block_of(board, view, style, now, waits_for)
     assert len(block.lines) <= style.lines + len(view.live)
     for line in block.lines:
         assert width(line) < columns
@@ -154,10 +154,18 @@ def test_the_countdown_of_stopping(board):
 
 def test_the_last_result_of_the_watch(board):
     one = board('a')
+    one.handle(events.Watched('no.py: nothing uses it', is_final=False))
+    assert lines(one)[-1] == ' … no.py: nothing uses it'
+    assert next_change(one, 100.0) is None
+    one.handle(events.Changed(('double.py',)))
     one.handle(events.Watched('double.py changed: building', is_final=False))
     assert lines(one)[-1] == ' … double.py changed: building'
+    assert next_change(one, 100.0) == pytest.approx(101.0)
+    assert lines(one, now=102.5)[-1] == ' 2 s … double.py changed: building'
+    assert next_change(one, 102.5) == pytest.approx(103.0)
     one.handle(events.Watched('double.py changed: restarted a (0.21 s)'))
     assert lines(one)[-1] == ' ✓ double.py changed: restarted a (0.21 s)'
+    assert next_change(one, 103.0) is None
     one.handle(events.Watched('double.py changed: it failed', failed=True))
     assert lines(one)[-1] == ' ✗ double.py changed: it failed'
     assert lines(one, 20)[-1] == ' ✗ double.py chang…'
