@@ -270,19 +270,6 @@ def relayed(
     return f'{rate:,.0f} lines/s'
 
 
-def shown(
-    options: tuple[str, ...],
-    launcher: Launcher,
-    runs: int,
-    lines: int,
-    count: int,
-) -> str:
-    """Relay lines to a terminal that is read as fast as they come."""
-    if not launcher.engine:
-        return '-'
-    return relayed(_colcon(*options), runs, lines, count, 'terminal')
-
-
 def searched(
     expression: str, launcher: Launcher, runs: int, lines: int
 ) -> str:
@@ -401,15 +388,6 @@ def rows(runs: int, lines: int) -> list[Row]:
         )
         for screen in ('file', 'pipe')
         for count in (1, 10)
-    ]
-    table += [
-        Row(
-            f'on a terminal, {count} process{"es" * (count > 1)}{how}',
-            '' if options else 'as with --no-status',
-            partial(shown, options, runs=runs, lines=lines, count=count),
-        )
-        for count in (1, 10)
-        for how, options in ((', --no-status', ('--no-status',)), ('', ()))
     ]
     table += [
         Row(

@@ -47,10 +47,8 @@ class Writer:
 
     def write(self, key: object, data: bytes) -> None:
         """Take something to be shown with the next :meth:`flush`."""
-        if data and not self.broken:
-            self._queue.append((key, data))
-            self._total += len(data)
-            self._shares[key] = self._shares.get(key, 0) + len(data)
+        if not self.broken:
+            self._add(key, data)
 
     def write_raw(self, key: object, data: bytes) -> None:
         """Take what a process wrote that has the keyboard, as it came."""
@@ -100,6 +98,12 @@ class Writer:
         """Drop the rest, and free what is needed for writing."""
         self._drop()
         os.close(self.descriptor)
+
+    def _add(self, key: object, data: bytes | memoryview) -> None:
+        if data:
+            self._queue.append((key, data))
+            self._total += len(data)
+            self._shares[key] = self._shares.get(key, 0) + len(data)
 
     def _write_some(self) -> bool:
         if self._careful:

@@ -78,7 +78,7 @@ class Foot(Writer):
         # whether the output ends in the middle of a line
         self._is_mid_line = False
         # when it may be drawn again, and when it may be another one
-        self._due = 0.0
+        self._now = self._due = 0.0
         self._next: float | None = None
         self._is_holding = False
         # whether the terminal has not taken all that it got, and whether it
@@ -164,10 +164,12 @@ class Foot(Writer):
 
     def flush(self) -> None:
         """Show as much as can be shown without waiting, and the block."""
+        # in a flood this is called for a few kilobytes each
         self._is_holding = False
-        self._end_passing()
+        if self._is_passing:
+            self._end_passing()
         if self._compose is not None and not self.broken:
-            now = self._clock()
+            now = self._now = self._clock()
             if now >= self._counted + INTERVAL:
                 self._is_flooded = self._amount >= HELD
                 self._amount, self._counted = 0, now
@@ -180,7 +182,7 @@ class Foot(Writer):
                     self._is_holding = True
                     return
         super().flush()
-        self._is_behind = super().waits()
+        self._is_behind = bool(self._queue)
 
     def waits(self) -> bool:
         """Tell whether something waits for the terminal."""
@@ -190,10 +192,11 @@ class Foot(Writer):
         """Return the seconds until there is something to be drawn."""
         if self._compose is None or self.broken:
             return None
-        due: float | None = self._due_now()
-        if not self._is_stale and (self._is_shown or self._is_hidden):
-            due = self._next
-        return None if due is None else max(0.0, due - self._clock())
+        due = self._next
+        if self._is_stale or not (self._is_shown or self._is_hidden):
+            due = self._due_now()
+        # since the last flush, which has been just now
+        return None if due is None else max(0.0, due - self._now)
 
     def _write_above(self, key: object, data: bytes) -> None:
         if not data or self.broken:
@@ -258,6 +261,8 @@ class Foot(Writer):
 
     def _may_pass(self, data: bytes) -> bool:
         """Tell whether the block can stay while lines are shown above it."""
+        if self._is_passing:
+            return data.endswith(b'\n')
         below = len(self._block.lines) - 1
         return (
             (self._is_flooded or self._is_behind)
@@ -278,8 +283,8 @@ class Foot(Writer):
             last = self._size.lines - len(self._block.lines)
             super().write(None, b'\x1b[1;%dr\x1b[%d;1H' % (last, last))
         # not below the last one, as there the block begins
-        super().write(None, b'\n')
-        super().write(key, data[:-1])
+        self._add(None, b'\n')
+        self._add(key, memoryview(data)[:-1])
 
     def _end_passing(self) -> None:
         """Take the cursor back to where it rests."""
