@@ -156,6 +156,11 @@ def block_of(
     news = _news(board, view, style, now, waits_for)
     typing = view.prompt is not None
     rows = style.lines - bool(news) - typing
+    if style.lines == 1 and not (
+        typing or view.note or view.chosen or board.stopping
+    ):
+        # the states matter more than what comes next
+        news, rows = [], 1
     lines = []
     if rows > 0:
         lines += _processes(board, view, style, columns, rows)

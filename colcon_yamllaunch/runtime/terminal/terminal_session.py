@@ -60,6 +60,8 @@ if TYPE_CHECKING:
 #: each process where they are many: a look takes some 30 µs for each.
 LOOK_INTERVAL = 2.0
 LOOK_SHARE = 0.05
+#: Seconds between two looks at whether the terminal is ours again.
+FOREGROUND_INTERVAL = 0.5
 #: The part of the lines of a terminal that the block takes at most, as one
 #: divided by this.
 PART = 3
@@ -416,7 +418,7 @@ class TerminalSession:
         """Return the block, if there is one, and when to ask again."""
         self._mind_foreground()
         if not self._is_active:
-            return None, now + LOOK_INTERVAL
+            return None, now + FOREGROUND_INTERVAL
         if self._escape_due is not None and now >= self._escape_due:
             self._do(self._keys.settle())
         board = self.board

@@ -206,8 +206,15 @@ def test_lines_that_may_still_change_are_above_it(board):
 
 def test_a_low_terminal_has_little(board):
     one = board(*(f'node_{n}' for n in range(200)))
-    assert len(lines(one, lines=1)) == 1
+    (line,) = lines(one, lines=1, waits_for='timer in 3 s')
+    assert line.startswith(' 1 ● node_0  2 ● node_1 ')
     assert lines(one, lines=0) == []
+    # what asks for something, or takes long, comes first
+    noted = View(note='no such key', hint='? help')
+    (line,) = lines(one, lines=1, view=noted)
+    assert line.startswith(' no such key')
+    one.handle(events.ShuttingDown('interrupted'))
+    assert lines(one, lines=1) == [' stopping (Ctrl-C hurries)']
 
 
 def test_lines_that_may_change_leave_room_in_a_low_terminal(board):
