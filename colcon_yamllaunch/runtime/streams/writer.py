@@ -111,12 +111,20 @@ class Writer:
                 return False
             written = os.write(self.descriptor, self._queue[0][1][:_SAFE_SIZE])
         else:
-            pieces = [
-                data for _, data in islice(self._queue, limits.WRITE_BATCH)
-            ]
-            written = os.writev(self.descriptor, pieces)
+            written = os.writev(self.descriptor, self._batch())
         self._took(written)
         return True
+
+    def _batch(self) -> list[bytes | memoryview]:
+        """Return what may be taken at once; a terminal takes little."""
+        pieces = []
+        size = 0
+        for _, data in islice(self._queue, limits.WRITE_BATCH):
+            pieces.append(data)
+            size += len(data)
+            if size >= limits.READ_SIZE:
+                break
+        return pieces
 
     def _took(self, size: int) -> None:
         self._total -= size
