@@ -4,8 +4,10 @@
 """Processes under a debugger."""
 
 from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import replace
 import os
+import re
 
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Process
@@ -17,6 +19,12 @@ from colcon_yamllaunch.runtime.process.spawn import StartError
 _Words = tuple[str | ParameterFile, ...]
 _PYTHON = 'python'
 _GDB = ('gdb', '-q', '--args')
+# options of Python that have a value in a word of its own (python3 --help)
+_WITH_VALUE = frozenset(('-W', '-X', '--check-hash-based-pycs'))
+# what is run is not a script, or not to be told from the options
+_RUNS_OTHER = re.compile(r'-|-[A-VYZa-z]*[cm].*')
+#: How many interpreters of interpreters are looked up.
+_DEPTH = 4
 
 
 def debugged(process: Process, environment: Mapping[str, str]) -> Process:
@@ -30,8 +38,12 @@ def debugged(process: Process, environment: Mapping[str, str]) -> Process:
     :raises RefusedError: when `gdb` is needed, and there is none
     """
     path = environment.get('PATH', os.defpath)
-    argv = _under_pdb(process, path)
-    if argv is None:
+    try:
+        argv = _under_debugger(process, path)
+    except StartError:
+        # which is said when it is started
+        argv = (*_GDB, *process.argv)
+    if argv[0] == _GDB[0]:
         try:
             find_program(_GDB[0], path)
         except StartError as error:
@@ -39,31 +51,50 @@ def debugged(process: Process, environment: Mapping[str, str]) -> Process:
                 f'{process.label} needs gdb to be debugged, which is not '
                 'installed: sudo apt install gdb'
             ) from error
-        argv = (*_GDB, *process.argv)
     return replace(process, argv=argv, emulate_tty=True)
 
 
-def _under_pdb(process: Process, path: str) -> _Words | None:
-    """Return the command line of a program in Python, None for any other."""
+def _under_debugger(process: Process, path: str) -> _Words:
     program, *arguments = process.argv
-    try:
-        name = str(program)
-        if '/' in name:
-            name = os.path.join(process.cwd, name)
-        found = find_program(name, path)
-        if _is_python(found):
-            # pdb takes a script or a module, and no options of Python
-            first = str(arguments[0]) if arguments else '-'
-            if first.startswith('-') and first != '-m':
-                return None
-            return (program, '-m', 'pdb', *arguments)
+    found = _found(str(program), process.cwd, path)
+    if _is_python(found):
+        start = _script_index(arguments)
+        if start is not None:
+            options, rest = arguments[:start], arguments[start:]
+            return (program, *options, '-m', 'pdb', *rest)
+    words: _Words = process.argv
+    # gdb takes programs of the machine, and follows a script when it becomes
+    # another program
+    for _ in range(_DEPTH):
         interpreter = interpreter_of(found, path)
-    except StartError:
-        # which is said when it is started
-        return None
-    if interpreter is None or not _is_python(interpreter):
-        return None
-    return (interpreter, '-m', 'pdb', found, *arguments)
+        if interpreter is None:
+            break
+        if words == process.argv and _is_python(interpreter):
+            return (interpreter, '-m', 'pdb', found, *arguments)
+        words = (interpreter, found, *words[1:])
+        found = interpreter
+    return (*_GDB, *words)
+
+
+def _found(name: str, cwd: str, path: str) -> str:
+    return find_program(os.path.join(cwd, name) if '/' in name else name, path)
+
+
+def _script_index(arguments: Sequence[str | ParameterFile]) -> int | None:
+    """
+    Return which argument of Python pdb takes: a script, or -m and a module.
+
+    None when there is none.
+    """
+    words = iter(enumerate(map(str, arguments)))
+    for index, word in words:
+        if word == '-m' or word[:1] != '-':
+            return index
+        if word in _WITH_VALUE:
+            next(words, None)
+        elif _RUNS_OTHER.fullmatch(word):
+            return None
+    return None
 
 
 def _is_python(program: str) -> bool:
