@@ -100,6 +100,23 @@ class Relay:
             if s.process.label == label
         )
 
+    def written_terminal(self, label: str) -> int | None:
+        """Return the terminal that a process writes its output to."""
+        return next(
+            (
+                source.descriptor
+                for source in self._sources.values()
+                if source.process.label == label and source.is_terminal
+            ),
+            None,
+        )
+
+    def end_lines(self, label: str) -> None:
+        """Take the last line of a process as whole, as somebody ended it."""
+        for source in self._sources.values():
+            if source.process.label == label:
+                self._pass_on(source, self._flushed(source))
+
     def show(self, label: str, stream: events.Stream, data: bytes) -> None:
         """Tell at once what a process writes, or what is echoed."""
         for sink in tuple(self.sinks.get(label, ())):

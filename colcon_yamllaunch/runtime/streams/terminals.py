@@ -15,6 +15,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 import os
 import select
+import termios
+from typing import Any
 
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -29,6 +31,9 @@ from colcon_yamllaunch.runtime.streams.channels import resize
 from colcon_yamllaunch.runtime.streams.relay import Relay
 from colcon_yamllaunch.runtime.streams.relay import Sink
 from colcon_yamllaunch.runtime.streams.watches import Watches
+
+_IFLAG, _LFLAG = 0, 3
+_ECHOES_LINES = termios.ICANON | termios.ECHO
 
 
 def with_terminals(plan: Plan, label: str | None = None) -> Plan:
@@ -57,6 +62,8 @@ class Terminals:
         self._null = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
         self._keyboards: dict[str, int] = {}
         self._typed: dict[int, bytes] = {}
+        # those whose modes are of the terminal that their process writes to
+        self._followers: set[int] = set()
         #: Is told each descriptor of a keyboard before it is closed.
         self.closing: Callable[[int], object] = bool
 
@@ -106,6 +113,42 @@ class Terminals:
         """Return the descriptor that keys for a process are written to."""
         return self._keyboards.get(label)
 
+    def input_modes(self, label: str) -> int | None:
+        """
+        Return the local modes of the terminal that a process reads from.
+
+        That is the third of termios(3), None if there is no such terminal.
+        """
+        keyboard = self._keyboards.get(label)
+        if keyboard is None:
+            return None
+        try:
+            modes = termios.tcgetattr(keyboard)
+            written = self._relay.written_terminal(label)
+            if written is not None:
+                modes = self._followed(keyboard, modes, written)
+        except termios.error:
+            return None
+        return int(modes[_LFLAG])
+
+    def _followed(
+        self, keyboard: int, modes: list[Any], written: int
+    ) -> list[Any]:
+        """
+        Give the terminal for input the modes that the one for output got.
+
+        A process has one of each. What draws in its terminal may set the one
+        that it writes to (ncurses does, see newterm), and means its keys.
+        """
+        wanted = termios.tcgetattr(written)
+        is_raw = not wanted[_LFLAG] & termios.ICANON
+        if is_raw == (keyboard in self._followers):
+            return modes
+        self._followers ^= {keyboard}
+        modes = [wanted[_IFLAG], *modes[1:_LFLAG], *wanted[_LFLAG:]]
+        termios.tcsetattr(keyboard, termios.TCSANOW, modes)
+        return modes
+
     def has_keyboard(self, label: str) -> bool:
         """Tell whether keys can be typed at a process now."""
         return label in self._keyboards
@@ -118,7 +161,11 @@ class Terminals:
         further ones are dropped.
         """
         keyboard = self._keyboards.get(label)
+        modes = self.input_modes(label)
         if keyboard is not None:
+            if modes is not None and _ends_line(keys, modes):
+                # the echo ends the line of a prompt, which is over then
+                self._relay.end_lines(label)
             pending = self._typed.get(keyboard, b'') + keys
             self._typed[keyboard] = pending[: limits.KEYS]
             self._write(keyboard)
@@ -175,6 +222,12 @@ class Terminals:
         keyboard = self._keyboards.pop(label, None)
         if keyboard is not None:
             self._typed.pop(keyboard, None)
+            self._followers.discard(keyboard)
             self._watches.remove(keyboard)
             self.closing(keyboard)
             os.close(keyboard)
+
+
+def _ends_line(keys: bytes, modes: int) -> bool:
+    is_echoed = modes & _ECHOES_LINES == _ECHOES_LINES
+    return is_echoed and (b'\n' in keys or b'\r' in keys)

@@ -12,7 +12,6 @@ from colcon_yamllaunch.runtime.screen.screen import Screen
 from colcon_yamllaunch.runtime.terminal.keys import Keys
 
 _HINT = f'attached: {ESCAPE_NAME} goes back'
-_LFLAG = 3
 
 
 class Attachment:
@@ -32,7 +31,6 @@ class Attachment:
         self._engine: Engine | None = None
         self._wanted = label
         self._started: dict[str, events.Started] = {}
-        self._modes = (False, False)
 
     def connect(self, engine: Engine) -> None:
         """Use an engine, before it runs."""
@@ -106,12 +104,8 @@ class Attachment:
         label = self._keys.attached
         if label is None or self._engine is None:
             return
-        keyboard = self._engine.terminals.keyboard_of(label)
-        if keyboard is None:
-            return
-        try:
-            local = termios.tcgetattr(keyboard)[_LFLAG]
-        except termios.error:
+        local = self._engine.terminals.input_modes(label)
+        if local is None:
             return
         is_raw = not local & termios.ICANON
         is_secret = not local & termios.ECHO
