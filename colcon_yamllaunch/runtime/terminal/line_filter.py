@@ -191,7 +191,9 @@ class LineFilter:
             self._live.pop(key, None)
         if last.endswith(b'\r'):
             text = last_state(last)
-            self._live.pop(key, None)
+            # those that are shown keep their places
+            if not text or key not in list(self._live)[-MAXIMUM_LIVE:]:
+                self._live.pop(key, None)
             if text:
                 self._live[key] = process, text
             last = b''
@@ -207,14 +209,12 @@ class LineFilter:
         return bool(data) and filtering.has(process.label)
 
     def _matching(self, key: _Key, process: Process, data: bytes) -> bytes:
-        filtering = self.filtering
-        least = filtering.level
-        search = filtering.search
+        search = self.filtering.search
+        least = self.filtering.level
         is_lower = search == search.lower()
-        if search and not _contains(bare(data), search, is_lower):
-            if least == Level.DEBUG:
-                return b''
-            search = '\n'
+        may_match = _contains(bare(data), search, is_lower)
+        if least == Level.DEBUG and not may_match:
+            return b''
         form = self._form_of(process) if least > Level.DEBUG else None
         level = self._levels.get(key)
         if level is None:
@@ -227,7 +227,7 @@ class LineFilter:
                 level = level_of(line, form) or level
                 if level < least:
                     continue
-            if not search or _contains(bare(line), search, is_lower):
+            if may_match and _contains(bare(line), search, is_lower):
                 kept.append(line)
         self._levels[key] = level
         return b''.join(kept)

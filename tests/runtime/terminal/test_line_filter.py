@@ -114,6 +114,21 @@ def test_a_level_and_a_search(made):
     one = line_filter(Filtering(level=Level.WARN, search='low'))
     text = '[INFO] low\n[WARN] low\n[WARN] high\n low, too\n'
     assert shown(one, made(text)) == '[WARN] low\n low, too\n'
+    assert shown(one, made('[ERROR] high\n')) == ''
+    # what follows goes with that all the same
+    assert shown(one, made(' low\n[INFO] x\n'), made(' low\n')) == ' low\n'
+
+
+def test_two_bars_keep_their_places(made):
+    one = line_filter()
+    for count in range(1, 4):
+        for label in 'ab':
+            assert not one.take(made(f'{count}0%\r', label))
+    assert texts(one.live) == [('a', '30%'), ('b', '30%')]
+    for label in 'cd':
+        assert not one.take(made('10%\r', label))
+    assert not one.take(made('40%\r', 'b'))
+    assert texts(one.live) == [('b', '40%'), ('c', '10%'), ('d', '10%')]
 
 
 def test_the_same_line_is_counted(made):
