@@ -9,12 +9,13 @@ import sys
 #: Writes the lines of a file that the test makes, and so again.
 TELLER = (
     'import os, sys, time\n'
+    'folder = os.environ["TMPDIR"]\n'
     'for n in range(99):\n'
-    '    path = f"{os.environ["TMPDIR"]}/lines{n}"\n'
+    '    path = f"{folder}/lines{n}"\n'
     '    while not os.path.exists(path): time.sleep(0.02)\n'
     '    data = open(path, "rb").read()\n'
     '    sys.stdout.buffer.write(data); sys.stdout.flush()\n'
-).replace('["TMPDIR"]', "['TMPDIR']")
+)
 #: Asks for names, then for a secret, then for keys.
 ASKER = (
     'import os, sys, termios, tty\n'
@@ -25,6 +26,15 @@ ASKER = (
     'print(len(input("Secret: ")), "letters", flush=True)\n'
     'tty.setraw(0)\n'
     'print("raw", flush=True)\n'
+    'while (key := os.read(0, 9)) != b"q": print(key, flush=True)\n'
+)
+#: Asks on standard error, then takes keys as ncurses does, which sets the
+#: modes of the terminal that it writes to.
+DRAWER = (
+    'import os, sys, tty\n'
+    'print("Name: ", end="", file=sys.stderr, flush=True)\n'
+    'print("hello", sys.stdin.readline().strip(), flush=True)\n'
+    'tty.setraw(1)\n'
     'while (key := os.read(0, 9)) != b"q": print(key, flush=True)\n'
 )
 #: Shows a file until a line is typed.
@@ -91,21 +101,22 @@ def test_the_filter_for_all(status, python):
     teller = Teller(one)
     one.shows(' 1 ● t')
     one.types('/lo')
-    one.shows(' 1 ● t', ' /lo ', '/lo')
+    one.shows(' 1 ● t', ' Enter keeps', ' /lo', '/lo')
     line, column = one.screen.cursor
     assert (one.screen.lines[line], column) == ('/lo', 3)
     teller.writes('high\nlow\nLOUD\n')
-    one.shows('[t]      low', '[t]      LOUD', ' 1 ● t', ' /lo ', '/lo')
+    search = (' 1 ● t', ' Enter keeps', ' /lo', '/lo')
+    one.shows('[t]      low', '[t]      LOUD', *search)
     one.types('w\r').shows('[t]      LOUD', ' 1 ● t', ' /low ')
     one.types('LL').shows('[t]      LOUD', ' 1 ● t', ' /low, level WARN')
     teller.writes('[INFO] low 1\n[WARN] low 2\n')
     one.shows('[t]      [WARN] low 2', ' 1 ● t', ' /low, level WARN')
     assert one.screen.colour_of('[WARN]') == 'brown'
-    one.types('\x1b').shows('[t]      [WARN] low 2', ' 1 ● t', ' level WARN')
-    one.types('LLLM').shows(' 1 ● (t)', ' 1 muted')
+    one.types('\x1b').shows('[t]      [WARN] low 2', ' 1 ● t', ' all is shown')
+    one.types('M').shows(' 1 ● (t)', ' 1 muted')
     teller.writes('unseen\n')
     teller.has_logged('unseen')
-    one.types('Mt').shows('[t]      [WARN] low 2', ' 1 ● t')
+    one.types('Mt').shows(' 1 ● t', ' lines have their time from now on')
     teller.writes('later\n')
     one.screen.shows(
         lambda lines: any(line.endswith(' [t]      later') for line in lines)
@@ -170,6 +181,22 @@ def test_lines_and_keys_for_a_process(status, python, sleep):
     assert 'word' not in '\n'.join(one.screen.all_lines)
 
 
+def test_keys_for_what_draws_in_its_terminal(status, python):
+    one = status(python('d', DRAWER, emulate_tty=True), size=(50, 20))
+    one.shows(' 1 ● d')
+    one.types('1a').shows('Name:', ' 1 ● d', ' Ctrl-] goes back', 'd>')
+    one.types('Ada\r')
+    # it says nothing when it takes keys
+    keys = (' 1 ● d', ' Ctrl-] goes back; each key goes to d')
+    one.shows('Name: Ada', 'hello Ada', *keys)
+    one.types('x').shows("b'x'", *keys)
+    # what was answered is not asked again
+    one.types('\x1d').shows('[launch] d: detached', ' 1 ● d')
+    one.types('1a').shows('[launch] d: attached', *keys)
+    one.types('q').ends()
+    assert '\n'.join(one.screen.all_lines).count('Name:') == 1
+
+
 def test_a_pager_has_the_terminal(status, python):
     one = status(
         python('t', TELLER),
@@ -200,7 +227,7 @@ def test_no_pager_and_a_debugger_that_is_typed_at(status, tmp_path):
         variables={'PAGER': '/does/not/exist'},
     )
     one.shows(' 1 ● a')
-    one.types('1l').shows(' 1 ● a', ' there is no pager: ')
+    one.types('1l').shows(' 1 ● a', ' there is no pager by $PAGER: ')
     one.types('1d')
     one.screen.shows(lambda lines: any('(Pdb)' in line for line in lines))
     one.types('print(6*7)\r')
@@ -211,5 +238,5 @@ def test_no_pager_and_a_debugger_that_is_typed_at(status, tmp_path):
 def test_what_was_typed_before_means_nothing(status, sleep):
     one = status(sleep('a'))
     one.types('q1s').shows(' 1 ● a')
-    one.types('1').shows(' 1 ● a', ' s stop')
+    one.types('1').shows(' 1 ● a', ' s stop', ' d debug')
     one.types('sq').ends()

@@ -66,7 +66,7 @@ def test_two_hundred_processes_in_terminals_of_any_width(status, sleep, sh):
         # there is nobody who tells the launcher but the terminal
         one.launch.sends(signal.SIGWINCH)
         lines = _shows_four(one, first, seconds[columns])
-        assert lines[-1].endswith(' ●')
+        assert lines[-1].endswith(' ●   ? help')
         assert not any('●' in line for line in lines[:-4])
     one.types('\x03').ends()
     numbers = [

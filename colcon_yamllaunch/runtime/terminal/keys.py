@@ -6,6 +6,8 @@
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -50,6 +52,12 @@ class Typed:
 Command = Act | Typed | General
 
 _ACTIONS = {meaning.key: action for action, meaning in FOR_ONE.items()}
+# those that mean the same whether a process is chosen or not
+_FOR_ALL = frozenset(('/', ':', 'L', 't', 'M', 'w'))
+#: What does not run, and so cannot be stopped
+DOWN = frozenset(('ended', 'stopped', 'failed'))
+#: How many names are shown of those that `:` may mean.
+NAMES_SHOWN = 5
 #: How the keys for all processes are told in the block.
 _HINT = hint(
     FOR_ALL[action]
@@ -61,8 +69,8 @@ _HELP = (
     ('1 … Z', 'choose the process with this key'),
     (':', 'choose one by a part of its name; Tab completes it'),
     *((m.key, f'then {m.text}') for m in FOR_ONE.values()),
+    ('Esc', 'choose none; without one chosen, show all again'),
     *((m.key, m.text) for m in FOR_ALL.values()),
-    ('Esc', 'show all lines again, whatever their text'),
     ('q', 'stop the launch, as Ctrl-C does; once more hurries'),
     (ESCAPE_NAME, 'go back from the process that is typed at'),
 )
@@ -82,6 +90,8 @@ class Keys:
         self._board = board
         self._names_of = names_of
         self._decoder = KeyDecoder()
+        #: Whether there is a `--watch` to be switched.
+        self.can_watch = False
         #: What the keys have made of the output that is shown.
         self.filtering = Filtering()
         # what the next key is for
@@ -160,14 +170,13 @@ class Keys:
         :param live: Lines of output that may still change
         """
         filtering = self.filtering
-        hint = self._hint()
         view = View(
             live=live,
             chosen=self.attached or self._chosen or self._meant(),
             muted=filtering.muted,
             only=filtering.only,
             filter=filtering.text,
-            hint=hint,
+            hint=self._hint(),
             note=self._note,
         )
         line = self._line
@@ -181,14 +190,8 @@ class Keys:
             text = '*' * len(line.text) if self._is_secret else line.text
         if not prompt:
             return view
-        return View(
-            live=live,
-            chosen=view.chosen,
-            muted=view.muted,
-            only=view.only,
-            filter=view.filter,
-            hint=hint,
-            note=view.note,
+        return replace(
+            view,
             prompt=prompt,
             typed=text.replace('\t', ' '),
             cursor=line.cursor,
@@ -199,10 +202,49 @@ class Keys:
             how = 'each key goes to' if self._is_raw else 'typing at'
             return f'{ESCAPE_NAME} goes back; {how} {self.attached}'
         if self._prompt == '/':
-            return 'Enter keeps the search, Esc drops it'
+            return 'Enter keeps the search  Esc drops it'
         if self._prompt == ':':
-            return '  '.join(self._matches()[:5]) or 'no process is called so'
-        return _HINT if self._chosen is None else _CHOSEN
+            matches = self._matches()
+            if not matches:
+                return 'no process is called so  Esc goes back'
+            more = len(matches) - NAMES_SHOWN
+            return '  '.join(
+                (
+                    *matches[:NAMES_SHOWN],
+                    *((f'… +{more}',) if more > 0 else ()),
+                    'Enter chooses the first',
+                    'Tab completes',
+                    'Esc goes back',
+                )
+            )
+        if self._chosen is not None:
+            return f'{self._meant_by_keys(self._chosen)}  Esc none'
+        first, rest = _HINT.split('  ', 1)
+        if self.can_watch:
+            rest = rest.replace('q stop', 'w watch  q stop')
+        keys = self._process_keys()
+        return f'{first}  {keys} choose  {rest}' if keys else _HINT
+
+    def _meant_by_keys(self, label: str) -> str:
+        """Return what keys mean for a process as it is now."""
+        hint = _CHOSEN
+        row = self._board.row(label)
+        if row is not None and row.phase in DOWN:
+            for key in ('s stop', 'k kill', 'a attach'):
+                hint = hint.replace(f'{key}  ', '')
+            hint = hint.replace('r restart', 'r start')
+        if label in self.filtering.muted:
+            hint = hint.replace('m mute', 'm unmute')
+        if self.filtering.only == {label}:
+            hint = hint.replace('o only', 'o all')
+        return hint
+
+    def _process_keys(self) -> str:
+        """Return the keys of the processes, in short."""
+        keys = [row.key for row in self._board.rows if row.key]
+        if len(keys) < 2:
+            return ''.join(keys)
+        return f'{keys[0]}-{keys[-1]}'
 
     def _press(self, key: str) -> Iterator[Command]:
         self._note = ''
@@ -234,6 +276,11 @@ class Keys:
                 self._filter(level=levels[place % len(levels)])
             case 't':
                 self._filter(times=not filtering.times)
+                self._note = (
+                    'lines have no time any more'
+                    if filtering.times
+                    else 'lines have their time from now on'
+                )
             case 'M':
                 labels = {r.label for r in self._board.rows if r.is_process}
                 is_quiet = labels <= filtering.muted
@@ -248,31 +295,24 @@ class Keys:
             case 'enter':
                 yield 'break'
             case 'esc':
-                self._filter(search='')
+                if self.filtering.text:
+                    self._note = 'all is shown again'
+                self.filtering = Filtering(times=filtering.times)
             case _:
                 label = self._board.label_of(key)
                 if label is not None:
                     self._chosen = label
+                elif key in _ACTIONS or key in ('m', 'o'):
+                    keys = self._process_keys()
+                    self._note = (
+                        f"'{key}' is for one process; choose it first: "
+                        f'{keys}, or : and its name'
+                    )
                 elif len(key) == 1:
                     self._note = f"no process has the key '{key}'; ? helps"
 
-    def _filter(
-        self,
-        *,
-        muted: frozenset[str] | None = None,
-        only: frozenset[str] | None = None,
-        search: str | None = None,
-        level: Level | None = None,
-        times: bool | None = None,
-    ) -> None:
-        before = self.filtering
-        self.filtering = Filtering(
-            before.muted if muted is None else muted,
-            before.only if only is None else only,
-            before.search if search is None else search,
-            before.level if level is None else level,
-            before.times if times is None else times,
-        )
+    def _filter(self, **changes: Any) -> None:
+        self.filtering = replace(self.filtering, **changes)
 
     # for one
 
@@ -295,6 +335,11 @@ class Keys:
             yield Act(_ACTIONS[key], label)
         elif self._board.label_of(key) is not None:
             self._chosen = self._board.label_of(key)
+        elif key in _FOR_ALL:
+            yield from self._press_for_all(key)
+        elif key == 'q':
+            # who goes back so elsewhere does not end the launch by it
+            self._note = f'{label} is not chosen now; q stops the launch'
         elif len(key) == 1 and key != ' ':
             self._note = f"'{key}' is nothing to do with a process; ? helps"
 
@@ -367,6 +412,7 @@ class Keys:
             yield Typed(text.encode(errors='replace') + b'\n')
         elif key == 'ctrl-d' and not line.text:
             # the end of the file, as any terminal has it
+            self._note = f'told {label} that the input ends (Ctrl-D)'
             yield Typed(b'\x04')
         else:
             line.press(key)
@@ -375,10 +421,23 @@ class Keys:
         return self._lines.setdefault(label, InputLine())
 
 
-def help_lines() -> list[str]:
-    """Return what all keys do, the first line a heading."""
-    width = max(len(key) for key, _ in _HELP)
-    return [
-        'Keys of this terminal:',
-        *(f'  {key:{width}}  {text}' for key, text in _HELP),
-    ]
+def help_lines(columns: int = 80) -> list[str]:
+    """
+    Return what all keys do, the first line a heading.
+
+    :param columns: The width of the terminal
+    """
+    # few ask
+    import textwrap
+
+    width = max(len(key) for key, _ in _HELP) + 4
+    lines = ['Keys of this terminal:']
+    for key, text in _HELP:
+        lines += textwrap.wrap(
+            text,
+            # the last column stays free
+            max(columns - 1, 2 * width),
+            initial_indent=f'  {key}'.ljust(width),
+            subsequent_indent=' ' * width,
+        )
+    return lines

@@ -29,6 +29,7 @@ MAXIMUM_LINES = 4
 _Chip = tuple[str, int]
 
 _GAP = '  '
+_SPACE = '   '
 _RESET = '\x1b[0m'
 _DIM = '\x1b[2m'
 _BOLD = '\x1b[1m'
@@ -153,23 +154,32 @@ def block_of(
     """
     # the first column has the cursor, and the last is left free
     columns = max(1, style.columns - 2)
-    news = _news(board, view, style, now, waits_for)
     typing = view.prompt is not None
-    rows = style.lines - bool(news) - typing
-    if style.lines == 1 and not (
-        typing or view.note or view.chosen or board.stopping
+    told = _told(view, style, columns, max(1, style.lines - typing - 1))
+    news = _news(board, view, style, now, waits_for)
+    if told and width(tail := _SPACE.join(('', *news))) <= columns - width(
+        told[-1]
     ):
+        told[-1] += tail
+        news = []
+    if len(told) > style.lines - typing - 2:
+        # what the next key means comes first
+        news = [] if told else news
+    rows = style.lines - len(told) - bool(news) - typing
+    if style.lines == 1 and not (typing or told or board.stopping):
         # the states matter more than what comes next
         news, rows = [], 1
+    is_idle = not told and not typing
     lines = []
     if rows > 0:
-        lines += _processes(board, view, style, columns, rows)
-    has_hint = view.hint and view.chosen is None
-    if has_hint and (news or len(lines) < style.lines - typing):
+        short = view.hint.partition(_GAP)[0] if is_idle and not news else ''
+        lines += _processes(board, view, style, columns, rows, short)
+    if view.hint and is_idle and (news or len(lines) < style.lines):
         # nothing makes room for it
         news.append(_painted(view.hint, _DIM, style))
+    lines += told
     if news and style.lines > typing:
-        lines.append(cut(f'{_GAP} '.join(news), columns))
+        lines.append(cut(_SPACE.join(news), columns))
     lines = [f' {line}' for line in lines]
     # the output and what is typed have a line each
     room = max(0, style.height - len(lines) - 2)
@@ -204,9 +214,18 @@ def next_second(due: float, now: float) -> float:
 
 
 def _processes(
-    board: Board, view: View, style: Style, columns: int, count: int
+    board: Board,
+    view: View,
+    style: Style,
+    columns: int,
+    count: int,
+    more: str = '',
 ) -> list[str]:
-    """Return lines with all processes, or with those that matter most."""
+    """
+    Return lines with all processes, or with those that matter most.
+
+    :param more: What stands after the count of the rest, if there is one
+    """
     rows = board.rows
     shortest = 4
     # what cannot fit is not even tried
@@ -220,7 +239,10 @@ def _processes(
     best: list[str] = []
     while low <= high:
         middle = (low + high) // 2
-        rest = _measured(_rest(ordered[middle:], style))
+        text = _rest(ordered[middle:], style)
+        if more:
+            text += _SPACE + _painted(more, _DIM, style)
+        rest = _measured(text)
         lines = _packed([*chips[:middle], rest], columns)
         if len(lines) <= count:
             best, low = lines, middle + 1
@@ -288,30 +310,45 @@ def _rest(rows: Iterable[Row], style: Style) -> str:
     return f'{more}{" ".join(parts)}'
 
 
-def _packed(chips: Sequence[_Chip], columns: int) -> list[str]:
+def _packed(
+    chips: Sequence[_Chip], columns: int, gap: str = _GAP
+) -> list[str]:
     lines: list[str] = []
     line: list[str] = []
     room = 0
     for chip, cells in chips:
-        if line and room < cells + len(_GAP):
-            lines.append(_GAP.join(line))
+        if line and room < cells + len(gap):
+            lines.append(gap.join(line))
             line = []
-        room = (room - cells - len(_GAP)) if line else columns - cells
+        room = (room - cells - len(gap)) if line else columns - cells
         line.append(chip if cells <= columns else cut(chip, columns))
-    return [*lines, _GAP.join(line)] if line else lines
+    return [*lines, gap.join(line)] if line else lines
 
 
 # what else there is to tell
+
+
+def _told(view: View, style: Style, columns: int, count: int) -> list[str]:
+    """Return lines with what the last key did, or the next one may be."""
+    colour = ''
+    if view.note:
+        colour = _YELLOW
+        words = [_measured(word) for word in one_line(view.note).split()]
+        lines = _packed(words, columns, ' ')
+    elif view.hint and (view.chosen is not None or view.prompt is not None):
+        chips = map(_measured, one_line(view.hint).split(_GAP))
+        lines = _packed(list(chips), columns)
+    else:
+        return []
+    if len(lines) > count:
+        lines[count - 1 :] = [cut(f'{lines[count - 1]} …', columns)]
+    return [_painted(line, colour, style) for line in lines]
 
 
 def _news(
     board: Board, view: View, style: Style, now: float, waits_for: str
 ) -> list[str]:
     news = []
-    if view.note:
-        news.append(_painted(one_line(view.note), _YELLOW, style))
-    if view.chosen is not None and view.hint:
-        news.append(view.hint)
     if board.stopping:
         text = _stopping(board.countdown, now)
         news.append(_painted(text, _YELLOW, style))

@@ -40,6 +40,7 @@ from colcon_yamllaunch.runtime.terminal.foot import Foot
 from colcon_yamllaunch.runtime.terminal.key_decoder import ESCAPE_DELAY
 from colcon_yamllaunch.runtime.terminal.keys import Act
 from colcon_yamllaunch.runtime.terminal.keys import Command
+from colcon_yamllaunch.runtime.terminal.keys import DOWN
 from colcon_yamllaunch.runtime.terminal.keys import help_lines
 from colcon_yamllaunch.runtime.terminal.keys import Keys
 from colcon_yamllaunch.runtime.terminal.keys import Typed
@@ -65,6 +66,8 @@ FOREGROUND_INTERVAL = 0.5
 #: The part of the lines of a terminal that the block takes at most, as one
 #: divided by this.
 PART = 3
+#: Seconds between two looks at whether a process takes lines or keys.
+MODES_INTERVAL = 0.25
 #: Bytes of output that are kept while a pager has the terminal, and those
 #: that a piece of it counts for beside its own.
 KEPT = 256 * 1024
@@ -193,6 +196,9 @@ class TerminalSession:
                 # there is no place for what may still change
                 self._show_all(self._filter.end())
             return
+        if isinstance(event, events.ShuttingDown):
+            # what was told last is in the way now
+            self._keys.tell('')
         self._attachment.before(event)
         self.board.handle(event)
         if self.board.version != self._drawn_version:
@@ -278,7 +284,8 @@ class TerminalSession:
                 case 'watch':
                     self._switch_watch()
                 case 'help':
-                    self._tell(help_lines())
+                    size = size_of(self._foot.descriptor)
+                    self._tell(help_lines(size.columns))
                 case 'quit':
                     os.kill(os.getpid(), signal.SIGINT)
                 case 'break':
@@ -297,6 +304,9 @@ class TerminalSession:
     def _act(self, act: Act) -> None:
         assert self._acts is not None
         label = act.label
+        row = self.board.row(label)
+        if act.action in ('stop', 'kill') and row and row.phase in DOWN:
+            self._keys.tell(f'{label} does not run')
         try:
             match act.action:
                 case 'stop':
@@ -354,7 +364,8 @@ class TerminalSession:
         try:
             self._pager = Pager(Path(log), self._foot.descriptor, os.environ)
         except (OSError, ValueError) as error:
-            self._keys.tell(f'there is no pager: {error}')
+            reason = error.strerror if isinstance(error, OSError) else error
+            self._keys.tell(f'there is no pager by $PAGER: {reason}')
             self._foot.begin(self._compose)
             return
         self._engine.helpers[self._pager.pid] = self._mind_pager
@@ -411,8 +422,25 @@ class TerminalSession:
         return variables.get(FORMAT, self._environment.get(FORMAT))
 
     def _names_of(self, label: str) -> Iterable[str]:
-        tasks = () if self._engine is None else self._engine.supervisor.tasks
-        return [t.process.ros_name for t in tasks if t.process.label == label]
+        """Return the names that `--status` lists, and others that it takes."""
+        # few ask
+        from colcon_yamllaunch.runtime.clients.process_names import (
+            ProcessNames,
+        )
+
+        engine = self._engine
+        if engine is None:
+            return ()
+        for task in engine.supervisor.tasks:
+            if task.process.label == label:
+                return tuple(ProcessNames.of_plan(task.process))
+        composition = engine.composition
+        for part in () if composition is None else composition.tasks:
+            if part.label == label:
+                node = part.full_name or part.component.node_name
+                plugin = part.component.plugin
+                return tuple(ProcessNames(label, label, plugin, node))
+        return ()
 
     def _compose(self, now: float) -> tuple[Block | None, float | None]:
         """Return the block, if there is one, and when to ask again."""
@@ -439,7 +467,14 @@ class TerminalSession:
         waits_for, until = self._waits_for(now)
         view = View(live=self._live())
         keyboard = self._keyboard
+        next_modes = None
         if self._is_grabbed and keyboard is not None and keyboard.takes_keys:
+            if self._keys.attached is not None:
+                # the process may have changed them without a word
+                self._attachment.mind_modes()
+                next_modes = now + MODES_INTERVAL
+            changes = None if self._engine is None else self._engine.changes
+            self._keys.can_watch = changes is not None
             view = self._keys.view(view.live)
         block = block_of(board, view, style, now, waits_for)
         is_typing = block.cursor is not None
@@ -451,6 +486,7 @@ class TerminalSession:
             next_change(board, now),
             until,
             self._escape_due,
+            next_modes,
         )
         return block, min(time for time in times if time is not None)
 

@@ -6,6 +6,10 @@
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.runtime.core.events import Dropped
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.terminal.board import Board
 from colcon_yamllaunch.runtime.terminal.keys import Act
 from colcon_yamllaunch.runtime.terminal.keys import help_lines
@@ -22,12 +26,8 @@ PLACE = Position('/ws/demo.yaml', 14, 5)
 NAMES = {'kitchen': ('thermometer.py-1',)}
 
 
-def process(label):
-    return Process(label=label, argv=('true',), position=PLACE, cwd='/')
-
-
 def keys_of(*labels):
-    entries = [process(label) for label in labels]
+    entries = [Process(n, ('true',), PLACE, '/') for n in labels]
     board = Board(entries, lambda: 0.0)
     return Keys(board, lambda label: NAMES.get(label, ()))
 
@@ -74,7 +74,9 @@ def test_the_help_has_all_keys():
     text = '\n'.join(help_lines())
     for key in 'sraklimodLtMwq:/?':
         assert key in text
-    assert all(len(line) < 80 for line in help_lines())
+    for columns in (20, 40, 80, 200):
+        lines = help_lines(columns)
+        assert all(len(line) < max(columns, 25) for line in lines)
 
 
 def test_another_process_is_chosen(keys):
@@ -142,6 +144,53 @@ def test_the_level_goes_round(keys):
         typed(keys, 'L')
         levels.append(keys.filtering.level.name)
     assert levels == ['INFO', 'WARN', 'ERROR', 'FATAL', 'DEBUG']
+
+
+@pytest.mark.parametrize('key', ['L', 't', 'M', 'w', '/', ':'])
+def test_keys_for_all_count_with_one_chosen_too(keys, key):
+    alone = keys_of('kitchen', 'bath', 'bathroom')
+    expected = typed(alone, key)
+    assert typed(keys, f'2{key}') == expected
+    assert keys.view() == alone.view()
+
+
+def test_to_go_back_is_not_to_stop_all(keys):
+    assert typed(keys, '2q') == []
+    assert keys.view().chosen is None
+    assert 'q stops the launch' in keys.view().note
+    assert typed(keys, 'q') == ['quit']
+
+
+def test_a_key_for_one_process_without_one(keys):
+    for key in 'srkamodli':
+        assert typed(keys, key) == []
+        assert 'choose it first: 1-3' in keys.view().note
+
+
+def test_all_is_shown_again(keys):
+    typed(keys, '/low\rLL1m2ot\x1b')
+    list(keys.settle())
+    assert keys.filtering == Filtering(times=True)
+    assert 'all is shown' in keys.view().note
+    typed(keys, '\x1b')
+    list(keys.settle())
+    assert keys.view().note == ''
+
+
+def test_the_hint_is_about_now(process):
+    board = Board([process('a'), process('b')], lambda: 0.0)
+    keys = Keys(board, lambda _: ())
+    assert '? help  1-2 choose  / search' in keys.view().hint
+    assert 'w watch' not in keys.view().hint
+    keys.can_watch = True
+    assert 'w watch  q stop' in keys.view().hint
+    typed(keys, '1m1o1')
+    assert 'm unmute  o all' in keys.view().hint
+    assert 's stop  r restart  k kill  a attach' in keys.view().hint
+    board.handle(Started(process('b'), 7))
+    board.handle(Exited(process('b'), 7, Outcome(code=3), 1.0, False, True))
+    typed(keys, '2')
+    assert keys.view().hint.startswith('r start  m mute  o only  d debug')
 
 
 def test_times(keys):
@@ -235,6 +284,22 @@ def test_lines_are_typed_at_a_process(keys):
     assert keys.view().typed == ''
 
 
+def test_what_is_pasted_comes_line_by_line(keys):
+    keys.attach('bath')
+    pasted = '\x1b[200~one\rtwo\nthree\x1b[201~'
+    assert typed(keys, pasted) == [Typed(b'one\n'), Typed(b'two\n')]
+    assert keys.view().typed == 'three'
+
+
+def test_the_end_of_the_input_is_told(keys):
+    keys.attach('bath')
+    assert typed(keys, '\x04') == [Typed(b'\x04')]
+    assert 'bath' in keys.view().note
+    # in a line it deletes
+    assert typed(keys, 'ab\x01\x04') == []
+    assert (keys.view().typed, keys.view().note) == ('b', '')
+
+
 def test_what_is_secret_is_not_seen(keys):
     keys.attach('bath', is_secret=True)
     typed(keys, 'word')
@@ -267,9 +332,11 @@ def test_a_process_is_attached_within_what_was_typed(keys):
     ]
 
 
-def test_a_chosen_process_that_is_dropped(keys):
+def test_a_chosen_process_that_is_dropped(process):
+    board = Board([process('kitchen')], lambda: 0.0)
+    keys = Keys(board, lambda _: ())
     typed(keys, '1')
-    keys._board._rows.pop('kitchen')
+    board.handle(Dropped(process('kitchen')))
     assert typed(keys, 's') == []
 
 

@@ -204,6 +204,36 @@ def test_lines_that_may_still_change_are_above_it(board):
     assert lines(board('a'), view=view) == ['[a] 50 %', ' 1 ● a']
 
 
+def test_what_the_next_key_means_is_there_in_full(board):
+    hint = 's stop  r restart  k kill  a attach  m mute  Esc none'
+    view = View(chosen='b', hint=hint, filter='level WARN')
+    assert lines(board('a', 'b'), 80, view)[1:] == [f' {hint}   level WARN']
+    assert lines(board('a', 'b'), 40, view) == [
+        ' 1 ● a  >2 ● b<',
+        ' s stop  r restart  k kill  a attach',
+        ' m mute  Esc none   level WARN',
+    ]
+    narrow = lines(board('a', 'b'), 20, view)
+    assert narrow[1:] == [
+        ' s stop  r restart',
+        ' k kill  a attach',
+        ' m mute  Esc none',
+    ]
+    view = View(note='a note that is long enough for two lines, and so on')
+    assert lines(board('a'), 40, view)[1:] == [
+        ' a note that is long enough for two',
+        ' lines, and so on',
+    ]
+    assert lines(board('a'), 12, view, lines=2)[1:] == [' a note …']
+
+
+def test_who_has_too_many_processes_is_told_of_the_help(board):
+    view = View(hint='? help  1-z choose')
+    many = board(*(f'node{n}' for n in range(99)))
+    assert lines(many, 40, view)[-1].endswith(' ●   ? help')
+    assert lines(board('a'), 40, view)[-1] == ' ? help  1-z choose'
+
+
 def test_a_low_terminal_has_little(board):
     one = board(*(f'node_{n}' for n in range(200)))
     (line,) = lines(one, lines=1, waits_for='timer in 3 s')
