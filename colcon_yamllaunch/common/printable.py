@@ -12,12 +12,14 @@ read (CVE-2021-42574). Neither gets to the user.
 import re
 
 #: A sequence that steers a terminal, or a character that may be part of one
-#: (ECMA-48): CSI and OSC sequences whole, and control characters but `\t` and
-#: `\n`. The first group has colours.
+#: (ECMA-48): CSI, OSC and escape sequences whole, such as the character set
+#: of `tput sgr0`, and control characters but `\t` and `\n`. The first group
+#: has colours.
 SEQUENCE = (
     r'(\x1b\[[0-9;:]*m)'
     r'|\x1b\[[0-?]*[ -/]*[@-~]'
     r'|\x1b\][^\x07\x1b\n]*(?:\x07|\x1b\\)'
+    r'|\x1b(?:[ -/]+[0-~]|[0-?])'
     r'|[\x00-\x08\x0b-\x1f\x7f-\x9f]'
 )
 #: Characters that end lines as `\n` does, or change the reading direction,

@@ -24,6 +24,7 @@ pytestmark = pytest.mark.hostile
         ('\x1b[31mred\x1b[0m', 'red', 'red'),
         ('a\x1b[2A\x1b[Kb', 'ab', 'ab'),
         ('a\x1b]0;title\x07b\x1b]8;;http://x\x1b\\c', 'abc', 'abc'),
+        ('a\x1b(B\x1b[m\x1b>\x1b7b', 'ab', 'ab'),
         ('a\x1b[', 'a\ufffd[', 'a\ufffd['),
         ('a\x9b31mb\x7f\0', 'a\ufffd31mb\ufffd\ufffd', None),
         # what changes the order of reading, and other ends of lines
