@@ -101,6 +101,8 @@ class Keys:
         self._prompt = ''
         self._line = InputLine()
         self._searches: tuple[str, ...] = ()
+        # those by which processes are found, while one is typed
+        self._names: dict[str, list[str]] = {}
         self._search_before = ''
         #: The process that has the keyboard, if one has.
         self.attached: str | None = None
@@ -266,6 +268,7 @@ class Keys:
         match key:
             case '/' | ':':
                 self._prompt = key
+                self._names.clear()
                 self._search_before = filtering.search
                 self._line = InputLine(self._searches if key == '/' else ())
                 if key == '/':
@@ -388,10 +391,10 @@ class Keys:
         text = self._line.text.lower()
         ranks: list[tuple[int, str]] = []
         for row in self._board.rows:
-            names = [
-                name.lower()
-                for name in (row.label, *self._names_of(row.label))
-            ]
+            names = self._names.get(row.label)
+            if names is None:
+                found = (row.label, *self._names_of(row.label))
+                names = self._names[row.label] = [n.lower() for n in found]
             if text in names:
                 ranks.append((0, row.label))
             elif any(name.startswith(text) for name in names):
