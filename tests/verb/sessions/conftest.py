@@ -32,7 +32,8 @@ def terminal(second: User) -> Iterator[Callable[..., Terminal]]:
 
     def start(*words: str) -> Terminal:
         size = {'TERM': 'xterm', 'COLUMNS': '100', 'LINES': '24'}
-        environment = second.environment | size
+        # in a job there is no status block
+        environment = second.environment | size | {'CI': ''}
         argv = ['colcon', 'launch', *words]
         terminals.append(Terminal(argv, second.root, environment))
         return terminals[-1]
