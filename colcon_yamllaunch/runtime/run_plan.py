@@ -20,10 +20,8 @@ from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.acts.acts import Acts
-from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.control.launch_record import LaunchRecord
 from colcon_yamllaunch.runtime.control.launch_states import About
-from colcon_yamllaunch.runtime.control.local_attachment import LocalAttachment
 from colcon_yamllaunch.runtime.control.server import serve
 from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.core import events
@@ -33,6 +31,7 @@ from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.course.engine import no_guard
 from colcon_yamllaunch.runtime.course.engine import Settings
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
+from colcon_yamllaunch.runtime.keys.keyboard import Keyboard
 from colcon_yamllaunch.runtime.process.descriptors import keep_to_ourselves
 from colcon_yamllaunch.runtime.process.line_buffering import LineBuffering
 from colcon_yamllaunch.runtime.process.own_files import Place
@@ -58,6 +57,7 @@ from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
 from colcon_yamllaunch.runtime.streams.relay import Recorder
 from colcon_yamllaunch.runtime.streams.signals import caught
 from colcon_yamllaunch.runtime.streams.writer import Writer
+from colcon_yamllaunch.runtime.terminal.local_attachment import LocalAttachment
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
@@ -285,7 +285,7 @@ def run_plan(
 
 def _foot(descriptor: int) -> Writer:
     # few launches that nobody looks at need it
-    from colcon_yamllaunch.runtime.terminal.foot import Foot
+    from colcon_yamllaunch.runtime.status.foot import Foot
 
     return Foot(descriptor)
 
@@ -301,7 +301,7 @@ def _session(
     *,
     has_keys: bool,
 ) -> 'TerminalSession':
-    from colcon_yamllaunch.runtime.terminal.foot import Foot
+    from colcon_yamllaunch.runtime.status.foot import Foot
     from colcon_yamllaunch.runtime.terminal.terminal_session import (
         TerminalSession,
     )

@@ -18,8 +18,8 @@ from colcon_yamllaunch.runtime.clients.resource_usage import Usage
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
-from colcon_yamllaunch.ui.launch_model import LaunchModel
-from colcon_yamllaunch.ui.part_rows import state_of
+from colcon_yamllaunch.ui.model.launch_model import LaunchModel
+from colcon_yamllaunch.ui.model.part_rows import state_of
 from rich.text import Text
 
 _BARS = '▁▂▃▄▅▆▇█'

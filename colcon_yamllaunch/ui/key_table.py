@@ -8,9 +8,9 @@ A key means the action `action_NAME` of the screen, and stands in the help.
 """
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.runtime.acts.key_meanings import FOR_ALL
-from colcon_yamllaunch.runtime.acts.key_meanings import FOR_ONE
-from colcon_yamllaunch.runtime.acts.key_meanings import Meaning
+from colcon_yamllaunch.runtime.keys.key_meanings import FOR_ALL
+from colcon_yamllaunch.runtime.keys.key_meanings import FOR_ONE
+from colcon_yamllaunch.runtime.keys.key_meanings import Meaning
 
 # what the library calls keys that are no letters, and others that do the same
 _NAMES = {'/': 'slash', '?': 'question_mark', 'o': 'o,enter'}

@@ -13,16 +13,16 @@ from typing import ClassVar
 from typing import Protocol
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.runtime.acts.key_meanings import (
-    only_its_container_writes,
-)
 from colcon_yamllaunch.runtime.clients.subscription import Subscription
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
-from colcon_yamllaunch.runtime.terminal.line_filter import Filtering
-from colcon_yamllaunch.runtime.terminal.log_levels import FORMAT
-from colcon_yamllaunch.runtime.terminal.log_levels import Level
+from colcon_yamllaunch.runtime.keys.key_meanings import (
+    only_its_container_writes,
+)
+from colcon_yamllaunch.runtime.screen.line_filter import Filtering
+from colcon_yamllaunch.runtime.screen.log_levels import FORMAT
+from colcon_yamllaunch.runtime.screen.log_levels import Level
 from colcon_yamllaunch.ui.dialogs import LeaveQuestion
 from colcon_yamllaunch.ui.dialogs import Leaving
 from colcon_yamllaunch.ui.dialogs import Reading
@@ -30,14 +30,14 @@ from colcon_yamllaunch.ui.inspection import in_full
 from colcon_yamllaunch.ui.inspection import in_short
 from colcon_yamllaunch.ui.key_table import ON_ALL
 from colcon_yamllaunch.ui.key_table import ON_ONE
-from colcon_yamllaunch.ui.launch_model import LaunchModel
-from colcon_yamllaunch.ui.link import Done
-from colcon_yamllaunch.ui.link import Link
+from colcon_yamllaunch.ui.model.launch_model import LaunchModel
+from colcon_yamllaunch.ui.model.link import Done
+from colcon_yamllaunch.ui.model.link import Link
+from colcon_yamllaunch.ui.model.part_rows import label_of_key
+from colcon_yamllaunch.ui.model.part_rows import part_rows
+from colcon_yamllaunch.ui.model.part_rows import tree_rows
 from colcon_yamllaunch.ui.output_pane import OutputPane
 from colcon_yamllaunch.ui.part_list import PartList
-from colcon_yamllaunch.ui.part_rows import label_of_key
-from colcon_yamllaunch.ui.part_rows import part_rows
-from colcon_yamllaunch.ui.part_rows import tree_rows
 from colcon_yamllaunch.ui.screen_lines import help_text
 from colcon_yamllaunch.ui.screen_lines import keys_text
 from colcon_yamllaunch.ui.screen_lines import title_text

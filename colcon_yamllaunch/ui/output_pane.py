@@ -7,12 +7,12 @@ import time
 from typing import ClassVar
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.runtime.terminal.log_levels import Level
-from colcon_yamllaunch.ui.output_store import Line
-from colcon_yamllaunch.ui.output_view import OutputView
-from colcon_yamllaunch.ui.output_view import places
-from colcon_yamllaunch.ui.output_view import plain
-from colcon_yamllaunch.ui.output_view import RowIndex
+from colcon_yamllaunch.runtime.screen.log_levels import Level
+from colcon_yamllaunch.ui.model.output_store import Line
+from colcon_yamllaunch.ui.model.output_view import OutputView
+from colcon_yamllaunch.ui.model.output_view import places
+from colcon_yamllaunch.ui.model.output_view import plain
+from colcon_yamllaunch.ui.model.output_view import RowIndex
 from rich.cells import cell_len
 from rich.style import Style
 from rich.text import Text

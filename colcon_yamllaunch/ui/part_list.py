@@ -7,9 +7,9 @@ from collections.abc import Collection
 from collections.abc import Sequence
 from typing import ClassVar
 
-from colcon_yamllaunch.runtime.terminal.line_filter import Filtering
-from colcon_yamllaunch.runtime.terminal.status_block import LOOKS
-from colcon_yamllaunch.ui.part_rows import Row
+from colcon_yamllaunch.runtime.screen.line_filter import Filtering
+from colcon_yamllaunch.runtime.status.status_block import LOOKS
+from colcon_yamllaunch.ui.model.part_rows import Row
 from rich.text import Text
 from textual.binding import Binding
 from textual.binding import BindingType

@@ -8,7 +8,7 @@ from colcon_yamllaunch.common.table import duration
 from colcon_yamllaunch.common.table import size
 from colcon_yamllaunch.ui.key_table import ON_ALL
 from colcon_yamllaunch.ui.key_table import ON_ONE
-from colcon_yamllaunch.ui.launch_model import LaunchModel
+from colcon_yamllaunch.ui.model.launch_model import LaunchModel
 from rich.text import Text
 
 # the keys that must not be cut, as they lead to all others, and the one to

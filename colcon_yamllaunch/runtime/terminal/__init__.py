@@ -1,4 +1,4 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The foot of the terminal of a launch: its status block, and its keys."""
+"""The terminal of a launch: who has it, and what its keys have done."""

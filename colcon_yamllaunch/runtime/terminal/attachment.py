@@ -5,11 +5,11 @@
 
 import termios
 
-from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.course.engine import Engine
+from colcon_yamllaunch.runtime.keys.keyboard import ESCAPE_NAME
+from colcon_yamllaunch.runtime.keys.keys import Keys
 from colcon_yamllaunch.runtime.screen.screen import Screen
-from colcon_yamllaunch.runtime.terminal.keys import Keys
 
 _HINT = f'attached: {ESCAPE_NAME} goes back'
 

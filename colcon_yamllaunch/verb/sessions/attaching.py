@@ -19,11 +19,11 @@ from colcon_yamllaunch.runtime.clients.client import RunningLaunch
 from colcon_yamllaunch.runtime.clients.process_names import meant_by
 from colcon_yamllaunch.runtime.clients.process_names import ProcessNames
 from colcon_yamllaunch.runtime.control import protocol
-from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
-from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
+from colcon_yamllaunch.runtime.keys.keyboard import ESCAPE_NAME
+from colcon_yamllaunch.runtime.keys.keyboard import Keyboard
 from colcon_yamllaunch.runtime.streams.signals import caught
 from colcon_yamllaunch.runtime.streams.signals import received
 from colcon_yamllaunch.runtime.streams.signals import STOPPING

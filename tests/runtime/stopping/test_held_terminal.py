@@ -7,11 +7,11 @@ import json
 import os
 import termios
 
-from colcon_yamllaunch.runtime.control.keyboard import Keyboard
+from colcon_yamllaunch.runtime.keys.keyboard import Keyboard
+from colcon_yamllaunch.runtime.status.foot import drawn
+from colcon_yamllaunch.runtime.status.status_block import Block
 from colcon_yamllaunch.runtime.stopping.held_terminal import as_numbers
 from colcon_yamllaunch.runtime.stopping.held_terminal import HeldTerminal
-from colcon_yamllaunch.runtime.terminal.foot import drawn
-from colcon_yamllaunch.runtime.terminal.status_block import Block
 import pytest
 from support.virtual_screen import VirtualScreen
 

@@ -10,9 +10,9 @@ from operator import attrgetter
 import re
 
 from colcon_yamllaunch.common.printable import SEQUENCE
-from colcon_yamllaunch.runtime.terminal.line_filter import Filtering
-from colcon_yamllaunch.ui.output_store import Line
-from colcon_yamllaunch.ui.output_store import OutputStore
+from colcon_yamllaunch.runtime.screen.line_filter import Filtering
+from colcon_yamllaunch.ui.model.output_store import Line
+from colcon_yamllaunch.ui.model.output_store import OutputStore
 
 #: Lines that a view has at most.
 VIEW_LINES = 20_000

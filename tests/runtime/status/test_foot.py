@@ -5,11 +5,11 @@
 
 import math
 
-from colcon_yamllaunch.runtime.terminal import foot
-from colcon_yamllaunch.runtime.terminal.foot import Foot
-from colcon_yamllaunch.runtime.terminal.foot import INTERVAL
-from colcon_yamllaunch.runtime.terminal.foot import SLOW_INTERVAL
-from colcon_yamllaunch.runtime.terminal.status_block import Block
+from colcon_yamllaunch.runtime.status import foot
+from colcon_yamllaunch.runtime.status.foot import Foot
+from colcon_yamllaunch.runtime.status.foot import INTERVAL
+from colcon_yamllaunch.runtime.status.foot import SLOW_INTERVAL
+from colcon_yamllaunch.runtime.status.status_block import Block
 import pytest
 from support.virtual_screen import VirtualScreen
 

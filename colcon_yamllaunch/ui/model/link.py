@@ -15,7 +15,7 @@ from colcon_yamllaunch.runtime.clients.subscription import Answered
 from colcon_yamllaunch.runtime.clients.subscription import Subscription
 from colcon_yamllaunch.runtime.control.launch_states import from_json
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
-from colcon_yamllaunch.ui.launch_model import LaunchModel
+from colcon_yamllaunch.ui.model.launch_model import LaunchModel
 
 #: Reads in an interval, each of some 64 KiB at most. Nobody reads more than
 #: that, and the launch need not prepare it: it counts what we miss.

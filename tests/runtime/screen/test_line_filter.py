@@ -4,11 +4,11 @@
 """What of the output is shown."""
 
 from colcon_yamllaunch.runtime.core.events import Output
-from colcon_yamllaunch.runtime.terminal.line_filter import FEW
-from colcon_yamllaunch.runtime.terminal.line_filter import Filtering
-from colcon_yamllaunch.runtime.terminal.line_filter import LineFilter
-from colcon_yamllaunch.runtime.terminal.line_filter import MAXIMUM_LIVE
-from colcon_yamllaunch.runtime.terminal.log_levels import Level
+from colcon_yamllaunch.runtime.screen.line_filter import FEW
+from colcon_yamllaunch.runtime.screen.line_filter import Filtering
+from colcon_yamllaunch.runtime.screen.line_filter import LineFilter
+from colcon_yamllaunch.runtime.screen.line_filter import MAXIMUM_LIVE
+from colcon_yamllaunch.runtime.screen.log_levels import Level
 from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st

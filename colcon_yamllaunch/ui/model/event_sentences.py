@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.runtime.terminal.log_levels import Level
-from colcon_yamllaunch.runtime.terminal.log_levels import level_of
+from colcon_yamllaunch.runtime.screen.log_levels import Level
+from colcon_yamllaunch.runtime.screen.log_levels import level_of
 
 #: What each event says, with its fields of `events.jsonl` in braces; nothing
 #: where it says nothing of its own.

@@ -13,14 +13,14 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import signal_name
-from colcon_yamllaunch.runtime.terminal.board import Board
-from colcon_yamllaunch.runtime.terminal.board import Countdown
-from colcon_yamllaunch.runtime.terminal.board import is_between_states
-from colcon_yamllaunch.runtime.terminal.board import is_settled
-from colcon_yamllaunch.runtime.terminal.board import Phase
-from colcon_yamllaunch.runtime.terminal.board import Row
-from colcon_yamllaunch.runtime.terminal.cells import cut
-from colcon_yamllaunch.runtime.terminal.cells import width
+from colcon_yamllaunch.runtime.status.board import Board
+from colcon_yamllaunch.runtime.status.board import Countdown
+from colcon_yamllaunch.runtime.status.board import is_between_states
+from colcon_yamllaunch.runtime.status.board import is_settled
+from colcon_yamllaunch.runtime.status.board import Phase
+from colcon_yamllaunch.runtime.status.board import Row
+from colcon_yamllaunch.runtime.status.cells import cut
+from colcon_yamllaunch.runtime.status.cells import width
 
 #: Lines that the block takes at most.
 MAXIMUM_LINES = 4

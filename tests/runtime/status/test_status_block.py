@@ -7,12 +7,12 @@ import re
 
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.terminal.board import Board
-from colcon_yamllaunch.runtime.terminal.cells import width
-from colcon_yamllaunch.runtime.terminal.status_block import block_of
-from colcon_yamllaunch.runtime.terminal.status_block import next_change
-from colcon_yamllaunch.runtime.terminal.status_block import Style
-from colcon_yamllaunch.runtime.terminal.status_block import View
+from colcon_yamllaunch.runtime.status.board import Board
+from colcon_yamllaunch.runtime.status.cells import width
+from colcon_yamllaunch.runtime.status.status_block import block_of
+from colcon_yamllaunch.runtime.status.status_block import next_change
+from colcon_yamllaunch.runtime.status.status_block import Style
+from colcon_yamllaunch.runtime.status.status_block import View
 import pytest
 
 COLOURS = re.compile(r'\x1b\[[0-9;]*m')

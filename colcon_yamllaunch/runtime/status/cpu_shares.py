@@ -8,7 +8,7 @@ import os
 
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.runtime.process import cgroup
-from colcon_yamllaunch.runtime.terminal.board import MUCH_CPU
+from colcon_yamllaunch.runtime.status.board import MUCH_CPU
 
 _TICKS = os.sysconf('SC_CLK_TCK')
 

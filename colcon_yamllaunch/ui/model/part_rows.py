@@ -15,11 +15,11 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.terminal.board import BETWEEN_STATES
-from colcon_yamllaunch.runtime.terminal.board import MUCH_CPU
-from colcon_yamllaunch.runtime.terminal.board import Phase
-from colcon_yamllaunch.runtime.terminal.status_block import LOOKS
-from colcon_yamllaunch.ui.launch_model import LaunchModel
+from colcon_yamllaunch.runtime.status.board import BETWEEN_STATES
+from colcon_yamllaunch.runtime.status.board import MUCH_CPU
+from colcon_yamllaunch.runtime.status.board import Phase
+from colcon_yamllaunch.runtime.status.status_block import LOOKS
+from colcon_yamllaunch.ui.model.launch_model import LaunchModel
 
 #: What the phases of processes and components are to the status block, too.
 _PHASES: Mapping[str, Phase] = {

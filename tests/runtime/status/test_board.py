@@ -10,8 +10,8 @@ from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.terminal.board import Board
-from colcon_yamllaunch.runtime.terminal.board import KEYS
+from colcon_yamllaunch.runtime.status.board import Board
+from colcon_yamllaunch.runtime.status.board import KEYS
 import pytest
 
 FINE = Outcome(code=0)

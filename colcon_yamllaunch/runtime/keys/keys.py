@@ -11,21 +11,21 @@ from typing import Any
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.runtime.acts.key_meanings import FOR_ALL
-from colcon_yamllaunch.runtime.acts.key_meanings import FOR_ONE
-from colcon_yamllaunch.runtime.acts.key_meanings import hint
-from colcon_yamllaunch.runtime.acts.key_meanings import OneAction
-from colcon_yamllaunch.runtime.acts.key_meanings import (
+from colcon_yamllaunch.runtime.keys.input_line import InputLine
+from colcon_yamllaunch.runtime.keys.key_decoder import KeyDecoder
+from colcon_yamllaunch.runtime.keys.key_meanings import FOR_ALL
+from colcon_yamllaunch.runtime.keys.key_meanings import FOR_ONE
+from colcon_yamllaunch.runtime.keys.key_meanings import hint
+from colcon_yamllaunch.runtime.keys.key_meanings import OneAction
+from colcon_yamllaunch.runtime.keys.key_meanings import (
     only_its_container_writes,
 )
-from colcon_yamllaunch.runtime.control.keyboard import ESCAPE
-from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
-from colcon_yamllaunch.runtime.terminal.board import Board
-from colcon_yamllaunch.runtime.terminal.input_line import InputLine
-from colcon_yamllaunch.runtime.terminal.key_decoder import KeyDecoder
-from colcon_yamllaunch.runtime.terminal.line_filter import Filtering
-from colcon_yamllaunch.runtime.terminal.log_levels import Level
-from colcon_yamllaunch.runtime.terminal.status_block import View
+from colcon_yamllaunch.runtime.keys.keyboard import ESCAPE
+from colcon_yamllaunch.runtime.keys.keyboard import ESCAPE_NAME
+from colcon_yamllaunch.runtime.screen.line_filter import Filtering
+from colcon_yamllaunch.runtime.screen.log_levels import Level
+from colcon_yamllaunch.runtime.status.board import Board
+from colcon_yamllaunch.runtime.status.status_block import View
 
 #: What is done with one process.
 Action = OneAction | Literal['detach']

@@ -37,7 +37,7 @@ _ERRORS = 'surrogateescape'
 _LONGEST = 4096
 
 
-class Tame:
+class InLineOutput:
     """What comes from one process, without what leaves its line."""
 
     def __init__(self) -> None:
@@ -52,10 +52,10 @@ class Tame:
         if start is not None and len(start[0]) <= _LONGEST:
             self._unfinished = start[0]
             text = text[: start.start()]
-        return _SEQUENCE.sub(_tamed, text).encode(errors=_ERRORS)
+        return _SEQUENCE.sub(_if_harmless, text).encode(errors=_ERRORS)
 
 
-def _tamed(match: re.Match[str]) -> str:
+def _if_harmless(match: re.Match[str]) -> str:
     parameters, end = match['parameters'], match['end']
     if end in _HARMLESS and not parameters.startswith(_PRIVATE):
         return match[0]

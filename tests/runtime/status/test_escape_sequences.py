@@ -5,7 +5,7 @@
 
 import re
 
-from colcon_yamllaunch.runtime.terminal.tame import Tame
+from colcon_yamllaunch.runtime.status.escape_sequences import InLineOutput
 from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -22,7 +22,7 @@ import pytest
     ],
 )
 def test_what_stays_in_its_line_passes(data):
-    assert Tame().feed(data) == data
+    assert InLineOutput().feed(data) == data
 
 
 @pytest.mark.parametrize(
@@ -59,31 +59,31 @@ def test_what_stays_in_its_line_passes(data):
     ],
 )
 def test_what_leaves_the_line_vanishes(data):
-    assert Tame().feed(b'a' + data + b'b') == b'ab'
+    assert InLineOutput().feed(b'a' + data + b'b') == b'ab'
     # wherever it is cut
     for cut in range(len(data) + 1):
-        tame = Tame()
-        assert tame.feed(b'a' + data[:cut]) + tame.feed(data[cut:] + b'b') == (
-            b'ab'
-        )
+        output = InLineOutput()
+        assert output.feed(b'a' + data[:cut]) + output.feed(
+            data[cut:] + b'b'
+        ) == (b'ab')
 
 
 def test_a_sequence_without_end_is_not_waited_for():
-    tame = Tame()
-    shown = tame.feed(b'\x1b]' + b'x' * 5000)
-    assert len(shown + tame.feed(b'after')) > 5000
+    output = InLineOutput()
+    shown = output.feed(b'\x1b]' + b'x' * 5000)
+    assert len(shown + output.feed(b'after')) > 5000
 
 
 def test_what_vanishes_leaves_nothing_that_is_one_with_the_rest():
-    shown = Tame().feed(b'a\xc2\x00\x9b2J\x1b\x00[2J\xc2\xc2\x9b\x9bb')
+    shown = InLineOutput().feed(b'a\xc2\x00\x9b2J\x1b\x00[2J\xc2\xc2\x9b\x9bb')
     assert '\x9b' not in shown.decode(errors='replace')
     assert b'\x1b' not in shown
 
 
 def test_a_character_is_shown_whole():
-    tame = Tame()
+    output = InLineOutput()
     data = '\N{BLACK CIRCLE}'.encode()
-    assert [tame.feed(data[n : n + 1]) for n in range(3)] == [b'', b'', data]
+    assert [output.feed(data[n : n + 1]) for n in range(3)] == [b'', b'', data]
 
 
 PARTS = st.sampled_from(b'\x1b[?2Jm]P\\\x07;\xc2\x9b\x84\x00\r\n( \xff')
@@ -93,8 +93,8 @@ HARMLESS = re.compile(r'\x1b\[[0-9:;]*m')
 @settings(max_examples=30)
 @given(st.lists(PARTS, max_size=30))
 def test_nothing_but_colours_gets_out(parts):
-    tame = Tame()
-    shown = b''.join(tame.feed(bytes([part])) for part in parts).decode(
+    output = InLineOutput()
+    shown = b''.join(output.feed(bytes([part])) for part in parts).decode(
         errors='replace'
     )
     assert not re.search('[\x1b\x00\x80-\x9f]', HARMLESS.sub('', shown))

@@ -21,11 +21,11 @@ import select
 import time
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.runtime.status.status_block import Block
 from colcon_yamllaunch.runtime.streams.writer import Writer
-from colcon_yamllaunch.runtime.terminal.status_block import Block
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.runtime.terminal.tame import Tame
+    from colcon_yamllaunch.runtime.status.escape_sequences import InLineOutput
 
 #: Seconds between two drawings of the block. What is written meanwhile is held
 #: back, so that the block is not missing for a moment.
@@ -72,7 +72,7 @@ class Foot(Writer):
         self._is_shown = False
         self._is_hidden = False
         self._is_stale = False
-        self._tame: dict[object, Tame] = {}
+        self._in_line: dict[object, InLineOutput] = {}
         # whether a process may have left its colours on
         self._is_painted = False
         # whether the output ends in the middle of a line
@@ -147,12 +147,14 @@ class Foot(Writer):
 
     def write_raw(self, key: object, data: bytes) -> None:
         """Take what a process wrote; it does not get at the block."""
-        if key not in self._tame:
+        if key not in self._in_line:
             # few processes have the keyboard
-            from colcon_yamllaunch.runtime.terminal.tame import Tame
+            from colcon_yamllaunch.runtime.status.escape_sequences import (
+                InLineOutput,
+            )
 
-            self._tame[key] = Tame()
-        data = self._tame[key].feed(data)
+            self._in_line[key] = InLineOutput()
+        data = self._in_line[key].feed(data)
         self._is_painted |= b'\x1b' in data
         self._write_above(key, data)
         # somebody types

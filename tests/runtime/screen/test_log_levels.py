@@ -3,8 +3,8 @@
 
 """The levels of lines."""
 
-from colcon_yamllaunch.runtime.terminal.log_levels import Level
-from colcon_yamllaunch.runtime.terminal.log_levels import level_of
+from colcon_yamllaunch.runtime.screen.log_levels import Level
+from colcon_yamllaunch.runtime.screen.log_levels import level_of
 import pytest
 
 

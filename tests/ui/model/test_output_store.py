@@ -6,13 +6,13 @@
 from collections.abc import Iterable
 
 from colcon_yamllaunch.runtime.clients.subscription import Wrote
-from colcon_yamllaunch.runtime.terminal.line_filter import Filtering
-from colcon_yamllaunch.runtime.terminal.log_levels import Level
-from colcon_yamllaunch.ui.output_store import Line
-from colcon_yamllaunch.ui.output_store import LONGEST_LINE
-from colcon_yamllaunch.ui.output_store import OutputStore
-from colcon_yamllaunch.ui.output_view import OutputView
-from colcon_yamllaunch.ui.output_view import RowIndex
+from colcon_yamllaunch.runtime.screen.line_filter import Filtering
+from colcon_yamllaunch.runtime.screen.log_levels import Level
+from colcon_yamllaunch.ui.model.output_store import Line
+from colcon_yamllaunch.ui.model.output_store import LONGEST_LINE
+from colcon_yamllaunch.ui.model.output_store import OutputStore
+from colcon_yamllaunch.ui.model.output_view import OutputView
+from colcon_yamllaunch.ui.model.output_view import RowIndex
 from support.shown_launch import wrote
 
 

@@ -5,10 +5,10 @@
 
 import select
 
-from colcon_yamllaunch.runtime.control.keyboard import ESCAPE_NAME
-from colcon_yamllaunch.runtime.control.keyboard import Keyboard
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.course.engine import Engine
+from colcon_yamllaunch.runtime.keys.keyboard import ESCAPE_NAME
+from colcon_yamllaunch.runtime.keys.keyboard import Keyboard
 from colcon_yamllaunch.runtime.screen.screen import Screen
 
 _HINT = (

@@ -19,12 +19,12 @@ from colcon_yamllaunch.runtime.clients.subscription import Wrote
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.terminal.log_levels import Level
-from colcon_yamllaunch.ui.event_sentences import level_of_event
-from colcon_yamllaunch.ui.event_sentences import sentence_of
-from colcon_yamllaunch.ui.output_store import Line
-from colcon_yamllaunch.ui.output_store import OutputStore
-from colcon_yamllaunch.ui.output_view import OutputView
+from colcon_yamllaunch.runtime.screen.log_levels import Level
+from colcon_yamllaunch.ui.model.event_sentences import level_of_event
+from colcon_yamllaunch.ui.model.event_sentences import sentence_of
+from colcon_yamllaunch.ui.model.output_store import Line
+from colcon_yamllaunch.ui.model.output_store import OutputStore
+from colcon_yamllaunch.ui.model.output_view import OutputView
 
 #: How often in a row the use of resources is remembered.
 HISTORY = 120

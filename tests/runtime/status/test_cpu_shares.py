@@ -5,8 +5,8 @@
 
 from types import SimpleNamespace
 
-from colcon_yamllaunch.runtime.terminal import cpu_shares
-from colcon_yamllaunch.runtime.terminal.cpu_shares import CpuShares
+from colcon_yamllaunch.runtime.status import cpu_shares
+from colcon_yamllaunch.runtime.status.cpu_shares import CpuShares
 import pytest
 
 

@@ -10,13 +10,13 @@ from colcon_yamllaunch.runtime.core.events import Dropped
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.terminal.board import Board
-from colcon_yamllaunch.runtime.terminal.keys import Act
-from colcon_yamllaunch.runtime.terminal.keys import help_lines
-from colcon_yamllaunch.runtime.terminal.keys import Keys
-from colcon_yamllaunch.runtime.terminal.keys import Typed
-from colcon_yamllaunch.runtime.terminal.line_filter import Filtering
-from colcon_yamllaunch.runtime.terminal.log_levels import Level
+from colcon_yamllaunch.runtime.keys.keys import Act
+from colcon_yamllaunch.runtime.keys.keys import help_lines
+from colcon_yamllaunch.runtime.keys.keys import Keys
+from colcon_yamllaunch.runtime.keys.keys import Typed
+from colcon_yamllaunch.runtime.screen.line_filter import Filtering
+from colcon_yamllaunch.runtime.screen.log_levels import Level
+from colcon_yamllaunch.runtime.status.board import Board
 from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st

@@ -10,16 +10,16 @@ from typing import Any
 
 from colcon_yamllaunch.runtime.clients.resource_usage import Usage
 from colcon_yamllaunch.runtime.clients.subscription import Missed
-from colcon_yamllaunch.runtime.terminal.log_levels import Level
-from colcon_yamllaunch.ui.event_sentences import level_of_event
-from colcon_yamllaunch.ui.event_sentences import sentence_of
-from colcon_yamllaunch.ui.event_sentences import SENTENCES
+from colcon_yamllaunch.runtime.screen.log_levels import Level
 from colcon_yamllaunch.ui.inspection import curve
-from colcon_yamllaunch.ui.launch_model import HISTORY
-from colcon_yamllaunch.ui.launch_model import LaunchModel
-from colcon_yamllaunch.ui.part_rows import label_of_key
-from colcon_yamllaunch.ui.part_rows import part_rows
-from colcon_yamllaunch.ui.part_rows import tree_rows
+from colcon_yamllaunch.ui.model.event_sentences import level_of_event
+from colcon_yamllaunch.ui.model.event_sentences import sentence_of
+from colcon_yamllaunch.ui.model.event_sentences import SENTENCES
+from colcon_yamllaunch.ui.model.launch_model import HISTORY
+from colcon_yamllaunch.ui.model.launch_model import LaunchModel
+from colcon_yamllaunch.ui.model.part_rows import label_of_key
+from colcon_yamllaunch.ui.model.part_rows import part_rows
+from colcon_yamllaunch.ui.model.part_rows import tree_rows
 import pytest
 from support.shown_launch import component
 from support.shown_launch import exited

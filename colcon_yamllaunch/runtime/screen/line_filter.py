@@ -13,10 +13,10 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.output_modes import SHOWN
+from colcon_yamllaunch.runtime.screen.log_levels import Level
+from colcon_yamllaunch.runtime.screen.log_levels import level_of
+from colcon_yamllaunch.runtime.screen.log_levels import may_be_loud
 from colcon_yamllaunch.runtime.streams.lines import bare
-from colcon_yamllaunch.runtime.terminal.log_levels import Level
-from colcon_yamllaunch.runtime.terminal.log_levels import level_of
-from colcon_yamllaunch.runtime.terminal.log_levels import may_be_loud
 
 #: Lines that come at once up to which each is compared with the one before.
 FEW = 64

@@ -1,8 +1,8 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-from colcon_yamllaunch.runtime.terminal.cells import cut
-from colcon_yamllaunch.runtime.terminal.cells import width
+from colcon_yamllaunch.runtime.status.cells import cut
+from colcon_yamllaunch.runtime.status.cells import width
 import pytest
 
 RED, RESET = '\x1b[31m', '\x1b[0m'

@@ -11,11 +11,11 @@ import heapq
 from operator import attrgetter
 
 from colcon_yamllaunch.runtime.clients.subscription import Wrote
+from colcon_yamllaunch.runtime.screen.line_filter import last_state
+from colcon_yamllaunch.runtime.screen.line_filter import TIMES
+from colcon_yamllaunch.runtime.screen.log_levels import Level
+from colcon_yamllaunch.runtime.screen.log_levels import level_of
 from colcon_yamllaunch.runtime.streams.lines import legible
-from colcon_yamllaunch.runtime.terminal.line_filter import last_state
-from colcon_yamllaunch.runtime.terminal.line_filter import TIMES
-from colcon_yamllaunch.runtime.terminal.log_levels import Level
-from colcon_yamllaunch.runtime.terminal.log_levels import level_of
 
 #: Lines that are kept of each process.
 LINES_KEPT = 5_000
