@@ -3,6 +3,7 @@
 
 """A pager that has the terminal for a while, as another job of a shell."""
 
+from collections import deque
 from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import contextmanager
@@ -14,6 +15,8 @@ import shutil
 import signal
 import time
 
+from colcon_yamllaunch.runtime.core import events
+
 #: The variable with the program, as all have it (environ(7)).
 PAGER = 'PAGER'
 #: Seconds that it gets to end when the launch does.
@@ -21,6 +24,10 @@ PATIENCE = 1.0
 _USUAL = ('less', 'more')
 #: The options of `less`: colours, and the end of the log first.
 LESS = '-R +G'
+#: Bytes of output that are kept meanwhile, and those that a piece of it counts
+#: for beside its own.
+KEPT = 256 * 1024
+PIECE = 256
 
 
 class Pager:
@@ -74,6 +81,43 @@ class Pager:
     def _give(self, group: int) -> None:
         with _undisturbed(), suppress(OSError):
             os.tcsetpgrp(self._terminal, group)
+
+
+class PagedOutput:
+    """
+    What happens while a pager has the terminal, and is shown after it.
+
+    There may be more output than anybody wants to see then: the newest is
+    kept.
+    """
+
+    def __init__(self, pager: Pager) -> None:
+        self.pager = pager
+        #: Lines that are not kept.
+        self.lost = 0
+        self._held: deque[tuple[float, events.Event]] = deque()
+        self._size = 0
+
+    def hold(self, event: events.Event) -> None:
+        """Keep what happens now."""
+        self._held.append((time.time(), event))
+        if isinstance(event, events.Output):
+            self._size += PIECE + len(event.data)
+        while self._size > KEPT:
+            self._drop_oldest()
+
+    def take(self) -> Iterator[tuple[float, events.Event]]:
+        """Return what was kept, with the time at which it happened."""
+        while self._held:
+            yield self._held.popleft()
+
+    def _drop_oldest(self) -> None:
+        for index, (_, event) in enumerate(self._held):
+            if isinstance(event, events.Output):
+                del self._held[index]
+                self._size -= PIECE + len(event.data)
+                self.lost += event.data.count(b'\n')
+                return
 
 
 def command(environment: Mapping[str, str]) -> list[str]:

@@ -8,16 +8,12 @@ That is the status block below the output, and the keyboard. Both are somebody
 else's while the launch is suspended or in the background.
 """
 
-from collections import deque
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
-import math
 import os
 from pathlib import Path
-import select
 import signal
-import termios
 import time
 from typing import TYPE_CHECKING
 
@@ -25,7 +21,6 @@ from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.acts.acts import Acts
 from colcon_yamllaunch.runtime.core import events
-from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.keys.key_decoder import ESCAPE_DELAY
@@ -33,7 +28,6 @@ from colcon_yamllaunch.runtime.keys.keyboard import is_in_foreground
 from colcon_yamllaunch.runtime.keys.keyboard import Keyboard
 from colcon_yamllaunch.runtime.keys.keys import Act
 from colcon_yamllaunch.runtime.keys.keys import Command
-from colcon_yamllaunch.runtime.keys.keys import DOWN
 from colcon_yamllaunch.runtime.keys.keys import help_lines
 from colcon_yamllaunch.runtime.keys.keys import Keys
 from colcon_yamllaunch.runtime.keys.keys import Typed
@@ -47,15 +41,17 @@ from colcon_yamllaunch.runtime.status.status_block import Block
 from colcon_yamllaunch.runtime.status.status_block import block_of
 from colcon_yamllaunch.runtime.status.status_block import MAXIMUM_LINES
 from colcon_yamllaunch.runtime.status.status_block import next_change
-from colcon_yamllaunch.runtime.status.status_block import next_second
 from colcon_yamllaunch.runtime.status.status_block import Style
 from colcon_yamllaunch.runtime.status.status_block import View
+from colcon_yamllaunch.runtime.status.waits import waits
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
 from colcon_yamllaunch.runtime.streams.channels import size_of
 from colcon_yamllaunch.runtime.terminal.attachment import Attachment
+from colcon_yamllaunch.runtime.terminal.key_acts import KeyActs
+from colcon_yamllaunch.runtime.terminal.watched_keyboard import WatchedKeyboard
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.runtime.terminal.pager import Pager
+    from colcon_yamllaunch.runtime.terminal.pager import PagedOutput
 
 #: Seconds between two looks at what takes much of a processor, and those for
 #: each process where they are many: a look takes some 30 µs for each.
@@ -68,10 +64,6 @@ FOREGROUND_INTERVAL = 0.5
 PART = 3
 #: Seconds between two looks at whether a process takes lines or keys.
 MODES_INTERVAL = 0.25
-#: Bytes of output that are kept while a pager has the terminal, and those
-#: that a piece of it counts for beside its own.
-KEPT = 256 * 1024
-PIECE = 256
 #: Bytes of a line that may change that are looked at.
 _SEEN = 4096
 
@@ -120,28 +112,23 @@ class TerminalSession:
         self._attachment = Attachment(self._keys, screen, attach)
         # when an Esc has been a key
         self._escape_due: float | None = None
-        # what has the terminal now, and what is shown after that
-        self._pager: Pager | None = None
-        self._held: deque[tuple[float, events.Event]] = deque()
-        self._held_size = 0
-        self._lost = 0
-        # when that came, while it is shown
+        # while a pager has the terminal
+        self._paged: PagedOutput | None = None
+        # when it came that is shown after that
         self._time: float | None = None
         self._guard = guard
-        self._keyboard = keyboard
+        self._keyboard = WatchedKeyboard(keyboard, self._take_keys)
         self._color = color
         self._is_plain = is_plain
         self._conditions = conditions
         self._clock = clock
         self._engine: Engine | None = None
-        self._acts: Acts | None = None
+        self._acts: KeyActs | None = None
         self._show: events.Listener = screen.handle
         self._shares = CpuShares()
         self._next_look = clock() + LOOK_INTERVAL
         self._drawn_version = 0
         self._is_active = False
-        self._is_grabbed = False
-        self._has_had_keys = False
         # whether the cursor is in the block
         self._is_typing = False
 
@@ -161,8 +148,16 @@ class TerminalSession:
         :param acts: What is done with its processes
         """
         self._engine = engine
-        self._acts = acts
+        self._acts = KeyActs(
+            acts,
+            self.board,
+            self._keys,
+            self._attachment,
+            self._tell,
+            self._page,
+        )
         self._attachment.connect(engine)
+        self._keyboard.connect(engine.watches)
         engine.when_suspended.append(self._suspend)
         engine.when_resized.append(self._foot.resized)
         self._foot.begin(self._compose)
@@ -170,17 +165,17 @@ class TerminalSession:
     def close(self) -> None:
         """Give the terminal back as it was."""
         self._attachment.close()
-        pager, engine = self._pager, self._engine
-        if pager is not None and engine is not None:
-            del engine.helpers[pager.pid]
-            pager.end()
+        paged, engine = self._paged, self._engine
+        if paged is not None and engine is not None:
+            del engine.helpers[paged.pager.pid]
+            paged.pager.end()
             self._end_pager()
         self._end()
         self._engine = None
 
     def _handle(self, event: events.Event) -> None:
-        if self._pager is not None:
-            self._hold(event)
+        if self._paged is not None:
+            self._paged.hold(event)
             return
         # most of what happens is output
         if isinstance(event, events.Output):
@@ -217,7 +212,7 @@ class TerminalSession:
             self._show(output)
 
     def _suspend(self, is_suspended: bool) -> None:
-        if self._pager is not None:
+        if self._paged is not None:
             return
         self._end()
         if not is_suspended:
@@ -227,62 +222,35 @@ class TerminalSession:
         """Take the terminal, or leave it to another job that has it."""
         if is_in_foreground(self._foot.descriptor) == self._is_active:
             return
-        if self._is_active:
-            self._is_active = False
-            self._let_keys_go()
+        self._is_active = not self._is_active
+        if not self._is_active:
+            self._keyboard.let_go()
             return
-        self._is_active = True
-        keyboard, engine = self._keyboard, self._engine
-        before = None
-        if keyboard is not None and engine is not None and keyboard.grab():
-            self._is_grabbed = True
-            before = keyboard.modes
-            if keyboard.takes_keys:
-                self._drop_early_keys(keyboard)
-                engine.watches.add(keyboard.descriptor, self._readable)
-        self._guard.terminal(self._foot.descriptor, before)
-
-    def _drop_early_keys(self, keyboard: Keyboard) -> None:
-        """Forget what was typed before anybody could know its meaning."""
-        if not self._has_had_keys and not self._attachment.is_wanted:
-            termios.tcflush(keyboard.descriptor, termios.TCIFLUSH)
-        self._has_had_keys = True
+        modes = self._keyboard.grab(keeps_early=self._attachment.is_wanted)
+        self._guard.terminal(self._foot.descriptor, modes)
 
     def _end(self) -> None:
         self._show_all(self._filter.end())
         self._is_active = False
         self._foot.leave()
-        self._let_keys_go()
+        self._keyboard.let_go()
         self._guard.no_terminal()
 
-    def _let_keys_go(self) -> None:
-        if self._is_grabbed and self._keyboard and self._engine:
-            self._is_grabbed = False
-            self._engine.watches.remove(self._keyboard.descriptor)
-            self._keyboard.release()
-
-    def _readable(self, mask: int) -> None:
-        assert self._keyboard is not None
-        try:
-            keys = self._keyboard.keys()
-        except OSError:
-            keys = b''
-        if keys:
-            self._attachment.mind_modes()
-            self._do(self._keys.feed(keys))
-        elif mask & select.EPOLLHUP:
-            self._let_keys_go()
+    def _take_keys(self, typed: bytes) -> None:
+        self._attachment.mind_modes()
+        self._do(self._keys.feed(typed))
 
     def _do(self, commands: Iterable[Command]) -> None:
         """Do what keys have been pressed for."""
+        assert self._acts is not None
         for command in commands:
             match command:
                 case Typed():
                     self._attachment.type(command.keys)
                 case Act():
-                    self._act(command)
+                    self._acts.do(command)
                 case 'watch':
-                    self._switch_watch()
+                    self._acts.switch_watch()
                 case 'help':
                     size = size_of(self._foot.descriptor)
                     self._tell(help_lines(size.columns))
@@ -301,54 +269,9 @@ class TerminalSession:
             self._escape_due = self._clock() + ESCAPE_DELAY
         self._foot.touch(at_once=True)
 
-    def _act(self, act: Act) -> None:
-        assert self._acts is not None
-        label = act.label
-        row = self.board.row(label)
-        if act.action in ('stop', 'kill') and row and row.phase in DOWN:
-            self._keys.tell(f'{label} does not run')
-        try:
-            match act.action:
-                case 'stop':
-                    self._acts.stop(label)
-                case 'restart':
-                    self._acts.restart(label)
-                case 'kill':
-                    self._acts.kill(label)
-                case 'debug':
-                    self._acts.debug(label)
-                    self._attachment.await_start(label)
-                case 'attach':
-                    if not self._attachment.attach(label):
-                        self._keys.tell(_no_keyboard(self.board, label))
-                case 'detach':
-                    self._attachment.detached(label)
-                case 'log':
-                    self._page(label, self._acts.describe(label).log)
-                case 'describe':
-                    self._describe(label)
-        except RefusedError as error:
-            self._keys.tell(str(error))
-
     def _tell(self, lines: Iterable[str]) -> None:
         self._show_all(self._filter.settle())
         self._screen.show_table(lines)
-
-    def _describe(self, label: str) -> None:
-        # few are asked for it
-        from colcon_yamllaunch.runtime.acts.description_lines import (
-            description_lines,
-        )
-
-        assert self._acts is not None
-        self._tell(description_lines(self._acts.describe(label)))
-
-    def _switch_watch(self) -> None:
-        assert self._acts is not None
-        try:
-            self._acts.watch(paused=not self._acts.is_watch_paused)
-        except RefusedError as error:
-            self._keys.tell(str(error))
 
     # the pager
 
@@ -358,58 +281,42 @@ class TerminalSession:
             self._keys.tell(f'{label} has no log')
             return
         # few are looked at
+        from colcon_yamllaunch.runtime.terminal.pager import PagedOutput
         from colcon_yamllaunch.runtime.terminal.pager import Pager
 
         self._end()
         try:
-            self._pager = Pager(Path(log), self._foot.descriptor, os.environ)
+            pager = Pager(Path(log), self._foot.descriptor, os.environ)
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else error
             self._keys.tell(f'there is no pager by $PAGER: {reason}')
             self._foot.begin(self._compose)
             return
-        self._engine.helpers[self._pager.pid] = self._mind_pager
+        self._paged = PagedOutput(pager)
+        self._engine.helpers[pager.pid] = self._mind_pager
 
     def _mind_pager(self, has_ended: bool) -> None:
-        if self._pager is None:
+        if self._paged is None:
             return
         if has_ended:
             self._end_pager()
         else:
             # Ctrl-Z; no shell is there to go on with it
-            self._pager.quit()
+            self._paged.pager.quit()
 
     def _end_pager(self) -> None:
-        assert self._pager is not None
-        self._pager.take_back()
-        self._pager = None
+        paged, self._paged = self._paged, None
+        assert paged is not None
+        paged.pager.take_back()
         self._foot.begin(self._compose)
-        if self._lost:
+        if paged.lost:
             self._screen.say(
-                f'{self._lost} lines were not shown meanwhile; the logs have '
+                f'{paged.lost} lines were not shown meanwhile; the logs have '
                 'them'
             )
-        self._lost = self._held_size = 0
-        while self._held:
-            self._time, event = self._held.popleft()
+        for self._time, event in paged.take():
             self._handle(event)
         self._time = None
-
-    def _hold(self, event: events.Event) -> None:
-        """Keep what is to be shown after the pager, the output in part."""
-        self._held.append((time.time(), event))
-        if isinstance(event, events.Output):
-            self._held_size += PIECE + len(event.data)
-        while self._held_size > KEPT:
-            self._drop_oldest()
-
-    def _drop_oldest(self) -> None:
-        for index, (_, event) in enumerate(self._held):
-            if isinstance(event, events.Output):
-                del self._held[index]
-                self._held_size -= PIECE + len(event.data)
-                self._lost += event.data.count(b'\n')
-                return
 
     def _stamp(self) -> bytes:
         """Return the time in front of a line."""
@@ -422,25 +329,10 @@ class TerminalSession:
         return variables.get(FORMAT, self._environment.get(FORMAT))
 
     def _names_of(self, label: str) -> Iterable[str]:
-        """Return the names that `--status` lists, and others that it takes."""
         # few ask
-        from colcon_yamllaunch.runtime.clients.process_names import (
-            ProcessNames,
-        )
+        from colcon_yamllaunch.runtime.clients.process_names import names_of
 
-        engine = self._engine
-        if engine is None:
-            return ()
-        for task in engine.supervisor.tasks:
-            if task.process.label == label:
-                return tuple(ProcessNames.of_plan(task.process))
-        composition = engine.composition
-        for part in () if composition is None else composition.tasks:
-            if part.label == label:
-                node = part.full_name or part.component.node_name
-                plugin = part.component.plugin
-                return tuple(ProcessNames(label, label, plugin, node))
-        return ()
+        return () if self._engine is None else names_of(self._engine, label)
 
     def _compose(self, now: float) -> tuple[Block | None, float | None]:
         """Return the block, if there is one, and when to ask again."""
@@ -464,11 +356,15 @@ class TerminalSession:
             self._is_plain,
             size.lines,
         )
-        waits_for, until = self._waits_for(now)
+        waits_for, until = '', None
+        if self._engine is not None:
+            is_idle = not board.groups()
+            waits_for, until = waits(
+                self._engine, self._conditions, now, is_idle=is_idle
+            )
         view = View(live=self._live())
-        keyboard = self._keyboard
         next_modes = None
-        if self._is_grabbed and keyboard is not None and keyboard.takes_keys:
+        if self._keyboard.has_keys:
             if self._keys.attached is not None:
                 # the process may have changed them without a word
                 self._attachment.mind_modes()
@@ -499,42 +395,3 @@ class TerminalSession:
             .expandtabs()
             for output in self._filter.live
         )
-
-    def _waits_for(self, now: float) -> tuple[str, float | None]:
-        """Return what the launch waits for, and when that is another text."""
-        parts = []
-        times = []
-        seen = [f"'{text}'" for text in self._conditions.waited_for()]
-        if seen:
-            parts.append(f'waits for {", ".join(seen)}')
-        due = self._conditions.due()
-        if due is not None and due > now:
-            parts.append(f'{_seconds(due - now)} left')
-            times.append(next_second(due, now))
-        engine = self._engine
-        if engine is not None and not engine.supervisor.is_stopping:
-            due = engine.supervisor.next_timer()
-            if due is not None and due > now:
-                parts.append(f'timer in {_seconds(due - now)}')
-                times.append(next_second(due, now))
-            if engine.changes is not None:
-                if engine.changes.is_paused:
-                    parts.append('--watch is off')
-                elif not self.board.groups():
-                    parts.append('waits for a change')
-        return ', '.join(parts), min(times, default=None)
-
-
-def _no_keyboard(board: Board, label: str) -> str:
-    row = board.row(label)
-    if row is None or not row.group:
-        return f'{label} does not run'
-    return f'{label} has no terminal; emulate_tty or --tty gives it one'
-
-
-def _seconds(seconds: float) -> str:
-    whole = math.ceil(seconds)
-    if whole < 100:
-        return f'{whole} s'
-    minutes, whole = divmod(whole, 60)
-    return f'{minutes}:{whole:02}'

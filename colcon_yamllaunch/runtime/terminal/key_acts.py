@@ -1,0 +1,90 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What is done with a process as somebody presses a key for it."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+
+from colcon_yamllaunch.runtime.acts.acts import Acts
+from colcon_yamllaunch.runtime.core.tasks import RefusedError
+from colcon_yamllaunch.runtime.keys.keys import Act
+from colcon_yamllaunch.runtime.keys.keys import DOWN
+from colcon_yamllaunch.runtime.keys.keys import Keys
+from colcon_yamllaunch.runtime.status.board import Board
+from colcon_yamllaunch.runtime.terminal.attachment import Attachment
+
+
+class KeyActs:
+    """
+    Does what keys stand for; what is refused is told in the status block.
+
+    :param show: Shows lines, the first one a heading
+    :param page: Leaves the terminal to the pager, with the log of a process
+    """
+
+    def __init__(
+        self,
+        acts: Acts,
+        board: Board,
+        keys: Keys,
+        attachment: Attachment,
+        show: Callable[[Iterable[str]], None],
+        page: Callable[[str, str | None], None],
+    ) -> None:
+        self._acts = acts
+        self._board = board
+        self._keys = keys
+        self._attachment = attachment
+        self._show = show
+        self._page = page
+
+    def do(self, act: Act) -> None:
+        """Do something with a process or component."""
+        label = act.label
+        row = self._board.row(label)
+        if act.action in ('stop', 'kill') and row and row.phase in DOWN:
+            self._keys.tell(f'{label} does not run')
+        try:
+            match act.action:
+                case 'stop':
+                    self._acts.stop(label)
+                case 'restart':
+                    self._acts.restart(label)
+                case 'kill':
+                    self._acts.kill(label)
+                case 'debug':
+                    self._acts.debug(label)
+                    self._attachment.await_start(label)
+                case 'attach':
+                    if not self._attachment.attach(label):
+                        self._keys.tell(self._no_keyboard(label))
+                case 'detach':
+                    self._attachment.detached(label)
+                case 'log':
+                    self._page(label, self._acts.describe(label).log)
+                case 'describe':
+                    self._describe(label)
+        except RefusedError as error:
+            self._keys.tell(str(error))
+
+    def switch_watch(self) -> None:
+        """Have nothing follow from changes of files, or again."""
+        try:
+            self._acts.watch(paused=not self._acts.is_watch_paused)
+        except RefusedError as error:
+            self._keys.tell(str(error))
+
+    def _describe(self, label: str) -> None:
+        # few are asked for it
+        from colcon_yamllaunch.runtime.acts.description_lines import (
+            description_lines,
+        )
+
+        self._show(description_lines(self._acts.describe(label)))
+
+    def _no_keyboard(self, label: str) -> str:
+        row = self._board.row(label)
+        if row is None or not row.group:
+            return f'{label} does not run'
+        return f'{label} has no terminal; emulate_tty or --tty gives it one'
