@@ -31,7 +31,6 @@ from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.course.engine import no_guard
 from colcon_yamllaunch.runtime.course.engine import Settings
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
-from colcon_yamllaunch.runtime.keys.keyboard import Keyboard
 from colcon_yamllaunch.runtime.process.descriptors import keep_to_ourselves
 from colcon_yamllaunch.runtime.process.line_buffering import LineBuffering
 from colcon_yamllaunch.runtime.process.own_files import Place
@@ -46,7 +45,6 @@ from colcon_yamllaunch.runtime.record.launch_logs import Logs
 from colcon_yamllaunch.runtime.record.launch_logs import Store
 from colcon_yamllaunch.runtime.screen.display import can_have_status
 from colcon_yamllaunch.runtime.screen.display import Display
-from colcon_yamllaunch.runtime.screen.display import is_same_terminal
 from colcon_yamllaunch.runtime.screen.line_formats import layout_of
 from colcon_yamllaunch.runtime.screen.line_formats import LOG_FORMAT
 from colcon_yamllaunch.runtime.screen.presentation import present
@@ -54,16 +52,13 @@ from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.runtime.screen.screen import Screen
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
 from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
-from colcon_yamllaunch.runtime.streams.relay import Recorder
 from colcon_yamllaunch.runtime.streams.signals import caught
 from colcon_yamllaunch.runtime.streams.writer import Writer
-from colcon_yamllaunch.runtime.terminal.local_attachment import LocalAttachment
+from colcon_yamllaunch.runtime.terminal.own_terminal import OwnTerminal
+from colcon_yamllaunch.runtime.terminal.own_terminal import status_writer
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
-    from colcon_yamllaunch.runtime.terminal.terminal_session import (
-        TerminalSession,
-    )
 
 
 def run_plan(
@@ -133,26 +128,29 @@ def run_plan(
       nobody reads it any more
     """
     stream = sys.stdout if stream is None else stream
+    presentation = presentation or Presentation()
+    conditions = conditions or ExitConditions(clock=clock)
+    troubles: list[str] = []
     with ExitStack() as stack:
         signals = stack.enter_context(caught())
         keep_to_ourselves()
-        has_status = (
-            presentation is not None
-            and presentation.status
-            and can_have_status(stream, environment)
+
+        # what the user sees
+        has_status = presentation.status and can_have_status(
+            stream, environment
         )
-        open_writer = _foot if has_status else Writer
-        display = Display(stream, color, environment, open_writer)
+        display = Display(
+            stream, color, environment, status_writer if has_status else Writer
+        )
         stack.callback(display.writer.close)
         environment = display.environment
-        # before the guard, which is a child, too
-        if changes is not None:
-            stack.callback(changes.close)
-        helpers = set() if changes is None else set(changes.pids)
-        if source is not None:
-            helpers.add(source.pid)
-        adoption = Adoption(helpers)
-        stack.callback(adoption.end)
+        processes = tuple(plan.processes())
+        screen = display.screen(processes, troubles.append)
+        layout = layout_of(LOG_FORMAT, environment, troubles.append)
+
+        # what ends it all, come what may; helpers are told from orphans before
+        # the guard is there, which is a child, too
+        adoption = _adopt(changes, source, stack)
         buffering = LineBuffering(environment.get('PATH', os.defpath))
         settings = Settings(
             identity or new_identity(),
@@ -165,23 +163,12 @@ def run_plan(
             None if log_folder is None else log_folder / CLIENT_LOG,
             tty,
         )
-        troubles: list[str] = []
-        processes = tuple(plan.processes())
-        screen = display.screen(processes, troubles.append)
         guard = _guard(settings.identity, screen, stack)
         launch_record = LaunchRecord(settings.identity)
+        files = _parameter_files(guard, launch_record, stack)
 
-        def note_parameters(place: Place) -> None:
-            guard.folder(place)
-            launch_record.note_parameters(place)
-
-        files = ParameterFiles(note_parameters)
-        stack.callback(files.remove)
-        layout = layout_of(LOG_FORMAT, environment, troubles.append)
-        listeners: list[events.Listener] = []
-        log_files: Mapping[str, Path] = {}
-        record: Recorder = _record_nothing
-        publish: Callable[[], bool] = bool
+        # who listens
+        logs = None
         if log_folder is not None:
             logs = Logs(
                 log_folder,
@@ -192,55 +179,40 @@ def run_plan(
                 store=log_store,
             )
             stack.callback(logs.close)
-            listeners.append(logs.handle)
-            log_files = logs.combined_files
-            record, publish = logs.record, logs.flush
-            guard.logs(log_folder / COMMON_LOG, log_files)
-
-        def advise(event: events.Exited, tail: Sequence[str]) -> str | None:
-            # few launches fail
-            from colcon_yamllaunch.runtime.record import failure_advice
-
-            advisor = failure_advice.Advisor(
-                environment, owner_of, buffering.holds_back, parameters_of
-            )
-            return advisor.advise(event, tail)
-
-        failures = Failures(log_files, advise)
-        show = present(
-            presentation or Presentation(), screen, plan, display, stack
+            guard.logs(log_folder / COMMON_LOG, logs.combined_files)
+        log_files = {} if logs is None else logs.combined_files
+        failures = Failures(
+            log_files,
+            _adviser(environment, owner_of, buffering, parameters_of),
         )
-        attachment = None
-        has_keys = has_status and is_same_terminal(
-            sys.stdin, display.descriptor
+        terminal = OwnTerminal(
+            present(presentation, screen, plan, display, stack),
+            plan,
+            display,
+            screen,
+            guard,
+            conditions,
+            clock,
+            attach,
+            has_status=has_status,
         )
-        if attach is not None and not has_keys:
-            keyboard = Keyboard(sys.stdin.fileno())
-            attachment = LocalAttachment(attach, keyboard, screen, show)
-            show = attachment.handle
-        conditions = conditions or ExitConditions(clock=clock)
-        session = None
-        if has_status:
-            session = _session(
-                plan,
-                display,
-                screen,
-                guard,
-                conditions,
-                clock,
-                attach,
-                has_keys=has_keys,
-            )
-            show = session.showing(show)
+
+        # who does it
         engine = Engine(
             plan,
             settings,
             guard,
             files,
             display.writer,
-            (failures.handle, *listeners, show, conditions.handle, *observers),
-            record,
-            publish,
+            (
+                failures.handle,
+                *(() if logs is None else (logs.handle,)),
+                terminal.show,
+                conditions.handle,
+                *observers,
+            ),
+            _record_nothing if logs is None else logs.record,
+            bool if logs is None else logs.flush,
             conditions,
             source,
         )
@@ -252,98 +224,37 @@ def run_plan(
         engine.start_client()
         for text in troubles:
             engine.tell(events.Warned(text))
+
+        # who may ask for more meanwhile
         with ExitStack() as control:
-            if session is not None:
-                session.connect(engine, acts)
-                control.callback(session.close)
-            if attachment is not None:
-                attachment.connect(engine)
-                control.callback(attachment.close)
+            terminal.connect(engine, acts, control)
             if about is not None:
                 service = Service(
                     about, engine, acts, log_folder, log_files, clock
                 )
                 serve(
-                    engine,
-                    service,
-                    environment,
-                    guard,
-                    launch_record,
-                    control,
+                    engine, service, environment, guard, launch_record, control
                 )
             engine.run(signals)
+
         files.remove()
         guard.dismiss()
-        display.writer.flush()
-        ended = _ended(failures, conditions, display.writer.error)
-        engine.tell(ended)
-        engine.finish(signals)
-        if display.writer.error is not None:
-            raise OutputError(display.writer.error)
-        return ended.exit_code
+        return _finish(engine, signals, display.writer, failures, conditions)
 
 
-def _foot(descriptor: int) -> Writer:
-    # few launches that nobody looks at need it
-    from colcon_yamllaunch.runtime.status.foot import Foot
-
-    return Foot(descriptor)
-
-
-def _session(
-    plan: Plan,
-    display: Display,
-    screen: Screen,
-    guard: GuardLink,
-    conditions: ExitConditions,
-    clock: Callable[[], float],
-    attach: str | None,
-    *,
-    has_keys: bool,
-) -> 'TerminalSession':
-    from colcon_yamllaunch.runtime.status.foot import Foot
-    from colcon_yamllaunch.runtime.terminal.terminal_session import (
-        TerminalSession,
-    )
-
-    assert isinstance(display.writer, Foot)
-    keyboard = None
-    if has_keys:
-        keyboard = Keyboard(sys.stdin.fileno())
-    elif attach is None:
-        # what would be shown of keys would be in the block
-        keyboard = Keyboard(display.descriptor, takes_keys=False)
-    return TerminalSession(
-        plan.entries,
-        display.writer,
-        screen,
-        guard,
-        keyboard,
-        color=display.color,
-        is_plain=display.is_ascii,
-        environment=display.environment,
-        conditions=conditions,
-        clock=clock,
-        attach=attach if has_keys else None,
-    )
-
-
-def _record_nothing(
-    process: Process, stream: events.Stream, data: bytes
-) -> None:
-    """Keep no logs."""
-
-
-def _ended(
-    failures: Failures, conditions: ExitConditions, unshown: OSError | None
-) -> events.Ended:
-    missed = conditions.failures()
-    return events.Ended(
-        failures.exit_code or int(bool(missed or unshown)),
-        (*failures.summary(), *(f'failed: {text}' for text in missed)),
-        failures.reports(),
-        conditions.verdicts(),
-    )
+def _adopt(
+    changes: 'PlanChanges | None', source: PlanSource | None, stack: ExitStack
+) -> Adoption:
+    """Have orphans of the launch become our children, but no helpers."""
+    helpers: set[int] = set()
+    if changes is not None:
+        stack.callback(changes.close)
+        helpers.update(changes.pids)
+    if source is not None:
+        helpers.add(source.pid)
+    adoption = Adoption(helpers)
+    stack.callback(adoption.end)
+    return adoption
 
 
 def _guard(identity: str, screen: Screen, stack: ExitStack) -> GuardLink:
@@ -354,3 +265,70 @@ def _guard(identity: str, screen: Screen, stack: ExitStack) -> GuardLink:
         screen.handle(events.Warned(no_guard(error)))
     stack.callback(guard.abandon)
     return guard
+
+
+def _parameter_files(
+    guard: GuardLink, launch_record: LaunchRecord, stack: ExitStack
+) -> ParameterFiles:
+    """Have those that are made for processes removed, come what may."""
+
+    def note(place: Place) -> None:
+        guard.folder(place)
+        launch_record.note_parameters(place)
+
+    files = ParameterFiles(note)
+    stack.callback(files.remove)
+    return files
+
+
+def _adviser(
+    environment: Mapping[str, str],
+    owner_of: OwnerOf,
+    buffering: LineBuffering,
+    parameters_of: ParametersOf,
+) -> Callable[[events.Exited, Sequence[str]], str | None]:
+    """Return what tells why a process failed, and what to do about that."""
+
+    def advise(event: events.Exited, tail: Sequence[str]) -> str | None:
+        # few launches fail
+        from colcon_yamllaunch.runtime.record import failure_advice
+
+        advisor = failure_advice.Advisor(
+            environment, owner_of, buffering.holds_back, parameters_of
+        )
+        return advisor.advise(event, tail)
+
+    return advise
+
+
+def _record_nothing(
+    process: Process, stream: events.Stream, data: bytes
+) -> None:
+    """Keep no logs."""
+
+
+def _finish(
+    engine: Engine,
+    signals: int,
+    writer: Writer,
+    failures: Failures,
+    conditions: ExitConditions,
+) -> int:
+    """
+    Tell how the launch ended, and return the exit code.
+
+    :raises OutputError: when output could not be shown
+    """
+    writer.flush()
+    missed = conditions.failures()
+    ended = events.Ended(
+        failures.exit_code or int(bool(missed or writer.error)),
+        (*failures.summary(), *(f'failed: {text}' for text in missed)),
+        failures.reports(),
+        conditions.verdicts(),
+    )
+    engine.tell(ended)
+    engine.finish(signals)
+    if writer.error is not None:
+        raise OutputError(writer.error)
+    return ended.exit_code
