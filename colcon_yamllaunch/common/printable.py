@@ -11,12 +11,14 @@ read (CVE-2021-42574). Neither gets to the user.
 
 import re
 
+#: A sequence that colours a text (ECMA-48, SGR; with colons ISO 8613-6).
+COLOUR = r'\x1b\[[0-9;:]*m'
 #: A sequence that steers a terminal, or a character that may be part of one
 #: (ECMA-48): CSI, OSC and escape sequences whole, such as the character set
 #: of `tput sgr0`, and control characters but `\t` and `\n`. The first group
 #: has colours.
 SEQUENCE = (
-    r'(\x1b\[[0-9;:]*m)'
+    rf'({COLOUR})'
     r'|\x1b\[[0-?]*[ -/]*[@-~]'
     r'|\x1b\][^\x07\x1b\n]*(?:\x07|\x1b\\)'
     r'|\x1b(?:[ -/]+[0-~]|[0-?])'

@@ -4,7 +4,8 @@
 """A line that is typed, with what moves and deletes in it."""
 
 from collections.abc import Sequence
-import unicodedata
+
+from colcon_yamllaunch.runtime.status.cells import width
 
 #: Bytes that a line has at most; a terminal passes on no longer one
 #: (N_TTY_BUF_SIZE of Linux, with the line end).
@@ -105,14 +106,14 @@ class InputLine:
 
 def _left(text: str, place: int) -> int:
     place = max(0, place - 1)
-    while place > 0 and unicodedata.combining(text[place]):
+    while place > 0 and not width(text[place]):
         place -= 1
     return place
 
 
 def _right(text: str, place: int) -> int:
     place = min(len(text), place + 1)
-    while place < len(text) and unicodedata.combining(text[place]):
+    while place < len(text) and not width(text[place]):
         place += 1
     return place
 

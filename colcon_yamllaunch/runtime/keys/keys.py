@@ -22,6 +22,7 @@ from colcon_yamllaunch.runtime.keys.key_meanings import (
 )
 from colcon_yamllaunch.runtime.keys.keyboard import ESCAPE
 from colcon_yamllaunch.runtime.keys.keyboard import ESCAPE_NAME
+from colcon_yamllaunch.runtime.keys.name_search import matching
 from colcon_yamllaunch.runtime.screen.line_filter import Filtering
 from colcon_yamllaunch.runtime.screen.log_levels import Level
 from colcon_yamllaunch.runtime.status.board import Board
@@ -102,7 +103,7 @@ class Keys:
         self._line = InputLine()
         self._searches: tuple[str, ...] = ()
         # those by which processes are found, while one is typed
-        self._names: dict[str, list[str]] = {}
+        self._names: dict[str, tuple[str, ...]] = {}
         self._search_before = ''
         #: The process that has the keyboard, if one has.
         self.attached: str | None = None
@@ -388,22 +389,13 @@ class Keys:
 
     def _matches(self) -> list[str]:
         """Return the labels that are meant, the best first."""
-        text = self._line.text.lower()
-        ranks: list[tuple[int, str]] = []
-        for row in self._board.rows:
-            names = self._names.get(row.label)
-            if names is None:
-                found = (row.label, *self._names_of(row.label))
-                names = self._names[row.label] = [n.lower() for n in found]
-            if text in names:
-                ranks.append((0, row.label))
-            elif any(name.startswith(text) for name in names):
-                ranks.append((1, row.label))
-            elif any(text in name for name in names):
-                ranks.append((2, row.label))
-        # those of a rank stay in the order of the plan
-        ranks.sort(key=lambda rank: rank[0])
-        return [label for _, label in ranks]
+        before = self._names
+        self._names = {
+            row.label: before.get(row.label)
+            or (row.label, *self._names_of(row.label))
+            for row in self._board.rows
+        }
+        return matching(self._line.text, self._names)
 
     def _press_in_input(self, label: str, key: str) -> Iterator[Command]:
         line = self._input_line(label)

@@ -21,7 +21,7 @@ from colcon_yamllaunch.runtime.streams.lines import bare
 #: Lines that come at once up to which each is compared with the one before.
 FEW = 64
 #: Bytes of much output that have so many lines, as a rule.
-START = 8 * 1024
+PROBE_SIZE = 8 * 1024
 #: Lines that may change in place, of those that did last.
 MAXIMUM_LIVE = 3
 
@@ -312,7 +312,7 @@ class LineFilter:
 
 def _has_many_lines(data: bytes) -> bool:
     # its start tells, as a rule
-    starts = data.count(b'\n', 0, START)
+    starts = data.count(b'\n', 0, PROBE_SIZE)
     return starts >= FEW or data.count(b'\n', 0, -1) >= FEW
 
 

@@ -13,10 +13,12 @@ from functools import cache
 from functools import lru_cache
 import re
 
+from colcon_yamllaunch.common.printable import COLOUR
+
 #: The variable with the form of all lines of a node.
 FORMAT = 'RCUTILS_CONSOLE_OUTPUT_FORMAT'
 
-_COLOURS = rb'(?:\x1b\[[0-9;:]*m)*'
+_COLOURS = rb'(?:%b)*' % COLOUR.encode()
 _WORDS = rb'(?P<level>DEBUG|INFO|WARN(?:ING)?|ERROR|FATAL|CRITICAL)'
 _FIELD = re.compile(r'\{(\w+)\}')
 
@@ -41,7 +43,7 @@ _LEVELS = {
     b'CRITICAL': Level.FATAL,
 }
 #: Bytes at the start of a line that its level is in.
-START = 4096
+LEVEL_WITHIN = 4096
 # what a line with a level of WARN or more has, by the letter of it that is the
 # rarest elsewhere: to look for a letter takes a fortieth of the time
 _LOUD_WORDS = {
@@ -67,7 +69,7 @@ def level_of(line: bytes, form: str | None = None) -> Level | None:
     :param form: The value of :data:`FORMAT`, if it is set
     """
     match = None
-    line = line[:START]
+    line = line[:LEVEL_WITHIN]
     if form:
         pattern = _pattern(form)
         match = None if pattern is None else pattern.match(line)

@@ -5,7 +5,9 @@
 
 import re
 
-_COLOUR = re.compile(r'\x1b\[[0-9;:]*m')
+from colcon_yamllaunch.common.printable import COLOUR
+
+_COLOUR = re.compile(COLOUR)
 _RESET = '\x1b[0m'
 
 

@@ -5,13 +5,14 @@
 
 import re
 
+from colcon_yamllaunch.common.printable import COLOUR
 from colcon_yamllaunch.common.printable import SEQUENCE
 from colcon_yamllaunch.runtime.core import limits
 
 _RESET = b'\x1b[0m'
 _PLAIN = bytes(range(0x20, 0x7F)) + b'\t\n'
 _AT_LINE_START = re.compile(rb'(?m:^)\r+')
-_COLOURS = re.compile(rb'\x1b\[[0-9;:]*m')
+_COLOURS = re.compile(COLOUR.encode())
 _CARRIAGE_RETURNS = re.compile(rb'\r+\n?')
 # colours pass; what moves the cursor, changes the character set or the like
 # does not, and neither do half sequences
