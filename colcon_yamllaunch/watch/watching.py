@@ -119,7 +119,8 @@ class Watching:
         # when the launch was prepared last
         self._prepared_at = clock()
         # what was changed while nothing was to follow from that
-        self._paused: list[Batch] | None = None
+        self._is_paused = False
+        self._put_by: Batch | None = None
         self._group = 0
         self._labels: set[str] = set()
 
@@ -169,7 +170,7 @@ class Watching:
     @property
     def is_paused(self) -> bool:
         """Whether nothing follows from changes for the time being."""
-        return self._paused is not None
+        return self._is_paused
 
     def pause(self) -> None:
         """
@@ -177,21 +178,22 @@ class Watching:
 
         What is being done about earlier ones is done.
         """
-        if self._paused is None:
-            self._paused = []
+        if not self._is_paused:
+            self._is_paused = True
             self._the_launch.tell(
                 events.Watched('off: what is saved now has to wait')
             )
 
     def resume(self) -> None:
         """Do what follows from the changes since :meth:`pause`."""
-        batches, self._paused = self._paused, None
-        if batches is None:
+        if not self._is_paused:
             return
+        self._is_paused = False
+        batch, self._put_by = self._put_by, None
         self._the_launch.tell(events.Watched('on again'))
-        if batches:
+        if batch is not None:
             # whoever has started since may have read what was there then
-            self._follow(merged(batches), self._clock())
+            self._follow(batch, self._clock())
 
     def advance(self) -> None:
         """Do what is due."""
@@ -240,8 +242,9 @@ class Watching:
     # from the change to the steps
 
     def _take(self, batch: Batch) -> None:
-        if self._paused is not None:
-            self._paused.append(batch)
+        if self._is_paused:
+            before = self._put_by
+            self._put_by = merged([before, batch]) if before else batch
             return
         self._follow(batch, batch.seen_ns / 1e9)
 

@@ -29,8 +29,16 @@ class PlayedLaunch:
     def __init__(self):
         self.restarted = []
         self.told = []
+        self.saved = None
         self.watches = SimpleNamespace(
             add=lambda *_: None, remove=lambda *_: None
+        )
+
+    def watcher(self, _watches, take, *_):
+        """Make what watches files; :attr:`saved` is told what it would."""
+        self.saved = take
+        return SimpleNamespace(
+            start=lambda: None, watch=lambda *_: None, pid=0
         )
 
     def restart(self, labels):
@@ -56,9 +64,7 @@ def launch():
 def watching(launch, monkeypatch):
     monkeypatch.setattr(
         'colcon_yamllaunch.watch.watching.WatcherLink',
-        lambda *_: SimpleNamespace(
-            start=lambda: None, watch=lambda *_: None, pid=0
-        ),
+        launch.watcher,
     )
     made = Watching(
         Plan(),
@@ -87,12 +93,12 @@ def test_what_is_saved_meanwhile_follows_later(watching, launch):
     acts.watch(paused=True)
     assert acts.is_watch_paused
     for path in SCRIPTS * 2:
-        watching._take(changed(path))
+        launch.saved(changed(path))
     assert launch.restarted == []
     acts.watch(paused=False)
     assert not acts.is_watch_paused
     assert launch.restarted == [['a', 'b']]
-    watching._take(changed(SCRIPTS[0]))
+    launch.saved(changed(SCRIPTS[0]))
     assert launch.restarted[1:] == [['a']]
     texts = [e.text for e in launch.told if isinstance(e, events.Watched)]
     assert texts == ['off: what is saved now has to wait', 'on again']
@@ -110,3 +116,8 @@ def test_a_pause_in_which_nothing_was_saved(watching, launch):
 def test_batches_become_one():
     first, second = changed('/a', '/b'), changed('/b', '/c', seen=20.0)
     assert merged([first, second]) == changed('/a', '/b', '/c')
+
+
+def test_what_comes_again_takes_no_more_room():
+    batch = changed('/a', '/b')._replace(notes=('too many files',))
+    assert merged([batch, batch]) == batch

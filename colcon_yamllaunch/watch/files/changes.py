@@ -54,5 +54,7 @@ def merged(batches: Sequence[Batch]) -> Batch:
     changes = (change for batch in batches for change in batch.changes)
     notes = (note for batch in batches for note in batch.notes)
     return Batch(
-        tuple(dict.fromkeys(changes)), batches[0].seen_ns, tuple(notes)
+        tuple(dict.fromkeys(changes)),
+        batches[0].seen_ns,
+        tuple(dict.fromkeys(notes)),
     )
