@@ -7,7 +7,6 @@ from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Mapping
 import os
-import select
 import socket
 from typing import Any
 
@@ -19,6 +18,7 @@ from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.control.socket_address import connections
 from colcon_yamllaunch.runtime.control.socket_address import peer_pid
+from colcon_yamllaunch.runtime.streams.readiness import readable
 
 #: Seconds that a launch may take to answer; one that is suspended,
 #: does not answer.
@@ -184,9 +184,9 @@ class RunningLaunch:
     def _wait(self, waiting: Callable[[], None]) -> None:
         """Wait for an answer, however long it takes."""
         connections = [self.connection]
-        if not select.select(connections, (), (), PROGRESS_INTERVAL)[0]:
+        if not readable(connections, PROGRESS_INTERVAL):
             waiting()
-            select.select(connections, (), ())
+            readable(connections)
 
     def wait_for_end(self, pid: int) -> None:
         """Wait until the launch ended, its launcher included."""
@@ -219,7 +219,7 @@ def wait_for_exit(pid: int) -> None:
         # it is gone, or the system has no such descriptors
         return
     try:
-        select.select([descriptor], [], [], PATIENCE)
+        readable([descriptor], PATIENCE)
     finally:
         os.close(descriptor)
 

@@ -5,7 +5,6 @@
 
 from collections.abc import Iterator
 from collections.abc import Mapping
-import select
 from typing import Any
 from typing import Protocol
 
@@ -14,6 +13,7 @@ from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.launch_states import from_json
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
+from colcon_yamllaunch.runtime.streams.readiness import readable
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +190,7 @@ class Subscription:
     def __iter__(self) -> Iterator[News]:
         while True:
             yield from self.news()
-            select.select((self,), (), ())
+            readable([self])
             self.read()
 
     def _understood(self, message: Mapping[str, Any]) -> News | None:

@@ -14,7 +14,6 @@ from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
 import os
-import select
 import signal
 import sys
 import tempfile
@@ -22,6 +21,7 @@ import time
 from typing import BinaryIO
 from typing import TextIO
 
+from colcon_yamllaunch.runtime.streams.readiness import readable
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.sessions.full_screen import launch_of
@@ -148,7 +148,7 @@ class _Child:
         # in a build, Ctrl-C is for the launch
         before = signal.signal(signal.SIGINT, signal.SIG_IGN)
         try:
-            while not select.select([self._reader], (), (), _INTERVAL)[0]:
+            while not readable([self._reader], _INTERVAL):
                 if self.has_ended():
                     return False
             if os.read(self._reader, 1):

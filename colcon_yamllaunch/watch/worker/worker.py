@@ -25,7 +25,6 @@ import gc
 import io
 import os
 import pickle
-import select
 import signal
 import socket
 import struct
@@ -36,6 +35,7 @@ from typing import NoReturn
 
 from colcon_yamllaunch.common.file_sync import catch_up
 from colcon_yamllaunch.common.file_sync import put_off
+from colcon_yamllaunch.runtime.streams.readiness import readable
 
 #: Asks for a job, and ends the one that is under way.
 DO = b'd'
@@ -113,7 +113,7 @@ class _Worker:
         sockets = [self._connection]
         if self._busy is not None:
             sockets.append(self._busy.link)
-        ready, _, _ = select.select(sockets, (), ())
+        ready = readable(sockets)
         if self._busy is not None and self._busy.link in ready:
             self._busy.reap()
             self._busy = None
@@ -168,7 +168,7 @@ class _Worker:
             # it is not reaped yet, so the group is no other's
             with suppress(OSError):
                 os.killpg(pid, number)
-            if select.select([link], (), (), GRACE)[0]:
+            if readable([link], GRACE):
                 break
         with suppress(OSError):
             os.killpg(pid, signal.SIGKILL)
