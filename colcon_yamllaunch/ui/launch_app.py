@@ -15,9 +15,9 @@ from typing import ClassVar
 
 from colcon_yamllaunch.runtime.clients.resource_usage import Usage
 from colcon_yamllaunch.runtime.clients.resource_usage import usage_of
-from colcon_yamllaunch.runtime.clients.subscription import Subscription
 from colcon_yamllaunch.ui.launch_screen import LaunchScreen
 from colcon_yamllaunch.ui.launch_screen import Terminal
+from colcon_yamllaunch.ui.model.link import LaunchFeed
 from textual.app import App
 from textual.binding import Binding
 from textual.binding import BindingType
@@ -32,6 +32,7 @@ class LaunchApp(App[None]):
     """
     Shows a launch until somebody leaves.
 
+    :param feed: Tells of the launch, and asks it for things
     :param terminal: What it can have done outside of itself
     :param measure: Tells what process groups use; it may take some time
     :param clock: Returns seconds that never go back
@@ -68,7 +69,7 @@ class LaunchApp(App[None]):
 
     def __init__(
         self,
-        subscription: Subscription,
+        feed: LaunchFeed,
         terminal: Terminal,
         measure: Measure = usage_of,
         clock: Callable[[], float] = time.monotonic,
@@ -78,7 +79,7 @@ class LaunchApp(App[None]):
         super().__init__(ansi_color=True)
         self._measure = measure
         self._tell_shown = shown
-        self.panes = LaunchScreen(subscription, terminal, clock)
+        self.panes = LaunchScreen(feed, terminal, clock)
         #: The signal that ended it, None where the user left.
         self.signal: int | None = None
         #: The defect of ours that ended it, if one did.

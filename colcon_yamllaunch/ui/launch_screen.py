@@ -13,7 +13,6 @@ from typing import ClassVar
 from typing import Protocol
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.runtime.clients.subscription import Subscription
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
@@ -32,12 +31,15 @@ from colcon_yamllaunch.ui.key_table import ON_ALL
 from colcon_yamllaunch.ui.key_table import ON_ONE
 from colcon_yamllaunch.ui.model.launch_model import LaunchModel
 from colcon_yamllaunch.ui.model.link import Done
+from colcon_yamllaunch.ui.model.link import LaunchFeed
 from colcon_yamllaunch.ui.model.link import Link
 from colcon_yamllaunch.ui.model.part_rows import label_of_key
 from colcon_yamllaunch.ui.model.part_rows import part_rows
 from colcon_yamllaunch.ui.model.part_rows import tree_rows
 from colcon_yamllaunch.ui.output_pane import OutputPane
 from colcon_yamllaunch.ui.part_list import PartList
+from colcon_yamllaunch.ui.prompt import Asked
+from colcon_yamllaunch.ui.prompt import Prompt
 from colcon_yamllaunch.ui.screen_lines import help_text
 from colcon_yamllaunch.ui.screen_lines import keys_text
 from colcon_yamllaunch.ui.screen_lines import title_text
@@ -49,7 +51,6 @@ from textual.containers import Horizontal
 from textual.containers import Vertical
 from textual.events import Resize
 from textual.screen import Screen
-from textual.widgets import Input
 from textual.widgets import Static
 
 #: Seconds between two times that something is drawn.
@@ -103,22 +104,19 @@ class LaunchScreen(Screen[None]):
 
     def __init__(
         self,
-        subscription: Subscription,
+        feed: LaunchFeed,
         terminal: Terminal,
         clock: Callable[[], float],
     ) -> None:
         super().__init__()
-        self._subscription = subscription
+        self._feed = feed
         self._terminal = terminal
-        self.model = LaunchModel(
-            subscription.state, clock, os.environ.get(FORMAT)
-        )
+        self.model = LaunchModel(feed.state, clock, os.environ.get(FORMAT))
         self._parts = PartList()
         self._output = OutputPane(self.model.view)
         self._shows_plan = False
         self._is_output = False
-        self._prompt = Input(id='prompt', compact=True)
-        self._asked_for = ''
+        self._prompt = Prompt(self._take_typed, self._ask_no_more)
         self._search_before = ''
         self._is_due = False
         self._is_asked = False
@@ -145,10 +143,9 @@ class LaunchScreen(Screen[None]):
 
     def on_mount(self) -> None:
         """Begin to listen."""
-        self._prompt.display = False
         self.app.app_resume_signal.subscribe(self, self._resumed)
         self._link = Link(
-            self._subscription,
+            self._feed,
             get_running_loop(),
             self.model,
             self.changed,
@@ -165,7 +162,7 @@ class LaunchScreen(Screen[None]):
         parameters: tuple[object, ...],  # noqa: ARG002
     ) -> bool | None:
         """Tell whether a key means something now, or is typed."""
-        return not self._asked_for or action in _WHILE_TYPING
+        return not self._prompt.asked or action in _WHILE_TYPING
 
     def close(self) -> None:
         """Leave the launch alone, and draw no more."""
@@ -279,11 +276,11 @@ class LaunchScreen(Screen[None]):
     def action_search(self) -> None:
         """Ask for a text that lines have."""
         self._search_before = self._filtering.search
-        self._ask('search', '/', self._filtering.search)
+        self._prompt.ask('search', self._filtering.search)
 
     def action_find(self) -> None:
         """Ask for the name of a process."""
-        self._ask('find', ':', '')
+        self._prompt.ask('find')
 
     def action_level(self) -> None:
         """Show less, or all again."""
@@ -341,9 +338,9 @@ class LaunchScreen(Screen[None]):
 
     def action_clear(self) -> None:
         """Show all again, or ask no more."""
-        if self._asked_for == 'search':
+        if self._prompt.asked == 'search':
             self._filter(replace(self._filtering, search=self._search_before))
-        elif not self._asked_for:
+        elif not self._prompt.asked:
             self._filter(Filtering())
         self._ask_no_more()
 
@@ -381,15 +378,6 @@ class LaunchScreen(Screen[None]):
         self.set_timer(SHOWN_FOR, forget)
         self.changed()
 
-    def on_input_changed(self, event: Input.Changed) -> None:
-        """Search while somebody types."""
-        self._take_typed(event.value)
-
-    def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Take what was typed."""
-        self._take_typed(event.value)
-        self._ask_no_more()
-
     def on_part_list_moved(self) -> None:
         """Show what the cursor is on."""
         self.changed()
@@ -413,10 +401,10 @@ class LaunchScreen(Screen[None]):
         only = self._filtering.only
         return only if len(only) == 1 else frozenset()
 
-    def _take_typed(self, text: str) -> None:
-        if self._asked_for == 'search' and text != self._filtering.search:
+    def _take_typed(self, asked: Asked, text: str) -> None:
+        if asked == 'search' and text != self._filtering.search:
             self._filter(replace(self._filtering, search=text))
-        elif self._asked_for == 'find' and text:
+        elif asked == 'find' and text:
             self._parts.find(text)
 
     def _part(self) -> Part | None:
@@ -464,21 +452,8 @@ class LaunchScreen(Screen[None]):
             self._terminal.interrupt()
             self.say('stopping, then leaving; Ctrl-C to hurry')
 
-    def _ask(self, what: str, sign: str, value: str) -> None:
-        self._asked_for = ''
-        self._prompt.value = value
-        self._prompt.placeholder = {
-            'search': f'{sign} a text that lines have',
-            'find': f'{sign} a part of a name',
-        }[what]
-        self._asked_for = what
-        self._prompt.display = True
-        # at once, so that what is typed next gets there
-        self.set_focus(self._prompt)
-
     def _ask_no_more(self) -> None:
-        self._asked_for = ''
-        self._prompt.display = False
+        self._prompt.ask_no_more()
         self.set_focus(self._output if self._is_output else self._parts)
         self.changed()
 

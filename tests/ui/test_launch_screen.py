@@ -86,7 +86,7 @@ def play(
     size: tuple[int, int] = (100, 24),
 ) -> LaunchApp:
     """Run the app on a screen in memory."""
-    app = LaunchApp(launch, around or Around(), lambda _: {})  # type: ignore[arg-type]
+    app = LaunchApp(launch, around or Around(), lambda _: {})
 
     @contextmanager
     def suspend() -> Iterator[None]:

@@ -5,15 +5,18 @@
 
 from asyncio import AbstractEventLoop
 from collections.abc import Callable
+from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
+from typing import Protocol
 
 from colcon_yamllaunch.runtime.clients.client import ControlError
 from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
 from colcon_yamllaunch.runtime.clients.subscription import Answered
-from colcon_yamllaunch.runtime.clients.subscription import Subscription
+from colcon_yamllaunch.runtime.clients.subscription import News
 from colcon_yamllaunch.runtime.control.launch_states import from_json
+from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.ui.model.launch_model import LaunchModel
 
@@ -30,6 +33,29 @@ ASKED_EVERY = 0.25
 Done = Callable[[str | None, Mapping[str, Any]], None]
 
 
+class LaunchFeed(Protocol):
+    """What is told of a launch, and asked of it; see `Subscription`."""
+
+    @property
+    def state(self) -> LaunchState:
+        """What the launch was at first."""
+
+    def fileno(self) -> int:
+        """Return what is readable when there may be news."""
+
+    def close(self) -> None:
+        """Leave the launch alone."""
+
+    def ask(self, name: str, **more: Any) -> int:
+        """Have something done, and return the number of the answer."""
+
+    def read(self) -> None:
+        """Read what has come, once."""
+
+    def news(self) -> Iterator[News]:
+        """Return what has been read."""
+
+
 class Link:
     """
     Keeps what is known of a launch up to date, and asks for things.
@@ -41,13 +67,13 @@ class Link:
 
     def __init__(
         self,
-        subscription: Subscription,
+        feed: LaunchFeed,
         loop: AbstractEventLoop,
         model: LaunchModel,
         changed: Callable[[], None],
         ended: Callable[[str], None],
     ) -> None:
-        self._subscription = subscription
+        self._feed = feed
         self._loop = loop
         self._model = model
         self._changed = changed
@@ -62,15 +88,15 @@ class Link:
         self._missed_before = 0
         #: Whether the launch can be asked.
         self.is_open = True
-        loop.add_reader(subscription.fileno(), self._read)
+        loop.add_reader(feed.fileno(), self._read)
         self._settle()
 
     def close(self) -> None:
         """Leave the launch alone."""
         if self.is_open:
             self.is_open = False
-            self._loop.remove_reader(self._subscription.fileno())
-            self._subscription.close()
+            self._loop.remove_reader(self._feed.fileno())
+            self._feed.close()
 
     def ask(self, name: str, done: Done | None = None, **more: Any) -> None:
         """
@@ -81,7 +107,7 @@ class Link:
         if not self.is_open:
             return
         try:
-            number = self._subscription.ask(name, **more)
+            number = self._feed.ask(name, **more)
         except ControlError as error:
             self._end(error)
             return
@@ -100,21 +126,21 @@ class Link:
             self._reads = 0
         self._reads += 1
         try:
-            self._subscription.read()
+            self._feed.read()
             self._take_news()
         except ControlError as error:
             self._end(error)
             return
         if self.is_open and self._reads >= READS:
-            self._loop.remove_reader(self._subscription.fileno())
+            self._loop.remove_reader(self._feed.fileno())
             self._loop.call_at(self._begin + INTERVAL, self._go_on)
 
     def _go_on(self) -> None:
         if self.is_open:
-            self._loop.add_reader(self._subscription.fileno(), self._read)
+            self._loop.add_reader(self._feed.fileno(), self._read)
 
     def _take_news(self) -> None:
-        for one in self._subscription.news():
+        for one in self._feed.news():
             if isinstance(one, Answered):
                 done = self._waiting.pop(one.number, None)
                 if done is not None:

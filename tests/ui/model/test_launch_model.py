@@ -191,7 +191,7 @@ def test_events_are_told(event: Any, text: str, level: int) -> None:
 
 
 def test_each_event_has_its_sentence_or_none() -> None:
-    page = Path(__file__).parents[2] / 'docs' / 'logs.md'
+    page = Path(__file__).parents[3] / 'docs' / 'logs.md'
     table = page.read_text(encoding='utf-8').partition('what happened | f')[2]
     rows = table.partition('\n\n')[0]
     assert set(re.findall(r'^\| `(\w+)` \|', rows, re.M)) == set(SENTENCES)
