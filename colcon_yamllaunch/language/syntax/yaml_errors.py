@@ -4,6 +4,7 @@
 """What a YAML syntax error means, for the person who made it."""
 
 from collections.abc import Callable
+from contextlib import suppress
 import re
 
 from colcon_yamllaunch.language.syntax.diagnostics import error
@@ -81,7 +82,7 @@ def _wrong_indentation(
 ) -> LaunchError:
     line = _line(source, mark.line)
     if line[: mark.column].strip() not in ('', '-'):
-        return error(
+        return _late_quote(mark, source) or error(
             'the value ended before this text',
             _position(source, mark),
             hint='quote the whole value',
@@ -135,7 +136,7 @@ def _misplaced_colon(
 ) -> LaunchError:
     line = _line(source, mark.line)
     if re.search(r'[\w\'"]:\s', line[: mark.column]):
-        return error(
+        return _late_quote(mark, source) or error(
             "a value with ': ' in it must be quoted",
             _position(source, mark),
         )
@@ -185,7 +186,7 @@ def _unclosed_bracket(
     bracket = _line(source, opened.line)[opened.column : opened.column + 1]
     closing = '}' if bracket == '{' else ']'
     if mark.line >= source.text.count('\n') or mark.line != opened.line:
-        return error(
+        return _late_quote(mark, source) or error(
             f"this '{bracket}' is not closed",
             _position(source, opened),
             hint=f"add the '{closing}', or quote the value if '{bracket}' "
@@ -202,6 +203,31 @@ def _unclosed_quote(
     _mark: yaml.Mark, opened: yaml.Mark, source: Source
 ) -> LaunchError:
     return error('this quote is not closed', _position(source, opened))
+
+
+def _late_quote(mark: yaml.Mark, source: Source) -> LaunchError | None:
+    """
+    Find the quote that ends in a later line, with more text behind it.
+
+    One that was forgotten is closed by that which opens the next.
+    """
+    with suppress(yaml.YAMLError):
+        for token in yaml.scan(source.text):
+            opened, ended = token.start_mark, token.end_mark
+            if ended.line > mark.line:
+                break
+            is_quoted = isinstance(token, yaml.ScalarToken) and token.style
+            if not is_quoted or not opened.line < ended.line == mark.line:
+                continue
+            more = _line(source, ended.line)[ended.column :].lstrip()
+            if more and more[0] not in ',]}:#':
+                return error(
+                    f'this quote ends only in line {ended.line + 1}, where '
+                    'other text follows it',
+                    _position(source, opened),
+                    hint='close it where its value ends',
+                )
+    return None
 
 
 def _unknown_escape(

@@ -116,6 +116,18 @@ MISTAKES = {
         'a: «"b\\',
         'this quote is not closed',
     ),
+    'quote that the next one closes': (
+        'a: «"b\nc: "d"\n',
+        'this quote ends only in line 2, where other text follows it',
+    ),
+    'the same with a colon behind it': (
+        "a: «'b\nc: d\ne: 'f: g'\n",
+        'this quote ends only in line 3, where other text follows it',
+    ),
+    'the same in braces': (
+        'a: {b: «"c,\n d: "e"}\n',
+        'this quote ends only in line 2, where other text follows it',
+    ),
     'text after a quote': (
         'a: "b" «c\n',
         'the value ended before this text',
