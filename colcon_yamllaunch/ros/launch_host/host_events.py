@@ -354,7 +354,7 @@ class Events:
                 return
             self._stopped.discard(number)
         exited = self._processes.ProcessExited(
-            returncode=returncode, **action.process_details
+            returncode=returncode, **_details(action)
         )
         self.queue.put_nowait(exited)
         self._note_shutdown(action)
@@ -584,7 +584,17 @@ class Events:
     def _output(self, action: Any, stream: int, text: bytes = b'') -> Any:
         kinds = self._processes
         kind = kinds.ProcessStderr if stream == 2 else kinds.ProcessStdout
-        return kind(text=text, **action.process_details)
+        return kind(text=text, **_details(action))
+
+
+def _details(action: Any) -> Json:
+    """
+    Return what events tell of a process.
+
+    One that is executed once more loses its process id (`launch`,
+    `ExecuteLocal.execute`), while the process of the first time may run.
+    """
+    return {'pid': None, **action.process_details}
 
 
 def install(visitor: Visitor, entries: Entries) -> Events:

@@ -209,6 +209,30 @@ def test_output_is_told_and_kept(
     assert talking_host.ended('a') == ['one two three']
 
 
+def test_an_action_that_is_started_twice(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    launch(
+        """\
+        def ended(event, context):
+            return say(f'{event.pid}')
+
+        def generate_launch_description():
+            a, b = run('a'), run('b')
+            return LaunchDescription([
+                a,
+                b,
+                when(OnProcessExit(target_action=a, on_exit=ended)),
+                when(OnProcessStart(target_action=b, on_start=[a])),
+            ])
+        """
+    )
+    talking_host.event('start', process='a', pid=10)
+    talking_host.event('start', process='b', pid=11)
+    # that of the second time, which has not begun
+    assert talking_host.ended('a') == ['None']
+
+
 def test_a_launch_file_ends_the_launch(
     launch: Launch, talking_host: TalkingHost
 ) -> None:
