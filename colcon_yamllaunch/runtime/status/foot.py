@@ -6,8 +6,8 @@ A terminal whose output scrolls as ever, above a block that stays.
 
 The block stands below the cursor, which is where the output goes on. So it is
 erased by one sequence, also after the terminal has wrapped its lines anew for
-another size, and nothing has to be undone when the launcher is killed: the
-cursor stays visible, and it erases with its last line what is left.
+another size; where the launcher is killed, its guard has no more to do than to
+erase what stands below the cursor, which is visible all the time.
 
 Output erases the block, which is drawn again with the end of it. Where much
 comes, that would be too often, or leave it out of sight: then the lines above
@@ -88,13 +88,13 @@ class Foot(Writer):
         # its size, if known, and how many lines there are below the cursor at
         # most
         self._size = os.terminal_size((0, 0))
-        self._below = 0
+        self._lines_below = 0
         # bytes of output since a time, and whether they were many before it
         self._amount = 0
         self._counted = 0.0
         self._is_flooded = False
-        # whether the lines above the block scroll alone
-        self._is_passing = False
+        # whether the lines above the block scroll alone, in a region of theirs
+        self._in_region = False
 
     def begin(self, compose: Compose) -> None:
         """Have a block from now on."""
@@ -104,7 +104,7 @@ class Foot(Writer):
     def resized(self) -> None:
         """Draw the block anew, in a terminal of maybe another size."""
         self._size = self._size_now()
-        self._below = self._size.lines
+        self._lines_below = self._size.lines
         self._is_stale = True
 
     def end(self) -> None:
@@ -168,8 +168,8 @@ class Foot(Writer):
         """Show as much as can be shown without waiting, and the block."""
         # in a flood this is called for a few kilobytes each
         self._is_holding = False
-        if self._is_passing:
-            self._end_passing()
+        if self._in_region:
+            self._end_region()
         if self._compose is not None and not self.broken:
             now = self._now = self._clock()
             if now >= self._counted + INTERVAL:
@@ -205,14 +205,14 @@ class Foot(Writer):
             return
         self._amount += len(data)
         if self._is_shown:
-            if self._may_pass(data):
-                self._pass(key, data)
+            if self._may_scroll_above(data):
+                self._scroll_above(key, data)
                 return
             self._erase()
         super().write(key, data)
         self._is_mid_line = not data.endswith(b'\n')
-        if self._below:
-            self._below = max(0, self._below - data.count(b'\n'))
+        if self._lines_below:
+            self._lines_below = max(0, self._lines_below - data.count(b'\n'))
 
     def _end_colours(self) -> None:
         if self._is_painted:
@@ -230,7 +230,7 @@ class Foot(Writer):
         if not self._has_moved:
             # it takes nothing at all
             return math.inf
-        if not self._is_shown and self._below < len(self._block.lines):
+        if not self._is_shown and self._lines_below < len(self._block.lines):
             # once it is drawn it stays
             return self._due
         return self._due - INTERVAL + SLOW_INTERVAL
@@ -252,7 +252,7 @@ class Foot(Writer):
             self._block = block
         super().write(None, drawn(self._block, self._is_mid_line))
         lines = len(self._block.lines) - 1 + self._is_mid_line
-        self._below = max(self._below, lines)
+        self._lines_below = max(self._lines_below, lines)
         self._is_shown = True
         self._has_moved = False
         self._due = now + INTERVAL
@@ -261,9 +261,9 @@ class Foot(Writer):
         super()._took(size)
         self._has_moved = True
 
-    def _may_pass(self, data: bytes) -> bool:
+    def _may_scroll_above(self, data: bytes) -> bool:
         """Tell whether the block can stay while lines are shown above it."""
-        if self._is_passing:
+        if self._in_region:
             return data.endswith(b'\n')
         below = len(self._block.lines) - 1
         return (
@@ -273,25 +273,25 @@ class Foot(Writer):
             # which the block would be drawn with
             and not self._is_painted
             # it is at the end of the terminal, for sure
-            and self._below == below
+            and self._lines_below == below
             and self._size.lines > below + 2
             and self._size == self._size_now()
         )
 
-    def _pass(self, key: object, data: bytes) -> None:
+    def _scroll_above(self, key: object, data: bytes) -> None:
         """Show lines above the block, which stays."""
-        if not self._is_passing:
-            self._is_passing = True
+        if not self._in_region:
+            self._in_region = True
             last = self._size.lines - len(self._block.lines)
             super().write(None, b'\x1b[1;%dr\x1b[%d;1H' % (last, last))
         # not below the last one, as there the block begins
         self._add(None, b'\n')
         self._add(key, memoryview(data)[:-1])
 
-    def _end_passing(self) -> None:
+    def _end_region(self) -> None:
         """Take the cursor back to where it rests."""
-        if self._is_passing:
-            self._is_passing = False
+        if self._in_region:
+            self._in_region = False
             line, column = self._block.cursor or (0, 0)
             line += self._size.lines - len(self._block.lines) + 1
             super().write(None, b'\x1b[r\x1b[%d;%dH' % (line, column + 1))
@@ -303,7 +303,7 @@ class Foot(Writer):
             return os.terminal_size((0, 0))
 
     def _erase(self) -> None:
-        self._end_passing()
+        self._end_region()
         self._is_shown = False
         data = erased(self._block, self._is_mid_line)
         super().write(None, data)
