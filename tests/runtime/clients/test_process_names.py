@@ -3,7 +3,10 @@
 
 """Which processes of a launch a name means."""
 
+from types import SimpleNamespace
+
 from colcon_yamllaunch.runtime.clients.process_names import meant_by
+from colcon_yamllaunch.runtime.clients.process_names import names_of
 from colcon_yamllaunch.runtime.clients.process_names import ProcessNames
 import pytest
 
@@ -62,3 +65,25 @@ def test_a_label_means_one_process_only(pattern, meant):
         ProcessNames('left/camera', 'driver-2', 'driver', '/left/camera'),
     ]
     assert meant_by(pattern, known) == meant
+
+
+def test_a_launch_has_the_names_of_its_parts():
+    process = SimpleNamespace(
+        label='driver', ros_name='cam.py-2', argv=('cam',), node_name='/a/cam'
+    )
+    component = SimpleNamespace(plugin='demo::Talker', node_name='/b/talker')
+    part = SimpleNamespace(label='talker', component=component, full_name=None)
+    engine = SimpleNamespace(
+        supervisor=SimpleNamespace(tasks=[SimpleNamespace(process=process)]),
+        composition=SimpleNamespace(tasks=[part]),
+    )
+    assert {'driver', 'cam.py-2', '/a/cam', '/a'} <= set(
+        names_of(engine, 'driver')
+    )
+    assert {'talker', 'demo::Talker', 'b/talker'} <= set(
+        names_of(engine, 'talker')
+    )
+    # what ROS says is better than what the launch file says
+    part.full_name = '/c/talker'
+    assert '/c' in names_of(engine, 'talker')
+    assert names_of(engine, 'nobody') == ()
