@@ -20,10 +20,19 @@ from typing import Any
 
 SERVER = """\
 import asyncio, distutils.core, distlib.util, json, os, sys, traceback
+import contextlib, importlib.metadata
 
 import catkin_pkg.package, catkin_pkg.condition, em, setuptools, yaml
 import colcon_core.command, colcon_core.event_reactor, colcon_core.executor
 import colcon_core.verb.build
+import colcon_yamllaunch.workspace.building.update
+
+# colcon's extensions, which it imports to ask which of them there are
+for distribution in importlib.metadata.distributions():
+    for point in distribution.entry_points:
+        if point.group.startswith('colcon_core.'):
+            with contextlib.suppress(Exception):
+                point.load()
 
 # what a Python of this installation adds to the variables whenever it starts
 added = {k: v for k, v in os.environ.items() if k not in ('PATH', 'LANG')}

@@ -228,7 +228,9 @@ def plain(workspace, compare, cached):
     find = 'find_package(ros_a)\n'
     workspace.write('src/plain/CMakeLists.txt', CMAKE.format('plain', find))
     workspace.write('src/plain/src/main.c')
-    workspace.write('src/py/setup.py', SETUP.format('py'))
+    # its setup.py is not run, which takes longer than all else
+    workspace.write('src/py/setup.py', BARE)
+    workspace.write('src/py/setup.cfg', CFG.format('py', ''))
     named(workspace, 'group/ignored')
     workspace.write('src/group/ignored/AMENT_IGNORE')
     workspace.write('src/group/notes/readme.txt')
@@ -268,6 +270,11 @@ def new_cmake_file(workspace):
 
 
 def other_setup(workspace):
+    workspace.write('src/py/setup.cfg', CFG.format('pi', ''))
+
+
+def other_setup_to_run(workspace):
+    (workspace.root / 'src/py/setup.cfg').unlink()
     workspace.write('src/py/setup.py', SETUP.format('pi'))
 
 
@@ -344,6 +351,7 @@ CHANGES = (
     other_name,
     new_cmake_file,
     other_setup,
+    other_setup_to_run,
     ignored_now,
     no_longer_ignored,
     package_around_others,
@@ -373,6 +381,17 @@ def test_change_is_noticed(plain, compare, cached, change):
     assert after != plain.known
     # and is not forgotten
     assert cached()[0] == after
+
+
+def test_setup_is_run_again_for_another_one(workspace, compare, cached):
+    workspace.write('src/py/setup.py', SETUP.format('py'))
+    workspace.write('build/COLCON_IGNORE')
+    let_files_settle(workspace.root.parent)
+    assert list(compare()[0]) == ['py']
+    assert not cached()[1]
+    workspace.write('src/py/setup.py', SETUP.format('pi'))
+    assert list(compare()[0]) == ['pi']
+    assert list(cached()[0]) == ['pi']
 
 
 def test_whole_source_is_ignored(plain, compare):
