@@ -16,6 +16,7 @@ import sysconfig
 from typing import Any
 
 import pytest
+from support.forks import Forks
 from support.ros_parts import build_once
 from support.ros_setup import read_setup
 from support.ros_setup import RosSetup
@@ -109,6 +110,14 @@ def ros_domain_id() -> Iterator[int]:
                 yield domain_id
             return
     pytest.fail('every ROS_DOMAIN_ID is in use by another test')
+
+
+@pytest.fixture(scope='session')
+def forks() -> Iterator[Forks]:
+    """Return what runs code in processes that have colcon imported."""
+    forks = Forks()
+    yield forks
+    forks.close()
 
 
 @pytest.fixture(scope='session')

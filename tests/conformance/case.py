@@ -26,6 +26,8 @@ import sys
 import time
 from typing import Any
 
+from support.forks import Forks
+
 HERE = Path(__file__).parent
 #: Where the installed command is.
 PROGRAMS = Path(sys.executable).parent
@@ -33,6 +35,13 @@ PROGRAMS = Path(sys.executable).parent
 TIMEOUT = 120
 #: The variables of the environment that could change a case's outcome.
 FOREIGN = ('AMENT_', 'CMAKE_PREFIX_', 'COLCON_', 'OVERRIDE_', 'ROS_', 'T_')
+#: What the installed command does, for a process that has it imported.
+COLCON = """\
+import sys
+from colcon_core.command import main
+sys.argv = {argv!r}
+sys.exit(main())
+"""
 
 CASES = sorted(path.stem for path in (HERE / 'expected').glob('*.json'))
 
@@ -62,7 +71,9 @@ def expected(name: str) -> dict[str, Any]:
     return outcome
 
 
-def launch(name: str, cases: Path, prefix: Path, folder: Path) -> Launched:
+def launch(
+    name: str, cases: Path, prefix: Path, folder: Path, forks: Forks
+) -> Launched:
     """
     Launch a case with the installed command.
 
@@ -78,17 +89,18 @@ def launch(name: str, cases: Path, prefix: Path, folder: Path) -> Launched:
         'PROBE_FOLDER': str(records),
     }
     screen = folder / 'screen'
-    popen = _start(cases / name, cwd, environment, screen)
-    try:
-        for count in lines(cases / f'{name}.interrupt'):
-            _interrupt(popen, records, int(count))
-        popen.wait(TIMEOUT)
-    finally:
-        if popen.poll() is None:
-            os.killpg(popen.pid, signal.SIGKILL)
-            popen.wait()
+    argv = [str(PROGRAMS / 'colcon'), 'launch', f'{cases / name}.yaml']
+    argv += lines(cases / f'{name}.args')
+    counts = lines(cases / f'{name}.interrupt')
+    if counts:
+        returncode = _interrupted(
+            argv, cwd, environment, screen, records, int(counts[0])
+        )
+    else:
+        code = COLCON.format(argv=argv)
+        returncode = forks.run(code, cwd, environment, screen, TIMEOUT)
     return Launched(
-        popen.returncode,
+        returncode,
         screen.read_text(encoding='utf-8', errors='replace'),
         [
             without_places(
@@ -103,13 +115,18 @@ def launch(name: str, cases: Path, prefix: Path, folder: Path) -> Launched:
     )
 
 
-def _start(
-    case: Path, cwd: Path, environment: dict[str, str], screen: Path
-) -> subprocess.Popen[bytes]:
-    command = [str(PROGRAMS / 'colcon'), 'launch', f'{case}.yaml']
+def _interrupted(
+    argv: list[str],
+    cwd: Path,
+    environment: dict[str, str],
+    screen: Path,
+    records: Path,
+    count: int,
+) -> int:
+    """Send SIGINT once so many processes have started; return the code."""
     with screen.open('wb') as output:
-        return subprocess.Popen(
-            [*command, *lines(case.with_suffix('.args'))],
+        popen = subprocess.Popen(
+            argv,
             cwd=cwd,
             env=environment,
             stdin=subprocess.DEVNULL,
@@ -117,12 +134,14 @@ def _start(
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )
-
-
-def _interrupt(popen: subprocess.Popen[bytes], folder: Path, n: int) -> None:
-    """Send SIGINT once that many processes have started."""
-    _wait_until(lambda: len(list(folder.glob('*.json'))) >= n, popen)
-    popen.send_signal(signal.SIGINT)
+    try:
+        _wait_until(lambda: len(list(records.glob('*.json'))) >= count, popen)
+        popen.send_signal(signal.SIGINT)
+        return popen.wait(TIMEOUT)
+    finally:
+        if popen.poll() is None:
+            os.killpg(popen.pid, signal.SIGKILL)
+            popen.wait()
 
 
 def _wait_until(

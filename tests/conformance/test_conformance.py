@@ -9,6 +9,7 @@ import shutil
 from typing import Any
 
 import pytest
+from support.forks import Forks
 
 from tests.conformance.case import CASES
 from tests.conformance.case import expected
@@ -39,10 +40,11 @@ def test_that_each_case_has_a_launch_file_and_an_outcome() -> None:
     assert [p.stem for p in sorted(CASES_FOLDER.glob('*.yaml'))] == CASES
 
 
-@pytest.mark.full
 @pytest.mark.parametrize('name', CASES)
-def test_case(name: str, installed: tuple[Path, Path], tmp_path: Path) -> None:
-    launched = launch(name, *installed, tmp_path)
+def test_case(
+    name: str, installed: tuple[Path, Path], tmp_path: Path, forks: Forks
+) -> None:
+    launched = launch(name, *installed, tmp_path, forks)
     found = outcome(launched.returncode, launched.records, launched.signals)
     assert found == expected(name), launched.output
     # in Python 1, 1.0 and True are equal; to a node they are not

@@ -4,7 +4,6 @@
 """Small workspaces, and colcon in a process of its own."""
 
 from collections.abc import Callable
-from collections.abc import Iterator
 from collections.abc import Mapping
 import json
 import os
@@ -202,13 +201,6 @@ class Workspace:
             if line.startswith('RESULT ')
         ]
         return results, output
-
-
-@pytest.fixture(scope='session')
-def forks() -> Iterator[Forks]:
-    forks = Forks()
-    yield forks
-    forks.close()
 
 
 @pytest.fixture
