@@ -6,6 +6,7 @@
 from pathlib import Path
 import shutil
 import sys
+import sysconfig
 
 HERE = Path(__file__).parent
 #: The packages and their programs, each of which is the probe.
@@ -52,5 +53,9 @@ def _register(prefix: Path, package: str) -> None:
 def _install_probe(path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     probe = (HERE / 'probe.py').read_text(encoding='utf-8')
-    path.write_text(f'#!{sys.executable}\n{probe}', encoding='utf-8')
+    # what `site` imports takes longer than all else
+    packages = sysconfig.get_path('purelib')
+    head = f'#!{sys.executable} -S\nimport sys\n'
+    head += f'sys.path.append({packages!r})\n'
+    path.write_text(head + probe, encoding='utf-8')
     path.chmod(0o755)

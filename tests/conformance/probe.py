@@ -19,8 +19,6 @@ import time
 from types import FrameType
 from typing import Any
 
-import yaml
-
 #: The variables that a case may look at.
 KEPT = ('T_', 'ROS_', 'OVERRIDE_')
 #: Those of them that depend on where and with what the launch runs.
@@ -83,6 +81,9 @@ def take_parameter_files(arguments: list[str]) -> list[Any]:
     contents: list[Any] = []
     for index, argument in enumerate(arguments[:-1], 1):
         if argument == '--params-file':
+            # few cases have one
+            import yaml
+
             path = Path(arguments[index])
             try:
                 contents.append(yaml.safe_load(path.read_bytes()))
