@@ -40,21 +40,26 @@ class Memory:
         self.build.mkdir()
         self.sourced = 0
 
-    def get(self, environment=None, settled=True):
-        """Source, and compare with a real bash."""
-        if settled:
-            self.settle()
+    def get(self, environment=None, settled=True, times=1):
+        """Source, maybe several times, and compare with a real bash."""
         environment = BASE if environment is None else environment
-        result = cached_environment(
-            self.install.setup, environment, self.build, self._source
-        )
         raw = {os.fsencode(k): os.fsencode(v) for k, v in environment.items()}
+        results = []
+        for _ in range(times):
+            if settled:
+                self.settle()
+            results.append(
+                cached_environment(
+                    self.install.setup, environment, self.build, self._source
+                )
+            )
         expected = in_bash(self.install.setup, raw, self.build)
-        variables = result.variables.items()
-        assert {
-            os.fsencode(k): os.fsencode(v) for k, v in variables
-        } == expected
-        return result
+        for result in results:
+            variables = result.variables.items()
+            assert {
+                os.fsencode(k): os.fsencode(v) for k, v in variables
+            } == expected
+        return results[-1]
 
     def settle(self):
         """Wait until any change of a file would show."""
@@ -98,10 +103,9 @@ def test_every_kind_of_hook(memory):
         'prepend-non-duplicate-if-exists;PATH;here;gone',
     )
     environment = {**BASE, 'GIVEN': 'yes', 'LAST': ''}
-    for _ in range(2):
-        variables = memory.get(environment).variables
-        assert variables['PLACE'] == str(memory.install.prefix('c') / 'here')
-        assert variables['GIVEN'] == 'yes'
+    variables = memory.get(environment, times=2).variables
+    assert variables['PLACE'] == str(memory.install.prefix('c') / 'here')
+    assert variables['GIVEN'] == 'yes'
     assert memory.sourced == 1
 
 
@@ -127,8 +131,7 @@ ODD = [
 
 @pytest.mark.parametrize('environment', ODD)
 def test_odd_environment_of_the_caller(memory, environment):
-    for _ in range(2):
-        memory.get(environment)
+    memory.get(environment, times=2)
 
 
 def test_underlays(tmp_path):
@@ -139,8 +142,9 @@ def test_underlays(tmp_path):
     chained = [middle.path, below.path]
     memory = Memory(tmp_path / 'ws', chained=chained)
     memory.install.package('z', 'set;Z;1')
-    assert memory.get().variables['Y'] == '1'
-    assert memory.get().packages == {'z'}
+    result = memory.get(times=2)
+    assert result.variables['Y'] == '1'
+    assert result.packages == {'z'}
     assert memory.sourced == 1
     below.package('x', 'set;Y;2')
     assert memory.get().variables['Y'] == '1'
@@ -160,18 +164,16 @@ def test_underlay_of_ament(tmp_path):
     memory = Memory(tmp_path / 'ws', chained=[prefix])
     memory.install.package('z')
     (prefix / 'local_setup.bash').stat()
-    for _ in range(2):
-        variables = memory.get().variables
-        assert variables['ROS_DISTRO'] == 'any'
-        assert variables['AMENT_PREFIX_PATH'].endswith(str(prefix))
+    variables = memory.get(times=2).variables
+    assert variables['ROS_DISTRO'] == 'any'
+    assert variables['AMENT_PREFIX_PATH'].endswith(str(prefix))
     assert memory.sourced == 1
     hook = prefix / 'share/r/environment/distro.dsv'
     hook.write_text('set;ROS_DISTRO;new\n')
     assert memory.get().variables['ROS_DISTRO'] == 'new'
     (prefix / 'share/r/package.dsv').unlink()
     (prefix / 'share/r/local_setup.sh').write_text('export SCRIPT=1\n')
-    for _ in range(2):
-        assert memory.get().variables['SCRIPT'] == '1'
+    assert memory.get(times=2).variables['SCRIPT'] == '1'
     assert memory.sourced == 4
 
 
@@ -214,8 +216,7 @@ def ament_prefix(templates, prefix):
 def test_script_of_unknown_content_is_not_remembered(memory, tmp_path, text):
     environment = {**BASE, 'COUNTER': str(tmp_path / 'no/counter')}
     memory.install.package('s', script=f'# a script\n{text}')
-    memory.get(environment)
-    memory.get(environment)
+    memory.get(environment, times=2)
     assert memory.sourced == 2
     assert memory.records() == []
 
@@ -251,8 +252,7 @@ def test_edited_setup_script_is_not_remembered(memory, name):
     memory.get()
     with (memory.install.path / name).open('a') as file:
         file.write('\nTHE_END=1\n')
-    memory.get()
-    memory.get()
+    memory.get(times=2)
     assert memory.sourced == 3
 
 
@@ -302,8 +302,7 @@ def test_damaged_record_counts_as_none(memory, content):
     memory.get()
     (record,) = memory.records()
     record.write_text(content)
-    memory.get()
-    memory.get()
+    memory.get(times=2)
     assert memory.sourced == 2
 
 
