@@ -15,6 +15,8 @@ import sys
 import sysconfig
 from typing import Any
 
+from hypothesis import HealthCheck
+from hypothesis import settings
 import pytest
 from support.forks import Forks
 from support.ros_parts import build_once
@@ -22,10 +24,25 @@ from support.ros_setup import read_setup
 from support.ros_setup import RosSetup
 from support.ros_setup import SKIPPED
 
-# The background job of a script ignores Ctrl-C, nohup makes SIGHUP ignored,
-# and so would all that tests start.
+# The background job of a script ignores Ctrl-C and Ctrl-\, nohup makes SIGHUP
+# ignored, and so would all that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGQUIT, signal.SIG_DFL)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+# the machine's load must never decide a test, so no example has a deadline
+settings.register_profile(
+    'default',
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.register_profile(
+    'quick', settings.get_profile('default'), max_examples=10
+)
+settings.register_profile(
+    'long', settings.get_profile('default'), max_examples=10_000
+)
+settings.load_profile(os.environ.get('HYPOTHESIS_PROFILE', 'default'))
 
 #: The ids whose ports lie below Linux's ephemeral ones (ROS 2's guide to
 #: ROS_DOMAIN_ID); 0 is left out, since it is what everybody else uses.

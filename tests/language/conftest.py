@@ -15,23 +15,7 @@ from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.source_text import Source
-from hypothesis import HealthCheck
-from hypothesis import settings
 import pytest
-
-# the machine's load must never decide a test, so no example has a deadline
-settings.register_profile(
-    'default',
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)
-settings.register_profile(
-    'quick', settings.get_profile('default'), max_examples=10
-)
-settings.register_profile(
-    'long', settings.get_profile('default'), max_examples=10_000
-)
-settings.load_profile(os.environ.get('HYPOTHESIS_PROFILE', 'default'))
 
 #: The environment that the launch files are evaluated in.
 ENVIRONMENT = {'PATH': '/usr/bin:/bin', 'SET': 'value'}
