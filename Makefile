@@ -89,10 +89,11 @@ $(VENV)/.installed: $(VENV)/.dependencies $(SOURCES) README.md
 	@touch $@
 
 # setuptools below 80 still has what colcon needs for --symlink-install, and
-# from 70.1 on it needs no `wheel` package.
+# from 70.1 on it needs no `wheel` package. The pip of an older Python takes
+# half as long again to choose among the files of the index.
 $(VENV)/.dependencies: setup.cfg setup.py | $(BIN)/python
 	@echo 'Installing ROS 2 and colcon into $(VENV), some 400 MB…'
-	@$(PIP_INSTALL) 'setuptools>=70.1,<80'
+	@$(PIP_INSTALL) --upgrade pip 'setuptools>=70.1,<80'
 	@$(PIP_INSTALL) --no-build-isolation '.[ros]'
 	@command -v cmake >/dev/null || $(PIP_INSTALL) cmake
 	@touch $@

@@ -71,6 +71,12 @@ _STARTS = frozenset(
 _quick: list[pytest.Item] = []
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """Have one more than there are processors, as many tests wait."""
+    return len(os.sched_getaffinity(0)) + 1
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark what takes too long for `make quick`."""
     for item in items:
