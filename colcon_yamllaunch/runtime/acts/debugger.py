@@ -19,6 +19,9 @@ from colcon_yamllaunch.runtime.process.spawn import StartError
 _Words = tuple[str | ParameterFile, ...]
 _PYTHON = 'python'
 _GDB = ('gdb', '-q', '--args')
+# What gdb answers goes to standard error, and its prompt to standard output;
+# in two terminals they come in any order.
+_ONE_STREAM = ('sh', '-c', 'exec "$0" "$@" 2>&1')
 # options of Python that have a value in a word of its own (python3 --help)
 _WITH_VALUE = frozenset(('-W', '-X', '--check-hash-based-pycs'))
 # what is run is not a script, or not to be told from the options
@@ -32,7 +35,8 @@ def debugged(process: Process, environment: Mapping[str, str]) -> Process:
     Return a process under a debugger, with a terminal.
 
     It waits for commands before the program begins. That of a program in
-    Python is `pdb`, which each Python has; of any other it is `gdb`.
+    Python is `pdb`, which each Python has; of any other it is `gdb`, and then
+    all output goes to standard output.
 
     :param environment: The variables of the process
     :raises RefusedError: when `gdb` is needed, and there is none
@@ -51,6 +55,7 @@ def debugged(process: Process, environment: Mapping[str, str]) -> Process:
                 f'{process.label} needs gdb to be debugged, which is not '
                 'installed: sudo apt install gdb'
             ) from error
+        argv = (*_ONE_STREAM, *argv)
     return replace(process, argv=argv, emulate_tty=True)
 
 
