@@ -44,6 +44,22 @@ def cut(text: str, cells: int) -> str:
     return ''.join((*kept, '…' if cells > 0 else '', reset))
 
 
+def cut_inside(text: str, cells: int, kept: int) -> str:
+    """
+    Leave out what is before the end of a text that takes too many cells.
+
+    :param kept: The cells of its end, of which the colours are lost
+    """
+    if width(text) <= cells:
+        return text
+    bare = _COLOUR.sub('', text)
+    start = len(bare)
+    while start and width(bare[start - 1 :]) <= min(kept, cells - 1):
+        start -= 1
+    end = bare[start:]
+    return cut(text, cells - width(end)) + end
+
+
 def _cells(character: str) -> int:
     if character < '\u0300':
         return 1

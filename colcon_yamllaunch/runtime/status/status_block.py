@@ -20,10 +20,15 @@ from colcon_yamllaunch.runtime.status.board import is_settled
 from colcon_yamllaunch.runtime.status.board import Phase
 from colcon_yamllaunch.runtime.status.board import Row
 from colcon_yamllaunch.runtime.status.cells import cut
+from colcon_yamllaunch.runtime.status.cells import cut_inside
 from colcon_yamllaunch.runtime.status.cells import width
 
 #: Lines that the block takes at most.
 MAXIMUM_LINES = 4
+
+#: Cells of the end of a line that may still change that are always seen: of a
+#: count, or of what is behind a bar.
+_LIVE_END = 10
 
 #: What is shown of a process, and the cells that it takes.
 _Chip = tuple[str, int]
@@ -38,6 +43,7 @@ _RED = '\x1b[31m'
 _ALARM = '\x1b[1;31m'
 _GREEN = '\x1b[32m'
 _YELLOW = '\x1b[33m'
+_HURRIES = ' (Ctrl-C hurries)'
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,6 +190,9 @@ def block_of(
     # the output and what is typed have a line each
     room = max(0, style.height - len(lines) - 2)
     live = view.live[max(0, len(view.live) - room) :]
+    # their ends are what changes
+    kept = min(_LIVE_END, columns // 4)
+    live = tuple(cut_inside(line, columns + 1, kept) for line in live)
     lines = [*live, *lines]
     if style.ascii:
         lines = [_as_ascii(line) for line in lines]
@@ -351,6 +360,9 @@ def _news(
     news = []
     if board.stopping:
         text = _stopping(board.countdown, now)
+        if width(text) > style.columns - 2:
+            # it was told when it began
+            text = text.replace(_HURRIES, '')
         news.append(_painted(text, _YELLOW, style))
     else:
         watched = board.watched
@@ -370,7 +382,7 @@ def _news(
 
 def _stopping(countdown: Countdown | None, now: float) -> str:
     if countdown is None:
-        return 'stopping (Ctrl-C hurries)'
+        return f'stopping{_HURRIES}'
     event = countdown.event
     text = 'stopping'
     if event.next_signal is not None:
@@ -381,7 +393,7 @@ def _stopping(countdown: Countdown | None, now: float) -> str:
         names.append(f'{len(event.labels) - len(names)} more')
     if event.timers:
         names.append(f'{event.timers} timer' + 's' * (event.timers > 1))
-    return f'{text} (Ctrl-C hurries): {one_line(", ".join(names))}'
+    return f'{text}{_HURRIES}: {one_line(", ".join(names))}'
 
 
 def _watched(event: events.Watched | events.Checked, style: Style) -> str:

@@ -2,6 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 from colcon_yamllaunch.runtime.status.cells import cut
+from colcon_yamllaunch.runtime.status.cells import cut_inside
 from colcon_yamllaunch.runtime.status.cells import width
 import pytest
 
@@ -40,3 +41,19 @@ def test_width(text, cells):
 def test_cut(text, cells, expected):
     assert cut(text, cells) == expected
     assert width(expected) <= cells
+
+
+@pytest.mark.parametrize(
+    ('text', 'cells', 'expected'),
+    [
+        ('low ×31', 7, 'low ×31'),
+        ('very low ×31', 9, 'very… ×31'),
+        ('very low ×31', 5, '… ×31'),
+        ('very low ×31', 3, '…31'),
+        ('very low ×31', 0, ''),
+        ('とても台所', 7, 'と…台所'),
+        (f'{RED}very low{RESET} ×31', 9, f'{RED}very…{RESET} ×31'),
+    ],
+)
+def test_cut_inside(text, cells, expected):
+    assert cut_inside(text, cells, 4) == expected

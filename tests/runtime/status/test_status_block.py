@@ -146,6 +146,8 @@ def test_the_countdown_of_stopping(board):
     assert lines(one)[-1] == (
         ' stopping, SIGTERM in 4 s (Ctrl-C hurries): a, b, 1 timer'
     )
+    narrow = lines(one, 40)[-1]
+    assert narrow == ' stopping, SIGTERM in 4 s: a, b, 1 tim…'
     # it is another text in half a second, and then each second
     assert next_change(one, 100.0) == pytest.approx(100.5)
     assert next_change(one, 100.5) == pytest.approx(101.5)
@@ -202,6 +204,10 @@ def test_names_do_a_terminal_no_harm(board):
 def test_lines_that_may_still_change_are_above_it(board):
     view = View(live=('[a] 50 %',))
     assert lines(board('a'), view=view) == ['[a] 50 %', ' 1 ● a']
+    # of a long one the end is seen
+    view = View(live=(f'[a] {"low " * 20}×31',))
+    cut = '[a] low low low low low low l…w low ×31'
+    assert lines(board('a'), 40, view)[0] == cut
 
 
 def test_what_the_next_key_means_is_there_in_full(board):
