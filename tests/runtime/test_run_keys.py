@@ -173,7 +173,7 @@ def test_lines_and_keys_for_a_process(status, python, sleep):
     one.types('1a').shows(block, back, 'asker> Miss Ada')
     one.types('\r').shows('hello Miss Ada', 'Secret:', block, back, 'asker>')
     one.types('word').shows('Secret:', block, back, 'asker> ****')
-    one.types('\r').shows('raw', block, f'{back}; each key goes to asker')
+    one.types('\r').shows('raw', block, f'{back}  each key goes to asker')
     one.types('x').shows("b'x'", block, back)
     one.types('\x1b[A').shows("b'\\x1b[A'", block, back)
     # nothing runs any more
@@ -187,7 +187,7 @@ def test_keys_for_what_draws_in_its_terminal(status, python):
     one.types('1a').shows('Name:', ' 1 ● d', ' Ctrl-] goes back', 'd>')
     one.types('Ada\r')
     # it says nothing when it takes keys
-    keys = (' 1 ● d', ' Ctrl-] goes back; each key goes to d')
+    keys = (' 1 ● d', ' Ctrl-] goes back  each key goes to d')
     one.shows('Name: Ada', 'hello Ada', *keys)
     one.types('x').shows("b'x'", *keys)
     # what was answered is not asked again

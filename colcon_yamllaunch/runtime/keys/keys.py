@@ -173,6 +173,9 @@ class Keys:
         :param live: Lines of output that may still change
         """
         filtering = self.filtering
+        if self._prompt == '/':
+            # which is seen in the line that it is typed in
+            filtering = replace(filtering, search='')
         view = View(
             live=live,
             chosen=self.attached or self._chosen or self._meant(),
@@ -203,23 +206,22 @@ class Keys:
     def _hint(self) -> str:
         if self.attached is not None:
             how = 'each key goes to' if self._is_raw else 'typing at'
-            return f'{ESCAPE_NAME} goes back; {how} {self.attached}'
+            return f'{ESCAPE_NAME} goes back  {how} {self.attached}'
         if self._prompt == '/':
             return 'Enter keeps the search  Esc drops it'
         if self._prompt == ':':
             matches = self._matches()
             if not matches:
                 return 'no process is called so  Esc goes back'
+            words = ['a part of a name is enough']
+            if self._line.text:
+                words = [f'Enter chooses {matches.pop(0)}', 'Tab completes']
+            # the names are what is cut
+            words += ('Esc goes back', *matches[:NAMES_SHOWN])
             more = len(matches) - NAMES_SHOWN
-            return '  '.join(
-                (
-                    *matches[:NAMES_SHOWN],
-                    *((f'… +{more}',) if more > 0 else ()),
-                    'Enter chooses the first',
-                    'Tab completes',
-                    'Esc goes back',
-                )
-            )
+            if more > 0:
+                words.append(f'… +{more}')
+            return '  '.join(words)
         if self._chosen is not None:
             return f'{self._meant_by_keys(self._chosen)}  Esc none'
         first, rest = _HINT.split('  ', 1)
@@ -236,6 +238,9 @@ class Keys:
             for key in ('s stop', 'k kill', 'a attach'):
                 hint = hint.replace(f'{key}  ', '')
             hint = hint.replace('r restart', 'r start')
+        if self._board.stopping:
+            for key in ('r start  ', 'r restart  ', 'd debug  '):
+                hint = hint.replace(key, '')
         if label in self.filtering.muted:
             hint = hint.replace('m mute', 'm unmute')
         if self.filtering.only == {label}:

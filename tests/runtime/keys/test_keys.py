@@ -8,6 +8,7 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.core.events import Dropped
 from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import ShuttingDown
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.keys.keys import Act
@@ -191,6 +192,8 @@ def test_the_hint_is_about_now(process):
     board.handle(Exited(process('b'), 7, Outcome(code=3), 1.0, False, True))
     typed(keys, '2')
     assert keys.view().hint.startswith('r start  m mute  o only  d debug')
+    board.handle(ShuttingDown('interrupted'))
+    assert keys.view().hint.startswith('m mute  o only  l log')
 
 
 def test_times(keys):
@@ -205,6 +208,8 @@ def test_a_search_takes_place_as_it_is_typed(keys):
     assert keys.filtering.search == 'lo'
     view = keys.view()
     assert (view.prompt, view.typed, view.cursor) == ('/', 'lo', 2)
+    # it is not told twice
+    assert view.filter == ''
     typed(keys, 'x\x7fw\r')
     assert keys.filtering.search == 'low'
     assert keys.view().prompt is None
@@ -246,10 +251,18 @@ def test_a_process_is_chosen_by_its_name(keys, name, label):
     typed(keys, f':{name}')
     assert keys.view().prompt == ':'
     assert keys.view().chosen == label
-    assert keys.view().hint.split()[0] == label
+    assert keys.view().hint.startswith(f'Enter chooses {label}  Tab')
     typed(keys, '\r')
     assert keys.view().chosen == label
     assert typed(keys, 's') == [Act('stop', label)]
+
+
+def test_what_a_name_may_be_is_told(keys):
+    typed(keys, ':')
+    # Enter would choose none
+    assert 'Enter' not in keys.view().hint
+    typed(keys, 'bath')
+    assert keys.view().hint.endswith('Esc goes back  bathroom')
 
 
 def test_no_process_has_the_name(keys):
