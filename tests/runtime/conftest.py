@@ -206,7 +206,7 @@ def sleep() -> Callable[..., dict[str, Any]]:
 
     def describe(label: str, **more: Any) -> dict[str, Any]:
         # a shell may miss a signal while it comes up
-        return {'label': label, 'argv': ['sleep', '99'], **more}
+        return {'label': label, 'argv': ['sleep', '999'], **more}
 
     return describe
 

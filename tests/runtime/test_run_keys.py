@@ -88,7 +88,7 @@ def test_the_keys_of_one_process(status, python, sleep):
     one.types('1a').shows(' 1 ● teller  2 ■ b ×1', ' teller has no term')
     one.types('2a').shows(' 1 ● teller  2 ■ b ×1', ' b does not run')
     one.types('2i')
-    one.screen.shows(lambda lines: '  command: sleep 99' in lines)
+    one.screen.shows(lambda lines: '  command: sleep 999' in lines)
     one.types('?').shows('  Ctrl-]  go back', ' 1 ● teller  2 ■ b ×1')
     one.types('w').shows(' 1 ● teller  2 ■ b ×1', ' no files are watched')
     one.types('q').ends()
