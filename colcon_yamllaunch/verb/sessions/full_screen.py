@@ -34,8 +34,8 @@ MISSING = (
 #: By how much the launch comes before us where both want a processor, as for
 #: nice(1).
 NICE = 5
-#: Seconds in which nobody has read anything.
-_GLANCE = 1.0
+#: Seconds in which nobody has read anything, nor left what shows it.
+_GLANCE = 0.4
 
 
 def need_screen(environment: Mapping[str, str]) -> None:
