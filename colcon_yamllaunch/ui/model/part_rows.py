@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import replace
 import os
+import re
 from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -48,6 +49,8 @@ _STYLES: Mapping[Phase, str] = {
 }
 #: The phases in which nothing runs that could have recovered.
 _DOWN = ('ended', 'waiting', 'stopped')
+#: How a process failed, in full; see `outcome.Outcome`.
+_FAILED = re.compile(r'exited with code (\d+)|died by (\w+)( \([^)]*\))?')
 #: What stands before a launch file, a group, a timer.
 _BLOCKS: Mapping[str, str] = {'file': '▤', 'group': '▣', 'timer': '◷'}
 
@@ -153,7 +156,7 @@ def _phase(model: LaunchModel, part: Part) -> Phase:
 
 
 def _note(model: LaunchModel, part: Part) -> str:
-    words = [state_of(part)]
+    words = [_in_short(state_of(part))]
     if isinstance(part, ProcessState):
         if part.restarts:
             words.append(f'×{part.restarts}')
@@ -161,6 +164,11 @@ def _note(model: LaunchModel, part: Part) -> str:
         if part.pid is not None and history and history[-1].cpu >= MUCH_CPU:
             words.append(f'{history[-1].cpu:.0%}')
     return ' '.join(words)
+
+
+def _in_short(state: str) -> str:
+    """Return a state as the status block has it: the code, or the signal."""
+    return _FAILED.sub(lambda m: m[2] or f'exit {m[1]}', state)
 
 
 def state_of(part: Part) -> str:

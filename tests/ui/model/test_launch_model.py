@@ -55,9 +55,15 @@ def test_what_failed_stays_so_until_somebody_starts_it() -> None:
     model.take(exited('a', 3))
     assert model.failed == {'a'}
     assert model.wants_state
-    assert rows_of(model) == ['✗ a exited with code 3']
+    assert rows_of(model) == ['✗ a exit 3']
     model.take(happened('requested', 'a', action='restart'))
     assert model.failed == set()
+
+
+def test_a_row_has_the_signal_only() -> None:
+    ending = 'died by SIGSEGV (segmentation fault), core dumped'
+    model = model_of(process('a', phase='ended', ending=ending))
+    assert rows_of(model) == ['✓ a SIGSEGV, core dumped']
 
 
 def test_rows_say_what_is_going_on() -> None:
@@ -78,7 +84,7 @@ def test_rows_say_what_is_going_on() -> None:
         '● talker active',
         '✗ lost no such class',
         '● b inactive 75%',
-        '↻ c respawns (exited with code 1)',
+        '↻ c respawns (exit 1)',
         '○ d waiting',
         '▢ /far not of this launch',
         '○ remote waiting',
