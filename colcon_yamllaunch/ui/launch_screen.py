@@ -53,6 +53,7 @@ from textual.events import Resize
 from textual.screen import Screen
 from textual.widgets import Static
 
+_WHILE_ASKED = 'Enter keeps what is found  Esc goes back'
 #: Seconds between two times that something is drawn.
 DRAWN_EVERY = 0.1
 #: Seconds for which an answer is shown.
@@ -382,6 +383,10 @@ class LaunchScreen(Screen[None]):
         """Show what the cursor is on."""
         self.changed()
 
+    def on_descendant_focus(self) -> None:
+        """Tell what keys mean to who has them now."""
+        self.changed()
+
     def on_output_pane_followed(self) -> None:
         """Show whether the end is in sight."""
         self.changed()
@@ -503,5 +508,8 @@ class LaunchScreen(Screen[None]):
             said, style = f'{self.model.ending}; q leaves', 'bold'
         if said:
             return Text(said, style, no_wrap=True, overflow='ellipsis')
+        if self._prompt.display:
+            # the keys are text for the time being
+            return Text(_WHILE_ASKED, 'dim', no_wrap=True)
         width = self.size.width
         return keys_text(width, is_narrow=width < NARROW)

@@ -183,7 +183,8 @@ def test_what_is_typed_while_searching_is_no_key() -> None:
         for key in ('/', 's', 'k', 'i'):
             shown.app.simulate_key('slash' if key == '/' else key)
         await shown.hides('warm')
-        await shown.shows('a skill', '/ski')
+        await shown.shows('a skill', '/ski', 'Enter keeps what is found')
+        await shown.hides('s stop')
         await shown.types('enter', 'slash', 'x')
         await shown.hides('a skill')
         await shown.types('escape')
