@@ -180,9 +180,8 @@ class Watching:
         """
         if not self._is_paused:
             self._is_paused = True
-            self._the_launch.tell(
-                events.Watched('off: what is saved now has to wait')
-            )
+            text = 'off: what is saved now has to wait'
+            self._the_launch.tell(events.Watched(text, is_switch=True))
 
     def resume(self) -> None:
         """Do what follows from the changes since :meth:`pause`."""
@@ -190,7 +189,7 @@ class Watching:
             return
         self._is_paused = False
         batch, self._put_by = self._put_by, None
-        self._the_launch.tell(events.Watched('on again'))
+        self._the_launch.tell(events.Watched('on again', is_switch=True))
         if batch is not None:
             # whoever has started since may have read what was there then
             self._follow(batch, self._clock())

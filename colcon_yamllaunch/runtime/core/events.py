@@ -761,12 +761,15 @@ class Watched(Event):
     :param failed: Whether it came to nothing, or the check failed
     :param details: Lines that say why, as a build or an evaluation shows them
     :param is_final: Whether nothing more follows from the change
+    :param is_switch: Whether there was no change, and it tells that they are
+      not looked at any more, or again
     """
 
     text: str
     failed: bool = False
     details: str = ''
     is_final: bool = True
+    is_switch: bool = False
 
     @property
     def severity(self) -> str:

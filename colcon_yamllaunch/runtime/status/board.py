@@ -153,6 +153,9 @@ class Board:
                 self.countdown = Countdown(event, due)
             case events.Changed():
                 self.changed = self._clock()
+            case events.Watched(is_switch=True):
+                # what came of the last change is still that
+                pass
             case events.Watched() | events.Checked():
                 self.watched = event
                 if is_settled(event):
