@@ -57,8 +57,10 @@ class LeaveQuestion(ModalScreen[Leaving]):
             yield Static(
                 'The launch runs.\n\n'
                 's    stop it, and leave\n'
-                'l    leave it running: colcon launch --ui comes back,\n'
-                '     colcon launch --stop ends it\n'
+                # for a terminal of 40 columns
+                'l    leave it running:\n'
+                '     --ui comes back to it,\n'
+                '     --stop ends it\n'
                 'Esc  stay'
             )
 
