@@ -133,7 +133,7 @@ def test_what_their_group_alone_tells_of_is_stopped_too(
 ):
     lost = 'sh -c "trap \'\' INT TERM; echo lost \\$\\$; while :; do :; done"'
     o = orphaned(
-        'lost ', sh('a', f'(env -i setsid {lost} &) ; exit 0', **QUICK)
+        'lost ', sh('a', f'(env -i setsid {lost} &) ; sleep 999', **QUICK)
     )
     pid = int(o.one.screen.partition('lost ')[2].split()[0])
     folder = Path(process_folder(pid)).parent
