@@ -238,5 +238,5 @@ def test_no_pager_and_a_debugger_that_is_typed_at(status, tmp_path):
 def test_what_was_typed_before_means_nothing(status, sleep):
     one = status(sleep('a'))
     one.types('q1s').shows(' 1 ● a')
-    one.types('1').shows(' 1 ● a', ' s stop', ' d debug')
+    one.types('1').shows(' 1 ● a', ' s stop', ' i info')
     one.types('sq').ends()

@@ -81,3 +81,12 @@ def hint(meanings: Iterable[Meaning]) -> str:
 def only_its_container_writes(label: str) -> str:
     """Say why there is no output of a component to be shown or not."""
     return f'{label} is a component: its container writes'
+
+
+def cannot_be_typed_at(label: str, *, is_process: bool, runs: bool) -> str:
+    """Say why a process, or a component, takes no keys, and the way out."""
+    if not is_process:
+        return f'{label} is a component: it has no keyboard'
+    if not runs:
+        return f'{label} does not run'
+    return f'{label} has no terminal; emulate_tty or --tty gives it one'

@@ -65,13 +65,13 @@ _HINT = hint(
     for action in ('help', 'search', 'level', 'times', 'mute_all')
 )
 _HINT += '  q stop'
-_CHOSEN = hint(FOR_ONE.values())
 _HELP = (
     ('1 … Z', 'choose the process with this key'),
     (':', 'choose one by a part of its name; Tab completes it'),
     *((m.key, f'then {m.text}') for m in FOR_ONE.values()),
     ('Esc', 'choose none; without one chosen, show all again'),
     *((m.key, m.text) for m in FOR_ALL.values()),
+    ('Enter', 'end a line, to tell what comes from what was'),
     ('q', 'stop the launch, as Ctrl-C does; once more hurries'),
     (ESCAPE_NAME, 'go back from the process that is typed at'),
 )
@@ -83,13 +83,18 @@ class Keys:
 
     :param board: Has the processes
     :param names_of: Returns further names of a process by its label
+    :param can_type_at: Tells whether a process takes keys now, by its label
     """
 
     def __init__(
-        self, board: Board, names_of: Callable[[str], Iterable[str]]
+        self,
+        board: Board,
+        names_of: Callable[[str], Iterable[str]],
+        can_type_at: Callable[[str], bool],
     ) -> None:
         self._board = board
         self._names_of = names_of
+        self._can_type_at = can_type_at
         self._decoder = KeyDecoder()
         #: Whether there is a `--watch` to be switched.
         self.can_watch = False
@@ -232,20 +237,29 @@ class Keys:
 
     def _meant_by_keys(self, label: str) -> str:
         """Return what keys mean for a process as it is now."""
-        hint = _CHOSEN
         row = self._board.row(label)
-        if row is not None and row.phase in DOWN:
-            for key in ('s stop', 'k kill', 'a attach'):
-                hint = hint.replace(f'{key}  ', '')
-            hint = hint.replace('r restart', 'r start')
+        is_down = row is not None and row.phase in DOWN
+        left_out: set[OneAction] = set()
+        if is_down:
+            left_out |= {'stop', 'kill'}
+        if row is not None and not row.is_process:
+            left_out |= {'kill', 'attach', 'mute', 'only', 'debug'}
+        if is_down or not self._can_type_at(label):
+            left_out.add('attach')
         if self._board.stopping:
-            for key in ('r start  ', 'r restart  ', 'd debug  '):
-                hint = hint.replace(key, '')
+            left_out |= {'restart', 'debug'}
+        words: dict[OneAction, str] = {}
+        if is_down:
+            words['restart'] = 'start'
         if label in self.filtering.muted:
-            hint = hint.replace('m mute', 'm unmute')
+            words['mute'] = 'unmute'
         if self.filtering.only == {label}:
-            hint = hint.replace('o only', 'o all')
-        return hint
+            words['only'] = 'all'
+        return hint(
+            replace(meaning, short=words.get(action, meaning.short))
+            for action, meaning in FOR_ONE.items()
+            if action not in left_out
+        )
 
     def _process_keys(self) -> str:
         """Return the keys of the processes, in short."""

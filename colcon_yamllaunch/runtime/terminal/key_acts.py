@@ -8,6 +8,7 @@ from collections.abc import Iterable
 
 from colcon_yamllaunch.runtime.acts.acts import Acts
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
+from colcon_yamllaunch.runtime.keys.key_meanings import cannot_be_typed_at
 from colcon_yamllaunch.runtime.keys.keys import Act
 from colcon_yamllaunch.runtime.keys.keys import DOWN
 from colcon_yamllaunch.runtime.keys.keys import Keys
@@ -85,6 +86,8 @@ class KeyActs:
 
     def _no_keyboard(self, label: str) -> str:
         row = self._board.row(label)
-        if row is None or not row.group:
-            return f'{label} does not run'
-        return f'{label} has no terminal; emulate_tty or --tty gives it one'
+        return cannot_be_typed_at(
+            label,
+            is_process=row is None or row.is_process,
+            runs=bool(row and row.group),
+        )

@@ -108,7 +108,7 @@ class TerminalSession:
         self._filter = LineFilter(
             color=color, is_ascii=is_plain, form_of=self._form_of
         )
-        self._keys = Keys(self.board, self._names_of)
+        self._keys = Keys(self.board, self._names_of, self._can_type_at)
         self._attachment = Attachment(self._keys, screen, attach)
         # when an Esc has been a key
         self._escape_due: float | None = None
@@ -333,6 +333,10 @@ class TerminalSession:
         from colcon_yamllaunch.runtime.clients.process_names import names_of
 
         return () if self._engine is None else names_of(self._engine, label)
+
+    def _can_type_at(self, label: str) -> bool:
+        engine = self._engine
+        return engine is not None and engine.terminals.has_keyboard(label)
 
     def _compose(self, now: float) -> tuple[Block | None, float | None]:
         """Return the block, if there is one, and when to ask again."""

@@ -27,10 +27,14 @@ PLACE = Position('/ws/demo.yaml', 14, 5)
 NAMES = {'kitchen': ('thermometer.py-1',)}
 
 
+def yes(_):
+    return True
+
+
 def keys_of(*labels):
     entries = [Process(n, ('true',), PLACE, '/') for n in labels]
     board = Board(entries, lambda: 0.0)
-    return Keys(board, lambda label: NAMES.get(label, ()))
+    return Keys(board, lambda label: NAMES.get(label, ()), yes)
 
 
 @pytest.fixture
@@ -73,8 +77,8 @@ def test_what_is_done_with_all(keys, key, command):
 
 def test_the_help_has_all_keys():
     text = '\n'.join(help_lines())
-    for key in 'sraklimodLtMwq:/?':
-        assert key in text
+    for key in (*'sraklimodLtMwq:/?', 'Enter'):
+        assert f'\n  {key} ' in text
     for columns in (20, 40, 80, 200):
         lines = help_lines(columns)
         assert all(len(line) < max(columns, 25) for line in lines)
@@ -130,7 +134,7 @@ def test_only_one(keys):
 
 def test_a_component_writes_by_its_container():
     component = Component('part', 'box', 'a::B', 'part', PLACE)
-    keys = Keys(Board([component], lambda: 0.0), lambda _: ())
+    keys = Keys(Board([component], lambda: 0.0), lambda _: (), yes)
     for key in 'mo':
         assert typed(keys, f'1{key}') == []
         assert 'container' in keys.view().note
@@ -180,7 +184,7 @@ def test_all_is_shown_again(keys):
 
 def test_the_hint_is_about_now(process):
     board = Board([process('a'), process('b')], lambda: 0.0)
-    keys = Keys(board, lambda _: ())
+    keys = Keys(board, lambda _: (), yes)
     assert '? help  1-2 choose  / search' in keys.view().hint
     assert 'w watch' not in keys.view().hint
     keys.can_watch = True
@@ -194,6 +198,17 @@ def test_the_hint_is_about_now(process):
     assert keys.view().hint.startswith('r start  m mute  o only  d debug')
     board.handle(ShuttingDown('interrupted'))
     assert keys.view().hint.startswith('m mute  o only  l log')
+
+
+def test_the_hint_has_what_is_possible(process):
+    component = Component('part', 'box', 'a::B', 'part', PLACE)
+    board = Board([process('a'), component], lambda: 0.0)
+    keys = Keys(board, lambda _: (), lambda _: False)
+    typed(keys, '1')
+    hint = keys.view().hint
+    assert hint.startswith('s stop  r restart  k kill  m mute  o only')
+    typed(keys, '2')
+    assert keys.view().hint.startswith('s stop  r restart  l log  i info')
 
 
 def test_times(keys):
@@ -347,7 +362,7 @@ def test_a_process_is_attached_within_what_was_typed(keys):
 
 def test_a_chosen_process_that_is_dropped(process):
     board = Board([process('kitchen')], lambda: 0.0)
-    keys = Keys(board, lambda _: ())
+    keys = Keys(board, lambda _: (), yes)
     typed(keys, '1')
     board.handle(Dropped(process('kitchen')))
     assert typed(keys, 's') == []
