@@ -212,7 +212,10 @@ class Board:
             case events.Exited():
                 self._take_end(row, event)
             case events.Requested():
-                row.failure = ''
+                ends = event.action in ('stop', 'kill')
+                # what has failed is not another thing by being stopped
+                if not (ends and row.is_process and row.phase == 'failed'):
+                    row.failure = ''
                 if row.phase in _UP:
                     self._turn(row, 'stopping')
                 elif event.action in ('restart', 'debug'):

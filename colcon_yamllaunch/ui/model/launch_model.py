@@ -60,8 +60,8 @@ class LaunchModel:
         self.held: set[str] = set()
         #: The plan as a tree, as `protocol` has it.
         self.tree: Sequence[Mapping[str, Any]] = ()
-        #: Bytes of output, and events, that were lost.
-        self.missed_bytes = self.missed_events = 0
+        #: Bytes of output that were lost.
+        self.missed_bytes = 0
         #: What processes used, the latest last.
         self.usage: dict[str, deque[Usage]] = {}
         #: Why there are no more news; empty as long as there are.
@@ -179,7 +179,7 @@ class LaunchModel:
         if label is not None:
             if name in _FAILED or (name == 'exited' and fields.get('failed')):
                 self.failed.add(label)
-            elif name in _RECOVERED or name == 'requested':
+            elif name in _RECOVERED or self._is_new_try(label, name, fields):
                 self.failed.discard(label)
             self._take_phase(label, name, fields)
         if name == 'ended':
@@ -199,6 +199,16 @@ class LaunchModel:
                 time if isinstance(time, float) else 0.0,
                 level_of_event(name, fields),
             )
+
+    def _is_new_try(
+        self, label: str, name: str, fields: Mapping[str, Any]
+    ) -> bool:
+        """Tell whether somebody asks for what makes a failure a past one."""
+        if name != 'requested':
+            return False
+        part = self.part(label)
+        has_ended = isinstance(part, ProcessState) and part.phase == 'ended'
+        return not has_ended or fields.get('action') not in ('stop', 'kill')
 
     def _take_phase(
         self, label: str, name: str, fields: Mapping[str, Any]
@@ -221,7 +231,6 @@ class LaunchModel:
 
     def _take_gap(self, missed: Missed) -> None:
         self.missed_bytes += missed.bytes
-        self.missed_events += missed.events
         if missed.events:
             # what it would have told is in the state
             self.wants_state = self.wants_tree = True

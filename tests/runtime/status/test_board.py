@@ -89,6 +89,17 @@ def test_a_failure_is_told_of_until_somebody_starts_it_anew(board, one):
     assert (row.phase, row.starts) == ('running', 3)
 
 
+@pytest.mark.parametrize('action', ['stop', 'kill'])
+def test_what_has_failed_stays_so_when_it_is_stopped(board, one, action):
+    board.handle(events.Started(one, 7))
+    board.handle(exited(one, BAD, failed=True))
+    board.handle(events.Requested(one, action))
+    row = board.row('a')
+    assert (row.phase, row.failure) == ('failed', 'exit 3')
+    board.handle(events.Requested(one, 'restart'))
+    assert (row.phase, row.failure) == ('starting', '')
+
+
 def test_what_could_not_be_started(board, one):
     board.handle(events.StartFailed(one, 'no such file'))
     row = board.row('a')
