@@ -6,6 +6,7 @@
 from typing import ClassVar
 from typing import Literal
 
+from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding
@@ -27,7 +28,7 @@ class Reading(ModalScreen[None]):
         Binding('ctrl+c', 'app.interrupt', show=False),
     ]
 
-    def __init__(self, title: str, text: Text) -> None:
+    def __init__(self, title: str, text: Text | Table) -> None:
         super().__init__()
         self._title = title
         self._text = text

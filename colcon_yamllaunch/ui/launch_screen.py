@@ -15,7 +15,9 @@ from typing import Protocol
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import Part
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
+from colcon_yamllaunch.runtime.keys.key_meanings import cannot_be_typed_at
 from colcon_yamllaunch.runtime.keys.key_meanings import (
     only_its_container_writes,
 )
@@ -40,7 +42,7 @@ from colcon_yamllaunch.ui.output_pane import OutputPane
 from colcon_yamllaunch.ui.part_list import PartList
 from colcon_yamllaunch.ui.prompt import Asked
 from colcon_yamllaunch.ui.prompt import Prompt
-from colcon_yamllaunch.ui.screen_lines import help_text
+from colcon_yamllaunch.ui.screen_lines import help_table
 from colcon_yamllaunch.ui.screen_lines import keys_text
 from colcon_yamllaunch.ui.screen_lines import title_text
 from rich.text import Text
@@ -208,18 +210,18 @@ class LaunchScreen(Screen[None]):
         part = self._part()
         if part is None:
             return
-        if isinstance(part, ComponentState):
-            self.say(f'{part.label} is a component: it has no keyboard', 'red')
-        elif not part.terminal:
-            self.say(
-                f'{part.label} has no keyboard: give it emulate_tty: true in '
-                'the launch file, or start the launch with --tty',
-                'red',
+        process = part if isinstance(part, ProcessState) else None
+        if process is None or not process.terminal:
+            why = cannot_be_typed_at(
+                part.label,
+                is_process=process is not None,
+                runs=process is not None and process.pid is not None,
             )
-        else:
-            with self.app.suspend():
-                self._terminal.attach(part.label)
-            self.app.refresh()
+            self.say(why, 'red')
+            return
+        with self.app.suspend():
+            self._terminal.attach(part.label)
+        self.app.refresh()
 
     def action_log(self) -> None:
         """Show its log."""
@@ -270,7 +272,8 @@ class LaunchScreen(Screen[None]):
         label = self._writer()
         if label is not None:
             only = self._filtering.only ^ {label}
-            self._filter(replace(self._filtering, only=only))
+            muted = self._filtering.muted - only
+            self._filter(replace(self._filtering, only=only, muted=muted))
 
     # -- what a key does to all
 
@@ -349,7 +352,7 @@ class LaunchScreen(Screen[None]):
         """Show what the keys do."""
         owns = self._terminal.owns_launch
         last = 'stop the launch; once more hurries' if owns else 'leave'
-        self.app.push_screen(Reading('Keys', help_text(last)))
+        self.app.push_screen(Reading('Keys', help_table(last)))
 
     def action_leave(self) -> None:
         """Leave, and ask what is to become of the launch."""
@@ -512,4 +515,8 @@ class LaunchScreen(Screen[None]):
             # the keys are text for the time being
             return Text(_WHILE_ASKED, 'dim', no_wrap=True)
         width = self.size.width
-        return keys_text(width, is_narrow=width < NARROW)
+        return keys_text(
+            width,
+            is_narrow=width < NARROW,
+            can_watch=self.model.state.watch is not None,
+        )

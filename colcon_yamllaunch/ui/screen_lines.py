@@ -9,6 +9,7 @@ from colcon_yamllaunch.common.table import size
 from colcon_yamllaunch.ui.key_table import ON_ALL
 from colcon_yamllaunch.ui.key_table import ON_ONE
 from colcon_yamllaunch.ui.model.launch_model import LaunchModel
+from rich.table import Table
 from rich.text import Text
 
 # the keys that must not be cut, as they lead to all others, and the one to
@@ -52,15 +53,20 @@ def title_text(model: LaunchModel, *, follows: bool) -> Text:
     return text
 
 
-def keys_text(width: int, *, is_narrow: bool) -> Text:
+def keys_text(width: int, *, is_narrow: bool, can_watch: bool) -> Text:
     """
     Return what keys do, as far as there is room.
 
     :param is_narrow: Whether there is one pane at a time
+    :param can_watch: Whether there is a `--watch` to be switched
     """
     text = Text(no_wrap=True)
     leading = (*_LEADING, _SWITCH) if is_narrow else _LEADING
-    keys = [key.meaning for key in (*ON_ONE, *ON_ALL) if key.meaning.short]
+    keys = [
+        key.meaning
+        for key in (*ON_ONE, *ON_ALL)
+        if key.meaning.short and (can_watch or key.action != 'watch')
+    ]
     last = [meaning for meaning in keys if meaning.key in leading]
     room = width - sum(len(m.key) + len(m.short) + 3 for m in last)
     shown = []
@@ -75,31 +81,30 @@ def keys_text(width: int, *, is_narrow: bool) -> Text:
     return text
 
 
-def help_text(last: str) -> Text:
+def help_table(last: str) -> Table:
     """
     Return what all keys do.
 
     :param last: What Ctrl-C does
     """
-    text = Text()
+    table = Table.grid(padding=(0, 2), pad_edge=True)
+    table.add_column(style='cyan', no_wrap=True)
+    table.add_column()
     for title, keys in (
-        ('The process or component under the cursor', ON_ONE),
+        ('What the cursor is on', ON_ONE),
         ('All', ON_ALL),
     ):
-        text.append(f'{title}\n', 'bold')
+        table.add_row('', Text(title, 'bold'))
         for key in keys:
-            _add(text, key.meaning.key, key.meaning.text)
-        text.append('\n')
-    _add(text, 'Ctrl-]', 'come back from the process that is typed at')
-    _add(text, 'Ctrl-C', last)
-    _add(text, 'Ctrl-Z', 'suspend the full screen, and not the launch')
-    text.append(
-        '\nArrows, Page up and down, Home and End scroll; the output follows '
-        'what comes while its end is in sight.'
+            table.add_row(key.meaning.key, key.meaning.text)
+        table.add_row()
+    table.add_row('Ctrl-]', 'come back from the process that is typed at')
+    table.add_row('Ctrl-C', last)
+    table.add_row('Ctrl-Z', 'suspend the full screen, and not the launch')
+    table.add_row()
+    table.add_row(
+        'Arrows',
+        'scroll, as Page up and down, Home and End do; the output follows '
+        'what comes while its end is in sight',
     )
-    return text
-
-
-def _add(text: Text, key: str, meaning: str) -> None:
-    text.append(f'  {key:<7}', 'cyan')
-    text.append(f'{meaning}\n')
+    return table

@@ -132,7 +132,7 @@ def test_keys_act_on_what_the_cursor_is_on() -> None:
         await shown.types('i')
         await shown.shows("talker 'a b'", 'rate: 5', 'ROLE unset')
         await shown.types('escape', 'a')
-        await shown.shows('kitchen has no keyboard')
+        await shown.shows('kitchen has no terminal; emulate_tty or --tty')
         await shown.types('l')
         await shown.until(lambda: around.asked == ['page /log/kitchen.log'])
         launch.state = ShownLaunch(process('kitchen', terminal=True)).state
@@ -235,6 +235,10 @@ def test_a_narrow_terminal_has_one_pane_at_a_time() -> None:
         await shown.shows('● kitchen', 'warm')
         await shown.types('question_mark')
         await shown.shows('kill it with all')
+        await shown.pilot.resize_terminal(40, 24)
+        # what goes on in the next line does so below its like
+        await shown.shows('(emulate_tty,')
+        assert re.search(r'│ {9,}\(?\w+.*\n', shown.text)
 
     play(launch, act, size=(40, 10))
 
@@ -336,6 +340,8 @@ def test_watching_is_switched_off_and_on() -> None:
     launch = ShownLaunch(process('kitchen'))
 
     async def act(shown: Shown) -> None:
+        await shown.shows('q leave')
+        assert 'w watch' not in shown.text
         await shown.types('w')
         await shown.shows('no files are watched; that is --watch')
         for action, paused in (('pause', True), ('resume', False)):
@@ -385,6 +391,13 @@ def test_a_component_writes_nothing_of_its_own() -> None:
     launch = ShownLaunch(process('box'), component('talker', 'box'))
 
     async def act(shown: Shown) -> None:
+        await shown.types('down', 'a')
+        await shown.shows('talker is a component: it has no keyboard')
+        await shown.types('1', 'M', 'space')
+        # who is chosen is not muted
+        await shown.shows('only box', '● box')
+        assert 'muted' not in shown.text
+        await shown.types('escape')
         for key in ('m', 'o', 'space'):
             await shown.types('down', key)
             await shown.shows('talker is a component: its container writes')
