@@ -20,12 +20,15 @@ from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
 from colcon_yamllaunch.runtime.control.socket_address import Address
 from colcon_yamllaunch.runtime.control.socket_address import connections
+from colcon_yamllaunch.runtime.control.socket_address import is_own
 from colcon_yamllaunch.runtime.control.socket_folder import FolderError
 from colcon_yamllaunch.runtime.control.socket_folder import folders
 from colcon_yamllaunch.runtime.control.socket_folder import open_folder
 from hypothesis import given
 from hypothesis import strategies
 import pytest
+from support.hostile import needs_other_user
+from support.hostile import OTHER_USER
 
 
 @pytest.fixture
@@ -156,6 +159,40 @@ def test_a_socket_is_the_users_alone_and_goes(place):
     ]
     address.close()
     assert list(address.path.parent.iterdir()) == []
+
+
+@needs_other_user
+def test_another_user_is_not_listened_to(place):
+    address = Address(place)
+    # where others may come in, as into no folder of a launch
+    with socket.socket(socket.AF_UNIX) as reachable:
+        reachable.bind('')
+        reachable.listen()
+        for user in (os.getuid(), OTHER_USER):
+            pid = os.fork()
+            if pid == 0:
+                os._exit(_connect_as(user, reachable, address))
+            connection, _ = reachable.accept()
+            assert is_own(connection) == (user == os.getuid())
+            connection.close()
+            refused = os.waitpid(pid, 0)[1]
+            assert bool(refused) == (user == OTHER_USER)
+    address.close()
+
+
+def _connect_as(user, reachable, address):
+    """Return 0 where a user can connect to a launch."""
+    code = 1
+    with suppress(BaseException):
+        # a whole path may be too long for a socket
+        os.chdir(address.path.parent)
+        os.setuid(user)
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.connect(reachable.getsockname())
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.connect(address.path.name)
+        code = 0
+    return code
 
 
 def test_a_socket_in_a_folder_with_a_long_path(tmp_path):
