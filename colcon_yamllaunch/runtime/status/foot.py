@@ -12,6 +12,11 @@ erase what stands below the cursor, which is visible all the time.
 Output erases the block, which is drawn again with the end of it. Where much
 comes, that would be too often, or leave it out of sight: then the lines above
 it scroll alone, in a scroll region that is one for the time of one write.
+
+This is no library's, such as prompt_toolkit's: to import that takes 0.07 s of
+a processor, and all that a launch has for its terminal 0.01 s; and what is
+written above its prompt waits in a queue without a bound, where processes are
+to wait that write more than a terminal takes.
 """
 
 from collections.abc import Callable
