@@ -518,5 +518,17 @@ class LaunchScreen(Screen[None]):
         return keys_text(
             width,
             is_narrow=width < NARROW,
-            can_watch=self.model.state.watch is not None,
+            left_out=self._meaningless(),
         )
+
+    def _meaningless(self) -> set[str]:
+        """Return the actions that can do nothing now."""
+        found = set()
+        if self.model.state.watch is None:
+            found.add('watch')
+        match self.model.part(self._parts.label):
+            case ComponentState():
+                found |= {'kill', 'attach', 'mute', 'only', 'debug'}
+            case ProcessState(terminal=False):
+                found.add('attach')
+        return found

@@ -3,6 +3,8 @@
 
 """The first line of the full screen, and the last one."""
 
+from collections.abc import Collection
+
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.table import duration
 from colcon_yamllaunch.common.table import size
@@ -53,19 +55,21 @@ def title_text(model: LaunchModel, *, follows: bool) -> Text:
     return text
 
 
-def keys_text(width: int, *, is_narrow: bool, can_watch: bool) -> Text:
+def keys_text(
+    width: int, *, is_narrow: bool, left_out: Collection[str]
+) -> Text:
     """
     Return what keys do, as far as there is room.
 
     :param is_narrow: Whether there is one pane at a time
-    :param can_watch: Whether there is a `--watch` to be switched
+    :param left_out: The actions that can do nothing now
     """
     text = Text(no_wrap=True)
     leading = (*_LEADING, _SWITCH) if is_narrow else _LEADING
     keys = [
         key.meaning
         for key in (*ON_ONE, *ON_ALL)
-        if key.meaning.short and (can_watch or key.action != 'watch')
+        if key.meaning.short and key.action not in left_out
     ]
     last = [meaning for meaning in keys if meaning.key in leading]
     room = width - sum(len(m.key) + len(m.short) + 3 for m in last)

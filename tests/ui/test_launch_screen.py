@@ -391,7 +391,12 @@ def test_a_component_writes_nothing_of_its_own() -> None:
     launch = ShownLaunch(process('box'), component('talker', 'box'))
 
     async def act(shown: Shown) -> None:
-        await shown.types('down', 'a')
+        await shown.shows('s stop', 'k kill', 'o only')
+        assert 'a attach' not in shown.text
+        await shown.types('down')
+        await shown.hides('k kill')
+        assert 's stop' in shown.text
+        await shown.types('a')
         await shown.shows('talker is a component: it has no keyboard')
         await shown.types('1', 'M', 'space')
         # who is chosen is not muted
