@@ -8,7 +8,6 @@ from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Mapping
 from contextlib import suppress
-import signal
 import time
 from typing import Any
 from typing import ClassVar
@@ -84,6 +83,7 @@ class LaunchApp(App[None]):
         self.signal: int | None = None
         #: The defect of ours that ended it, if one did.
         self.error: Exception | None = None
+        self._mounted_in: asyncio.AbstractEventLoop | None = None
 
     def get_default_screen(self) -> LaunchScreen:
         """Return what is shown at first."""
@@ -93,9 +93,9 @@ class LaunchApp(App[None]):
         """Begin to measure."""
         loop = asyncio.get_running_loop()
         loop.set_exception_handler(self._take_loop_error)
-        if not self.is_headless:
-            for number in (signal.SIGTERM, signal.SIGHUP):
-                loop.add_signal_handler(number, self._end_by, number)
+        self._mounted_in = loop
+        if self.signal is not None:
+            self.exit()
         self._tell_shown(True)
         self.app_suspend_signal.subscribe(self, self._suspended)
         self.app_resume_signal.subscribe(self, self._resumed)
@@ -108,6 +108,12 @@ class LaunchApp(App[None]):
     def action_leave(self) -> None:
         """Do what q does."""
         self.panes.action_leave()
+
+    def end_by(self, number: int) -> None:
+        """End as a signal came; its handler may call this at any time."""
+        self.signal = number
+        if self._mounted_in is not None:
+            self._mounted_in.call_soon_threadsafe(self.exit)
 
     def _handle_exception(self, error: Exception) -> None:
         # one line, after all, instead of screens full of a traceback
@@ -126,10 +132,6 @@ class LaunchApp(App[None]):
 
     def _resumed(self, _: object) -> None:
         self._tell_shown(True)
-
-    def _end_by(self, number: int) -> None:
-        self.signal = number
-        self.exit()
 
     async def _measure_on(self) -> None:
         model = self.panes.model

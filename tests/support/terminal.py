@@ -88,11 +88,18 @@ class Terminal:
         assert 'Traceback' not in self.screen, self.screen
         return self.process.wait()
 
+    def hangs_up(self) -> int:
+        """Close the terminal, and wait for the end of the program."""
+        os.close(self._ours)
+        self._ours = -1
+        return self.process.wait(DEADLINE)
+
     def close(self) -> None:
         """Leave nothing behind, whatever the test did."""
         if self.process.poll() is None:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(self.process.pid, signal.SIGKILL)
             self.process.wait()
-        os.close(self._ours)
+        if self._ours != -1:
+            os.close(self._ours)
         os.close(self._theirs)

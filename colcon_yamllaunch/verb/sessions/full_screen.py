@@ -4,12 +4,16 @@
 """A running launch on the full screen, and a new one beside it."""
 
 from collections.abc import Callable
+from collections.abc import Iterator
 from collections.abc import Mapping
+from contextlib import contextmanager
 import importlib.util
 import os
+import signal
 import subprocess
 import sys
 import time
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.runtime.clients.client import ControlError
@@ -26,6 +30,9 @@ from colcon_yamllaunch.verb.sessions.attaching import attach
 from colcon_yamllaunch.verb.sessions.screen_keeper import ScreenKeeper
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 
+if TYPE_CHECKING:
+    from colcon_yamllaunch.ui.launch_app import LaunchApp
+
 #: What to say without the library that draws.
 MISSING = (
     "--ui needs the Python package 'textual': "
@@ -36,6 +43,9 @@ MISSING = (
 NICE = 5
 #: Seconds in which nobody has read anything, nor left what shows it.
 _GLANCE = 0.4
+#: Seconds that the screen may take to close after a signal.
+_PATIENCE = 1.0
+_ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
 def need_screen(environment: Mapping[str, str]) -> None:
@@ -107,7 +117,8 @@ def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
             shown=lambda is_shown: keeper.take(is_shown=is_shown),
         )
         try:
-            app.run()
+            with _ended_by_signals(app, terminal):
+                app.run()
         finally:
             app.panes.close()
             terminal.is_over = bool(app.panes.model.ending)
@@ -199,6 +210,38 @@ def launch_of(
         else:
             launch.close()
     return found
+
+
+@contextmanager
+def _ended_by_signals(
+    app: 'LaunchApp', terminal: OuterTerminal
+) -> Iterator[None]:
+    """
+    Have signals end the screen, whatever it does.
+
+    The library hangs for good in a write when the terminal takes nothing any
+    more: the thread that writes has ended by an error, or is blocked, and its
+    queue has a bound. So handlers of asyncio would never run; these do.
+    """
+
+    def end(number: int, _: object) -> None:
+        if app.signal is None:
+            signal.setitimer(signal.ITIMER_REAL, _PATIENCE)
+            app.end_by(number)
+
+    def give_up(*_: object) -> None:
+        terminal.interrupt()
+        # the keeper gives the terminal back, if it is still there
+        os._exit(128 + (app.signal or 0))
+
+    handlers = dict.fromkeys(_ENDING, end) | {signal.SIGALRM: give_up}
+    before = {n: signal.signal(n, h) for n, h in handlers.items()}
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _is_terminal(descriptor: int) -> bool:

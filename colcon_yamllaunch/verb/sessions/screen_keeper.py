@@ -1,12 +1,19 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A process that gives the terminal back should the full screen be killed."""
+"""
+A process that looks after the terminal of the full screen.
+
+It gives the terminal back should the full screen be killed, and tells the full
+screen, by SIGHUP, when the terminal is gone.
+"""
 
 from contextlib import suppress
 import os
+import select
 import signal
 import termios
+import time
 from types import TracebackType
 from typing import Any
 
@@ -18,6 +25,8 @@ _RESTORE = (
     b'\x1b[?2048l\x1b[?2026l\x1b[0m\x1b[?7h\x1b[?1049l\x1b[?25h'
 )
 _ON, _OFF = b'+', b'-'
+#: Seconds between two times that it tells of a terminal that is gone.
+_INTERVAL = 0.5
 _SIGNALS = (
     *(signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP),
     *(signal.SIGTSTP, signal.SIGTTOU, signal.SIGTTIN),
@@ -33,13 +42,14 @@ class ScreenKeeper:
 
     def __init__(self, terminal: int) -> None:
         before = termios.tcgetattr(terminal)
+        screen = os.getpid()
         reader, self._writer = os.pipe()
         self._pid = os.fork()
         if self._pid == 0:
             code = 1
             try:
                 os.close(self._writer)
-                _keep(reader, terminal, before)
+                _keep(reader, terminal, before, screen)
                 code = 0
             finally:
                 os._exit(code)
@@ -65,15 +75,27 @@ class ScreenKeeper:
             os.waitpid(self._pid, 0)
 
 
-def _keep(reader: int, terminal: int, before: list[Any]) -> None:
+def _keep(reader: int, terminal: int, before: list[Any], screen: int) -> None:
     """Be that process: wait until the screen is gone."""
     # it is no part of the job, which others suspend, hang up and kill
     os.setpgid(0, 0)
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     last = _OFF
-    while read := os.read(reader, 64):
-        last = read[-1:]
+    poll = select.poll()
+    poll.register(reader, select.POLLIN)
+    # that it is hung up is told in any case
+    poll.register(terminal, 0)
+    while True:
+        if reader in dict(poll.poll()):
+            if not (read := os.read(reader, 64)):
+                break
+            last = read[-1:]
+        else:
+            # who is no job of that terminal, or has given it to another
+            # program, does not hear of it otherwise
+            os.kill(screen, signal.SIGHUP)
+            time.sleep(_INTERVAL)
     if last == _ON:
         with suppress(OSError, termios.error):
             os.write(terminal, _RESTORE)

@@ -7,12 +7,15 @@ from collections.abc import Callable
 import importlib.util
 import os
 from pathlib import Path
+import signal
+import time
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.runtime.clients.client import running_launches
 from colcon_yamllaunch.verb.sessions.full_screen import MISSING
 from colcon_yamllaunch.verb.sessions.full_screen import need_screen
 import pytest
+from support.terminal import DEADLINE
 from support.terminal import Terminal
 from support.user import User
 
@@ -53,6 +56,20 @@ def test_a_new_launch_is_left_running_and_shown_again(
     launch.close()
     second.shows('exit code 1').types('\x03')
     assert second.ends() == 0
+
+
+def test_a_new_launch_ends_with_its_terminal(
+    user: User, terminal: Callable[..., Terminal]
+) -> None:
+    user.write('two.yaml', TWO)
+    t = terminal('--ui', 'two.yaml').shows('[?1049h').shows('kitchen-1')
+    assert t.hangs_up() == 128 + signal.SIGHUP
+    deadline = time.monotonic() + DEADLINE
+    while launches := running_launches(user.environment, pytest.fail):
+        for launch in launches:
+            launch.close()
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
 
 
 def test_what_cannot_be_launched_is_told_as_ever(
