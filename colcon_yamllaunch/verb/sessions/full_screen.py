@@ -119,6 +119,8 @@ def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
         try:
             with _ended_by_signals(app, terminal):
                 app.run()
+                if app.signal is not None:
+                    _drop_unwritten()
         finally:
             app.panes.close()
             terminal.is_over = bool(app.panes.model.ending)
@@ -242,6 +244,23 @@ def _ended_by_signals(
         signal.setitimer(signal.ITIMER_REAL, 0)
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _drop_unwritten() -> None:
+    """
+    Forget what a terminal that is gone was to show.
+
+    Python would try to write it at its end, and exit with 120 then.
+    """
+    for stream in (sys.__stdout__, sys.__stderr__):
+        if stream is None:
+            continue
+        try:
+            stream.flush()
+        except OSError:
+            null = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(null, stream.fileno())
+            os.close(null)
 
 
 def _is_terminal(descriptor: int) -> bool:

@@ -115,3 +115,33 @@ def test_one_ends_whose_terminal_takes_nothing(screen: Screen) -> None:
     assert screen.process.wait(DEADLINE) == 128 + signal.SIGTERM
     screen.hang_up()
     assert screen.leaves_nothing()
+
+
+def test_what_cannot_be_written_any_more_does_not_count() -> None:
+    # as the screen leaves it when it could still close
+    script = """\
+import sys
+from colcon_yamllaunch.verb.sessions import full_screen
+
+sys.stdin.read()
+for stream in (sys.stdout, sys.stderr):
+    try:
+        stream.write('more\\n')
+        stream.flush()
+    except OSError:
+        pass
+full_screen._drop_unwritten()
+sys.exit(129)
+"""
+    ours, theirs = os.openpty()
+    with subprocess.Popen(
+        [sys.executable, '-c', script],
+        stdin=subprocess.PIPE,
+        stdout=theirs,
+        stderr=theirs,
+        env={n: v for n, v in os.environ.items() if n != 'PYTHONUNBUFFERED'},
+        start_new_session=True,
+    ) as process:
+        os.close(theirs)
+        os.close(ours)
+    assert process.returncode == 129
