@@ -23,6 +23,8 @@ from support.ros_parts import build_once
 from support.ros_setup import read_setup
 from support.ros_setup import RosSetup
 from support.ros_setup import SKIPPED
+from support.sshd import skip_without_sshd
+from support.sshd import Sshd
 
 # The background job of a script ignores Ctrl-C and Ctrl-\, nohup makes SIGHUP
 # ignored, and so would all that tests start.
@@ -164,3 +166,11 @@ def ros_setup(tmp_path_factory: pytest.TempPathFactory) -> RosSetup:
     if setup is None:
         pytest.skip(SKIPPED)
     return setup
+
+
+@pytest.fixture
+def sshd(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
+    """Return machines that `ssh` leads to, all of them on this one."""
+    skip_without_sshd()
+    with Sshd(tmp_path_factory.mktemp('sshd')) as server:
+        yield server

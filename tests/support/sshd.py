@@ -1,0 +1,417 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+A real `sshd` on 127.0.0.1 that stands for several machines.
+
+It runs as whoever runs the tests, with keys and files of its own. Each
+machine is a port of it, with a home of its own, reached through a link that
+can be made worse. `ssh` finds its configuration by a program of that name in
+a folder for `PATH`, as it takes the home from the passwd database.
+"""
+
+from collections.abc import Iterator
+import contextlib
+import fcntl
+import os
+from pathlib import Path
+import pwd
+import shlex
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+import uuid
+
+import pytest
+from support.tcp_link import LOOPBACK
+from support.tcp_link import TcpLink
+
+#: Seconds; a loaded machine needs some.
+DEADLINE = 60
+#: The variable by which what runs on the machines is found.
+MARK = 'COLCON_LAUNCH_TEST_SSHD'
+#: Names that lead to a machine like any other …
+MACHINES = ('arm', 'gpu', 'edge')
+#: … with a host key that nobody has accepted, with another one than was
+#: accepted, by a key that asks for PASSPHRASE, and by a password that nobody
+#: has.
+STRANGER, IMPOSTOR, LOCKED, ASKING = 'stranger', 'impostor', 'locked', 'asking'
+#: The name of a machine that is switched off.
+OFF = 'off'
+PASSPHRASE = 'open sesame'
+
+#: Where sshd wants to be shut in, if root starts it.
+_PRISON = Path('/run/sshd')
+#: The mode of that folder if it was made here, so is removed here.
+_OUR_MODE = 0o711
+
+_SERVER = """\
+AuthorizedKeysFile {folder}/authorized_keys
+HostKey {folder}/host_key
+KbdInteractiveAuthentication no
+ListenAddress 127.0.0.1
+LoginGraceTime 60
+MaxStartups 200
+PasswordAuthentication yes
+PermitRootLogin yes
+PidFile none
+PrintMotd no
+StrictModes no
+Subsystem sftp internal-sftp
+UsePAM no
+"""
+_CLIENT = """\
+Host {names}
+  HostName 127.0.0.1
+  IdentitiesOnly yes
+  User {user}
+  UserKnownHostsFile {folder}/known_hosts
+  GlobalKnownHostsFile none
+Host {locked}
+  IdentityFile {folder}/locked_key
+Host * !{locked}
+  IdentityFile {folder}/key
+"""
+
+
+def _program(name: str) -> str | None:
+    """Return the path of a program that users may not have on PATH."""
+    path = os.pathsep.join([os.environ['PATH'], '/usr/sbin', '/sbin'])
+    return shutil.which(name, path=path)
+
+
+def why_not() -> str:
+    """Return why there can be no `sshd` here, or nothing."""
+    for name in ('sshd', 'ssh', 'ssh-keygen'):
+        if _program(name) is None:
+            return f'{name} is not installed (Debian: openssh-server)'
+    if os.getuid() == 0 and not os.access('/run', os.W_OK):
+        return 'sshd wants a folder in /run, which is read-only'
+    return ''
+
+
+def skip_without_sshd() -> None:
+    """Skip the test where there can be no `sshd`."""
+    reason = why_not()
+    if reason:
+        pytest.skip(reason)
+
+
+@contextlib.contextmanager
+def _prison() -> Iterator[None]:
+    """Have the folder that sshd wants if root starts it, and no longer."""
+    if os.getuid() != 0:
+        yield
+        return
+    parent = os.open(_PRISON.parent, os.O_RDONLY)
+    try:
+        # several tests may have one each
+        fcntl.flock(parent, fcntl.LOCK_SH)
+        with contextlib.suppress(FileExistsError):
+            _PRISON.mkdir()
+            _PRISON.chmod(_OUR_MODE)
+        yield
+        with contextlib.suppress(OSError):
+            fcntl.flock(parent, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if _PRISON.stat().st_mode & 0o777 == _OUR_MODE:
+                _PRISON.rmdir()
+    finally:
+        os.close(parent)
+
+
+def _reserved_port() -> socket.socket:
+    """
+    Return a socket whose port nobody else gets, but who asks for that one.
+
+    It does not listen, so that sshd may bind it as well (both with
+    SO_REUSEADDR).
+    """
+    own = socket.socket()
+    own.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    own.bind((LOOPBACK, 0))
+    return own
+
+
+class SshMachine:
+    """
+    One machine of an `sshd`.
+
+    :ivar name: What `ssh` calls it
+    :ivar home: Its home folder, with a folder `bin` that is first on PATH
+    :ivar link: The network between
+    """
+
+    def __init__(self, name: str, home: Path, port: int) -> None:
+        self.name = name
+        self.home = home
+        self.port = port
+        self.link = TcpLink(port)
+        (home / 'bin').mkdir(parents=True)
+
+    def lacks_all_but(self, *programs: str) -> None:
+        """Have no programs but some, from the next connection on."""
+        for program in programs:
+            found = _program(program)
+            assert found is not None, program
+            (self.home / 'bin' / program).symlink_to(found)
+        self.shell_reads('PATH=$HOME/bin')
+
+    def shell_reads(self, text: str) -> None:
+        """Have the user's shell there read something whenever it starts."""
+        # what bash reads if sshd starts it: see "Invoking bash" in its manual
+        (self.home / '.bashrc').write_text(f'{text}\n', encoding='utf-8')
+
+
+class Sshd:
+    """
+    The server, and what its users need.
+
+    :ivar folder: All its files
+    :ivar config: The user's configuration of `ssh`
+    :ivar programs: A folder for PATH with an `ssh` that uses it
+    :ivar machines: By their names
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.config = folder / 'config'
+        self.programs = folder / 'programs'
+        self.mark = uuid.uuid4().hex
+        self.machines: dict[str, SshMachine] = {}
+        self._log = folder / 'log'
+        self._process: subprocess.Popen[bytes] | None = None
+        self._open = contextlib.ExitStack()
+
+    def __getitem__(self, name: str) -> SshMachine:
+        return self.machines[name]
+
+    def __enter__(self) -> 'Sshd':
+        with contextlib.ExitStack() as stack:
+            stack.callback(self._close)
+            self._open.enter_context(_prison())
+            self._make_keys()
+            names = [*MACHINES, STRANGER, IMPOSTOR, LOCKED, ASKING]
+            ports = []
+            for name in names:
+                port = self._open.enter_context(_reserved_port())
+                ports.append(port.getsockname()[1])
+                home = self.folder / 'homes' / name
+                machine = SshMachine(name, home, ports[-1])
+                self._open.callback(machine.link.close)
+                self.machines[name] = machine
+            off = self._open.enter_context(_reserved_port())
+            self._write_server()
+            self._write_client(off.getsockname()[1])
+            self.start()
+            stack.pop_all()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._close()
+
+    def environment(self, environment: dict[str, str]) -> dict[str, str]:
+        """Return an environment in which `ssh` finds the machines."""
+        path = os.pathsep.join([str(self.programs), environment['PATH']])
+        # an agent's keys would be tried first
+        kept = {
+            name: value
+            for name, value in environment.items()
+            if not name.startswith(('SSH_', MARK))
+        }
+        return kept | {'PATH': path}
+
+    def configure(self, name: str, *lines: str) -> None:
+        """Add lines to the user's configuration of `ssh` for a machine."""
+        text = ''.join([f'Host {name}\n', *(f'  {line}\n' for line in lines)])
+        old = self.config.read_text(encoding='utf-8')
+        # the first value that is found is taken
+        self.config.write_text(text + old, encoding='utf-8')
+
+    def ssh(self, *words: str) -> 'subprocess.CompletedProcess[str]':
+        """Run `ssh`, which asks nothing."""
+        return subprocess.run(
+            [self.programs / 'ssh', '-o', 'BatchMode=yes', *words],
+            env=self.environment(dict(os.environ)),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=DEADLINE,
+            check=False,
+        )
+
+    def left(self) -> list[str]:
+        """Return the command lines of all that runs on the machines."""
+        return [_command(pid) for pid in self._inhabitants()]
+
+    def wait_until_empty(self, seconds: float = DEADLINE) -> float:
+        """
+        Wait until nothing runs on the machines, and return how long it took.
+
+        :raises AssertionError: if something still runs after that
+        """
+        begin = time.monotonic()
+        while left := self.left():
+            assert time.monotonic() < begin + seconds, left
+            time.sleep(0.05)
+        return time.monotonic() - begin
+
+    def start(self) -> None:
+        """Start the server, after `switch_off()`."""
+        server = _program('sshd')
+        assert server is not None
+        # it must end with the tests even if they are killed
+        tied = shutil.which('setpriv')
+        prefix = [tied, '--pdeathsig', 'KILL'] if tied else []
+        self._process = subprocess.Popen(
+            [
+                *prefix,
+                server,
+                '-D',
+                '-f',
+                str(self.folder / 'server_config'),
+                '-E',
+                str(self._log),
+            ],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        last = list(self.machines.values())[-1]
+        deadline = time.monotonic() + DEADLINE
+        while True:
+            with contextlib.suppress(ConnectionRefusedError):
+                socket.create_connection((LOOPBACK, last.port)).close()
+                return
+            log = self.log
+            assert self._process.poll() is None, log
+            assert time.monotonic() < deadline, log
+            time.sleep(0.005)
+
+    @property
+    def log(self) -> str:
+        """What the server wrote."""
+        try:
+            return self._log.read_text(encoding='utf-8', errors='replace')
+        except FileNotFoundError:
+            return ''
+
+    def switch_off(self) -> None:
+        """
+        End the server and all that runs on the machines, with SIGKILL.
+
+        The other side is told, unlike by a machine without power: hold the
+        links before to have that.
+        """
+        server, self._process = self._process, None
+        if server is None:
+            return
+        # a session of sshd has no mark before its shell is run
+        doomed = [server.pid, *_descendants(server.pid)]
+        while doomed:
+            for pid in doomed:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGKILL)
+            doomed = self._inhabitants()
+        server.wait()
+
+    def _close(self) -> None:
+        self.switch_off()
+        self._open.close()
+
+    def _inhabitants(self) -> list[int]:
+        """Return what runs on the machines, but the server's own sessions."""
+        mark = f'{MARK}={self.mark}'.encode()
+        found = []
+        for path in Path('/proc').glob('[0-9]*'):
+            with contextlib.suppress(OSError):
+                environment = (path / 'environ').read_bytes().split(b'\0')
+                if mark in environment and not _has_ended(path):
+                    found.append(int(path.name))
+        return found
+
+    def _make_keys(self) -> None:
+        for name, phrase in (
+            ('host_key', ''),
+            ('other_host_key', ''),
+            ('key', ''),
+            ('locked_key', PASSPHRASE),
+        ):
+            argv = ['ssh-keygen', '-q', '-t', 'ed25519', '-N', phrase]
+            file = str(self.folder / name)
+            # the weakest derivation, as each test would have to wait for it
+            subprocess.run([*argv, '-a', '1', '-f', file], check=True)
+        keys = [self._public(name) for name in ('key', 'locked_key')]
+        self._write('authorized_keys', ''.join(keys))
+
+    def _public(self, name: str) -> str:
+        return (self.folder / f'{name}.pub').read_text(encoding='utf-8')
+
+    def _write_server(self) -> None:
+        lines = [_SERVER.format(folder=self.folder)]
+        lines += [f'Port {one.port}\n' for one in self.machines.values()]
+        python = Path(sys.executable).parent
+        for one in self.machines.values():
+            path = f'{one.home}/bin:{python}:{os.environ["PATH"]}'
+            lines += [
+                f'Match LocalPort {one.port}\n',
+                f'  SetEnv HOME={one.home} PATH={path} {MARK}={self.mark}\n',
+            ]
+            if one.name == ASKING:
+                lines.append('  PubkeyAuthentication no\n')
+        self._write('server_config', ''.join(lines))
+
+    def _write_client(self, off: int) -> None:
+        ports = {name: one.link.port for name, one in self.machines.items()}
+        lines = [
+            f'Host {name}\n  HostKeyAlias {name}\n  Port {port}\n'
+            for name, port in {**ports, OFF: off}.items()
+        ]
+        names = ' '.join([*self.machines, OFF])
+        lines.append(
+            _CLIENT.format(
+                names=names,
+                user=pwd.getpwuid(os.getuid()).pw_name,
+                folder=self.folder,
+                locked=LOCKED,
+            )
+        )
+        self._write('config', ''.join(lines))
+        right, wrong = self._public('host_key'), self._public('other_host_key')
+        known = [f'{n} {right}' for n in (*MACHINES, LOCKED, ASKING, OFF)]
+        self._write('known_hosts', ''.join([*known, f'{IMPOSTOR} {wrong}']))
+        ssh = _program('ssh')
+        assert ssh is not None
+        words = shlex.join([ssh, '-F', str(self.config)])
+        self.programs.mkdir()
+        script = self.programs / 'ssh'
+        script.write_text(f'#!/bin/sh\nexec {words} "$@"\n', encoding='utf-8')
+        script.chmod(0o755)
+
+    def _write(self, name: str, text: str) -> None:
+        (self.folder / name).write_text(text, encoding='utf-8')
+
+
+def _command(pid: int) -> str:
+    with contextlib.suppress(OSError):
+        words = Path(f'/proc/{pid}/cmdline').read_bytes().split(b'\0')
+        return b' '.join(words).decode(errors='replace').strip()
+    return ''
+
+
+def _has_ended(path: Path) -> bool:
+    state = (path / 'stat').read_bytes().rpartition(b')')[2].split()[0]
+    return state in (b'Z', b'X')
+
+
+def _descendants(pid: int) -> list[int]:
+    """Return the children of a process, their children, and so on."""
+    found = []
+    for tasks in Path(f'/proc/{pid}/task').glob('*/children'):
+        with contextlib.suppress(OSError):
+            for child in map(int, tasks.read_text().split()):
+                found += [child, *_descendants(child)]
+    return found
