@@ -23,6 +23,8 @@ from support.ros_parts import build_once
 from support.ros_setup import read_setup
 from support.ros_setup import RosSetup
 from support.ros_setup import SKIPPED
+from support.slurm import skip_without_slurm
+from support.slurm import Slurm
 from support.sshd import skip_without_sshd
 from support.sshd import Sshd
 
@@ -80,10 +82,13 @@ def pytest_xdist_auto_num_workers() -> int:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what takes too long for `make quick`."""
+    """Mark what takes too long for `make quick`, or shares a part."""
     for item in items:
         if FULL_FIXTURES.intersection(getattr(item, 'fixturenames', ())):
             item.add_marker('full')
+        # one Slurm is enough for all workers
+        if 'slurm' in getattr(item, 'fixturenames', ()):
+            item.add_marker(pytest.mark.xdist_group('slurm'))
 
 
 @pytest.hookimpl(wrapper=True)
@@ -174,3 +179,11 @@ def sshd(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
     skip_without_sshd()
     with Sshd(tmp_path_factory.mktemp('sshd')) as server:
         yield server
+
+
+@pytest.fixture(scope='session')
+def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Slurm]:
+    """Return a Slurm with one node, without jobs unless a test left some."""
+    skip_without_slurm()
+    with Slurm(tmp_path_factory.mktemp('slurm')) as servers:
+        yield servers

@@ -17,8 +17,6 @@ import os
 from pathlib import Path
 import pwd
 import shlex
-import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -26,6 +24,13 @@ import time
 import uuid
 
 import pytest
+from support.marked_processes import command_of
+from support.marked_processes import descendants
+from support.marked_processes import kill
+from support.marked_processes import marked
+from support.system_servers import program
+from support.system_servers import reserved_port
+from support.system_servers import start_server
 from support.tcp_link import LOOPBACK
 from support.tcp_link import TcpLink
 
@@ -77,16 +82,10 @@ Host * !{locked}
 """
 
 
-def _program(name: str) -> str | None:
-    """Return the path of a program that users may not have on PATH."""
-    path = os.pathsep.join([os.environ['PATH'], '/usr/sbin', '/sbin'])
-    return shutil.which(name, path=path)
-
-
 def why_not() -> str:
     """Return why there can be no `sshd` here, or nothing."""
     for name in ('sshd', 'ssh', 'ssh-keygen'):
-        if _program(name) is None:
+        if program(name) is None:
             return f'{name} is not installed (Debian: openssh-server)'
     if os.getuid() == 0 and not os.access('/run', os.W_OK):
         return 'sshd wants a folder in /run, which is read-only'
@@ -122,19 +121,6 @@ def _prison() -> Iterator[None]:
         os.close(parent)
 
 
-def _reserved_port() -> socket.socket:
-    """
-    Return a socket whose port nobody else gets, but who asks for that one.
-
-    It does not listen, so that sshd may bind it as well (both with
-    SO_REUSEADDR).
-    """
-    own = socket.socket()
-    own.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    own.bind((LOOPBACK, 0))
-    return own
-
-
 class SshMachine:
     """
     One machine of an `sshd`.
@@ -153,10 +139,10 @@ class SshMachine:
 
     def lacks_all_but(self, *programs: str) -> None:
         """Have no programs but some, from the next connection on."""
-        for program in programs:
-            found = _program(program)
-            assert found is not None, program
-            (self.home / 'bin' / program).symlink_to(found)
+        for name in programs:
+            found = program(name)
+            assert found is not None, name
+            (self.home / 'bin' / name).symlink_to(found)
         self.shell_reads('PATH=$HOME/bin')
 
     def shell_reads(self, text: str) -> None:
@@ -196,13 +182,13 @@ class Sshd:
             names = [*MACHINES, STRANGER, IMPOSTOR, LOCKED, ASKING]
             ports = []
             for name in names:
-                port = self._open.enter_context(_reserved_port())
+                port = self._open.enter_context(reserved_port())
                 ports.append(port.getsockname()[1])
                 home = self.folder / 'homes' / name
                 machine = SshMachine(name, home, ports[-1])
                 self._open.callback(machine.link.close)
                 self.machines[name] = machine
-            off = self._open.enter_context(_reserved_port())
+            off = self._open.enter_context(reserved_port())
             self._write_server()
             self._write_client(off.getsockname()[1])
             self.start()
@@ -244,7 +230,7 @@ class Sshd:
 
     def left(self) -> list[str]:
         """Return the command lines of all that runs on the machines."""
-        return [_command(pid) for pid in self._inhabitants()]
+        return [command_of(pid) for pid in self._inhabitants()]
 
     def wait_until_empty(self, seconds: float = DEADLINE) -> float:
         """
@@ -260,25 +246,11 @@ class Sshd:
 
     def start(self) -> None:
         """Start the server, after `switch_off()`."""
-        server = _program('sshd')
+        server = program('sshd')
         assert server is not None
-        # it must end with the tests even if they are killed
-        tied = shutil.which('setpriv')
-        prefix = [tied, '--pdeathsig', 'KILL'] if tied else []
-        self._process = subprocess.Popen(
-            [
-                *prefix,
-                server,
-                '-D',
-                '-f',
-                str(self.folder / 'server_config'),
-                '-E',
-                str(self._log),
-            ],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
+        config = str(self.folder / 'server_config')
+        self._process = start_server(
+            [server, '-D', '-f', config, '-E', str(self._log)]
         )
         last = list(self.machines.values())[-1]
         deadline = time.monotonic() + DEADLINE
@@ -310,11 +282,9 @@ class Sshd:
         if server is None:
             return
         # a session of sshd has no mark before its shell is run
-        doomed = [server.pid, *_descendants(server.pid)]
+        doomed = [server.pid, *descendants(server.pid)]
         while doomed:
-            for pid in doomed:
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(pid, signal.SIGKILL)
+            kill(doomed)
             doomed = self._inhabitants()
         server.wait()
 
@@ -324,14 +294,7 @@ class Sshd:
 
     def _inhabitants(self) -> list[int]:
         """Return what runs on the machines, but the server's own sessions."""
-        mark = f'{MARK}={self.mark}'.encode()
-        found = []
-        for path in Path('/proc').glob('[0-9]*'):
-            with contextlib.suppress(OSError):
-                environment = (path / 'environ').read_bytes().split(b'\0')
-                if mark in environment and not _has_ended(path):
-                    found.append(int(path.name))
-        return found
+        return marked(MARK, self.mark)
 
     def _make_keys(self) -> None:
         for name, phrase in (
@@ -383,7 +346,7 @@ class Sshd:
         right, wrong = self._public('host_key'), self._public('other_host_key')
         known = [f'{n} {right}' for n in (*MACHINES, LOCKED, ASKING, OFF)]
         self._write('known_hosts', ''.join([*known, f'{IMPOSTOR} {wrong}']))
-        ssh = _program('ssh')
+        ssh = program('ssh')
         assert ssh is not None
         words = shlex.join([ssh, '-F', str(self.config)])
         self.programs.mkdir()
@@ -393,25 +356,3 @@ class Sshd:
 
     def _write(self, name: str, text: str) -> None:
         (self.folder / name).write_text(text, encoding='utf-8')
-
-
-def _command(pid: int) -> str:
-    with contextlib.suppress(OSError):
-        words = Path(f'/proc/{pid}/cmdline').read_bytes().split(b'\0')
-        return b' '.join(words).decode(errors='replace').strip()
-    return ''
-
-
-def _has_ended(path: Path) -> bool:
-    state = (path / 'stat').read_bytes().rpartition(b')')[2].split()[0]
-    return state in (b'Z', b'X')
-
-
-def _descendants(pid: int) -> list[int]:
-    """Return the children of a process, their children, and so on."""
-    found = []
-    for tasks in Path(f'/proc/{pid}/task').glob('*/children'):
-        with contextlib.suppress(OSError):
-            for child in map(int, tasks.read_text().split()):
-                found += [child, *_descendants(child)]
-    return found

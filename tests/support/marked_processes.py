@@ -1,0 +1,52 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Processes that are found by a variable of their environment."""
+
+from collections.abc import Iterable
+import contextlib
+import os
+from pathlib import Path
+import signal
+
+
+def marked(name: str, value: str) -> list[int]:
+    """Return the processes that were started with a variable, running ones."""
+    mark = f'{name}={value}'.encode()
+    found = []
+    for path in Path('/proc').glob('[0-9]*'):
+        with contextlib.suppress(OSError):
+            environment = (path / 'environ').read_bytes().split(b'\0')
+            if mark in environment and not _has_ended(path):
+                found.append(int(path.name))
+    return found
+
+
+def command_of(pid: int) -> str:
+    """Return the command line of a process, or nothing."""
+    with contextlib.suppress(OSError):
+        words = Path(f'/proc/{pid}/cmdline').read_bytes().split(b'\0')
+        return b' '.join(words).decode(errors='replace').strip()
+    return ''
+
+
+def descendants(pid: int) -> list[int]:
+    """Return the children of a process, their children, and so on."""
+    found = []
+    for tasks in Path(f'/proc/{pid}/task').glob('*/children'):
+        with contextlib.suppress(OSError):
+            for child in map(int, tasks.read_text().split()):
+                found += [child, *descendants(child)]
+    return found
+
+
+def kill(pids: Iterable[int]) -> None:
+    """Send SIGKILL to those that still run."""
+    for pid in pids:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+
+
+def _has_ended(path: Path) -> bool:
+    state = (path / 'stat').read_bytes().rpartition(b')')[2].split()[0]
+    return state in (b'Z', b'X')
