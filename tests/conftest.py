@@ -19,6 +19,8 @@ from hypothesis import HealthCheck
 from hypothesis import settings
 import pytest
 from support.forks import Forks
+from support.namespaces import NamespaceMachine
+from support.namespaces import skip_without_namespaces
 from support.ros_parts import build_once
 from support.ros_setup import read_setup
 from support.ros_setup import RosSetup
@@ -187,3 +189,13 @@ def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Slurm]:
     skip_without_slurm()
     with Slurm(tmp_path_factory.mktemp('slurm')) as servers:
         yield servers
+
+
+@pytest.fixture
+def namespace(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[NamespaceMachine]:
+    """Return a machine of namespaces that a command leads to."""
+    skip_without_namespaces()
+    with NamespaceMachine(tmp_path_factory.mktemp('namespace')) as machine:
+        yield machine
