@@ -14,6 +14,7 @@ import contextlib
 import os
 from pathlib import Path
 import pwd
+import re
 import socket
 import subprocess
 import time
@@ -51,7 +52,6 @@ SlurmUser={user}
 SlurmdUser={user}
 AuthType=auth/munge
 AuthInfo=socket={folder}/munge.socket
-CredType=cred/munge
 StateSaveLocation={folder}/state
 SlurmdSpoolDir={folder}/spool
 SlurmctldPidFile={folder}/controller.pid
@@ -60,11 +60,6 @@ SlurmctldLogFile={folder}/controller.log
 SlurmdLogFile={folder}/node.log
 ProctrackType=proctrack/pgid
 TaskPlugin=task/none
-JobAcctGatherType=jobacct_gather/none
-AccountingStorageType=accounting_storage/none
-JobCompType=jobcomp/none
-MpiDefault=none
-SwitchType=switch/none
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
 SlurmdParameters=config_overrides
@@ -95,6 +90,15 @@ def skip_without_slurm() -> None:
     reason = why_not()
     if reason:
         pytest.skip(reason)
+
+
+def _version() -> tuple[int, ...]:
+    """Return the version of Slurm, such as (22, 5)."""
+    server = program('slurmd')
+    assert server is not None
+    argv = [server, '-V']
+    text = subprocess.run(argv, capture_output=True, text=True).stdout
+    return tuple(map(int, re.findall(r'\d+', text)[:2]))
 
 
 class Slurm:
@@ -207,7 +211,9 @@ class Slurm:
         )
         self._configuration.write_text(text, encoding='utf-8')
         (self.folder / 'gres.conf').write_text(_GRES, encoding='utf-8')
-        (self.folder / 'cgroup.conf').touch()
+        # older ones do without because of `proctrack/pgid`
+        text = 'CgroupPlugin=disabled\n' if _version() >= (23, 11) else ''
+        (self.folder / 'cgroup.conf').write_text(text, encoding='utf-8')
 
     def _start(self) -> None:
         def one(*words: str, variables: dict[str, str] | None = None) -> None:
