@@ -10,14 +10,14 @@ from pathlib import Path
 import signal
 
 
-def marked(name: str, value: str) -> list[int]:
-    """Return the processes that were started with a variable, running ones."""
-    mark = f'{name}={value}'.encode()
+def marked(name: str, *values: str) -> list[int]:
+    """Return the running processes that have one of the values."""
+    marks = {f'{name}={value}'.encode() for value in values}
     found = []
     for path in Path('/proc').glob('[0-9]*'):
         with contextlib.suppress(OSError):
             environment = (path / 'environ').read_bytes().split(b'\0')
-            if mark in environment and not _has_ended(path):
+            if not marks.isdisjoint(environment) and not _has_ended(path):
                 found.append(int(path.name))
     return found
 

@@ -11,6 +11,7 @@ a folder for `PATH`, as it takes the home from the passwd database.
 """
 
 from collections.abc import Iterator
+from collections.abc import Sequence
 import contextlib
 import fcntl
 import os
@@ -47,6 +48,8 @@ STRANGER, IMPOSTOR, LOCKED, ASKING = 'stranger', 'impostor', 'locked', 'asking'
 #: The name of a machine that is switched off.
 OFF = 'off'
 PASSPHRASE = 'open sesame'
+#: How many ports one process of sshd serves (its MAX_LISTEN_SOCKS is 16).
+PORTS = 16
 
 #: Where sshd wants to be shut in, if root starts it.
 _PRISON = Path('/run/sshd')
@@ -126,6 +129,7 @@ class SshMachine:
     One machine of an `sshd`.
 
     :ivar name: What `ssh` calls it
+    :ivar mark: The value of MARK of all that runs there
     :ivar home: Its home folder, with a folder `bin` that is first on PATH
     :ivar link: The network between
     """
@@ -134,6 +138,7 @@ class SshMachine:
         self.name = name
         self.home = home
         self.port = port
+        self.mark = f'{name}-{uuid.uuid4().hex}'
         self.link = TcpLink(port)
         (home / 'bin').mkdir(parents=True)
 
@@ -159,16 +164,17 @@ class Sshd:
     :ivar config: The user's configuration of `ssh`
     :ivar programs: A folder for PATH with an `ssh` that uses it
     :ivar machines: By their names
+    :param names: Those of the machines that are like any other
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, names: Sequence[str] = MACHINES) -> None:
         self.folder = folder
+        self._names = names
         self.config = folder / 'config'
         self.programs = folder / 'programs'
-        self.mark = uuid.uuid4().hex
         self.machines: dict[str, SshMachine] = {}
         self._log = folder / 'log'
-        self._process: subprocess.Popen[bytes] | None = None
+        self._processes: list[subprocess.Popen[bytes]] = []
         self._open = contextlib.ExitStack()
 
     def __getitem__(self, name: str) -> SshMachine:
@@ -179,7 +185,7 @@ class Sshd:
             stack.callback(self._close)
             self._open.enter_context(_prison())
             self._make_keys()
-            names = [*MACHINES, STRANGER, IMPOSTOR, LOCKED, ASKING]
+            names = [*self._names, STRANGER, IMPOSTOR, LOCKED, ASKING]
             ports = []
             for name in names:
                 port = self._open.enter_context(reserved_port())
@@ -228,18 +234,21 @@ class Sshd:
             check=False,
         )
 
-    def left(self) -> list[str]:
-        """Return the command lines of all that runs on the machines."""
-        return [command_of(pid) for pid in self._inhabitants()]
+    def left(self, *names: str) -> list[str]:
+        """Return the command lines of all that runs on machines."""
+        return [command_of(pid) for pid in self._inhabitants(*names)]
 
-    def wait_until_empty(self, seconds: float = DEADLINE) -> float:
+    def wait_until_empty(
+        self, *names: str, seconds: float = DEADLINE
+    ) -> float:
         """
-        Wait until nothing runs on the machines, and return how long it took.
+        Wait until nothing runs on machines, and return how long it took.
 
+        :param names: Those of the machines, none for all of them
         :raises AssertionError: if something still runs after that
         """
         begin = time.monotonic()
-        while left := self.left():
+        while left := self.left(*names):
             assert time.monotonic() < begin + seconds, left
             time.sleep(0.05)
         return time.monotonic() - begin
@@ -248,20 +257,16 @@ class Sshd:
         """Start the server, after `switch_off()`."""
         server = program('sshd')
         assert server is not None
-        config = str(self.folder / 'server_config')
-        self._process = start_server(
-            [server, '-D', '-f', config, '-E', str(self._log)]
-        )
-        last = list(self.machines.values())[-1]
+        for config in sorted(self.folder.glob('server_config*')):
+            argv = [server, '-D', '-f', config, '-E', self._log]
+            self._processes.append(start_server(argv))
         deadline = time.monotonic() + DEADLINE
-        while True:
-            with contextlib.suppress(ConnectionRefusedError):
-                socket.create_connection((LOOPBACK, last.port)).close()
-                return
-            log = self.log
-            assert self._process.poll() is None, log
-            assert time.monotonic() < deadline, log
-            time.sleep(0.005)
+        for machine in self.machines.values():
+            while not _listens(machine.port):
+                log = self.log
+                assert all(p.poll() is None for p in self._processes), log
+                assert time.monotonic() < deadline, log
+                time.sleep(0.005)
 
     @property
     def log(self) -> str:
@@ -278,23 +283,25 @@ class Sshd:
         The other side is told, unlike by a machine without power: hold the
         links before to have that.
         """
-        server, self._process = self._process, None
-        if server is None:
-            return
+        servers, self._processes = self._processes, []
         # a session of sshd has no mark before its shell is run
-        doomed = [server.pid, *descendants(server.pid)]
+        doomed = [server.pid for server in servers]
+        for server in servers:
+            doomed += descendants(server.pid)
         while doomed:
             kill(doomed)
             doomed = self._inhabitants()
-        server.wait()
+        for server in servers:
+            server.wait()
 
     def _close(self) -> None:
         self.switch_off()
         self._open.close()
 
-    def _inhabitants(self) -> list[int]:
-        """Return what runs on the machines, but the server's own sessions."""
-        return marked(MARK, self.mark)
+    def _inhabitants(self, *names: str) -> list[int]:
+        """Return what runs there, but the server's own sessions."""
+        values = [self.machines[n].mark for n in names or self.machines]
+        return marked(MARK, *values)
 
     def _make_keys(self) -> None:
         for name, phrase in (
@@ -314,18 +321,25 @@ class Sshd:
         return (self.folder / f'{name}.pub').read_text(encoding='utf-8')
 
     def _write_server(self) -> None:
+        machines = list(self.machines.values())
+        for begin in range(0, len(machines), PORTS):
+            some = machines[begin : begin + PORTS]
+            self._write(f'server_config{begin:04}', self._configuration(some))
+
+    def _configuration(self, machines: Sequence[SshMachine]) -> str:
+        """Return what a process of the server reads."""
         lines = [_SERVER.format(folder=self.folder)]
-        lines += [f'Port {one.port}\n' for one in self.machines.values()]
+        lines += [f'Port {one.port}\n' for one in machines]
         python = Path(sys.executable).parent
-        for one in self.machines.values():
+        for one in machines:
             path = f'{one.home}/bin:{python}:{os.environ["PATH"]}'
             lines += [
                 f'Match LocalPort {one.port}\n',
-                f'  SetEnv HOME={one.home} PATH={path} {MARK}={self.mark}\n',
+                f'  SetEnv HOME={one.home} PATH={path} {MARK}={one.mark}\n',
             ]
             if one.name == ASKING:
                 lines.append('  PubkeyAuthentication no\n')
-        self._write('server_config', ''.join(lines))
+        return ''.join(lines)
 
     def _write_client(self, off: int) -> None:
         ports = {name: one.link.port for name, one in self.machines.items()}
@@ -344,7 +358,7 @@ class Sshd:
         )
         self._write('config', ''.join(lines))
         right, wrong = self._public('host_key'), self._public('other_host_key')
-        known = [f'{n} {right}' for n in (*MACHINES, LOCKED, ASKING, OFF)]
+        known = [f'{n} {right}' for n in (*self._names, LOCKED, ASKING, OFF)]
         self._write('known_hosts', ''.join([*known, f'{IMPOSTOR} {wrong}']))
         ssh = program('ssh')
         assert ssh is not None
@@ -356,3 +370,10 @@ class Sshd:
 
     def _write(self, name: str, text: str) -> None:
         (self.folder / name).write_text(text, encoding='utf-8')
+
+
+def _listens(port: int) -> bool:
+    with contextlib.suppress(ConnectionRefusedError):
+        socket.create_connection((LOOPBACK, port)).close()
+        return True
+    return False
