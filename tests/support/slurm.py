@@ -17,6 +17,7 @@ import pwd
 import re
 import socket
 import subprocess
+import sys
 import time
 
 import pytest
@@ -60,6 +61,7 @@ SlurmctldLogFile={folder}/controller.log
 SlurmdLogFile={folder}/node.log
 ProctrackType=proctrack/pgid
 TaskPlugin=task/none
+TaskProlog={folder}/prolog
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
 SlurmdParameters=config_overrides
@@ -106,10 +108,12 @@ class Slurm:
     The three servers, and what their users need.
 
     :ivar folder: All their files
+    :ivar home: The home folder on the node
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self.home = folder / 'home'
         self._configuration = folder / 'slurm.conf'
         self._servers: list[subprocess.Popen[bytes]] = []
         self._open = contextlib.ExitStack()
@@ -195,7 +199,7 @@ class Slurm:
         return [pid for pid in found if pid not in own]
 
     def _write(self) -> None:
-        for name in ('state', 'spool'):
+        for name in ('state', 'spool', self.home.name):
             (self.folder / name).mkdir()
         key = self.folder / 'munge.key'
         key.touch(mode=0o600)
@@ -211,6 +215,15 @@ class Slurm:
         )
         self._configuration.write_text(text, encoding='utf-8')
         (self.folder / 'gres.conf').write_text(_GRES, encoding='utf-8')
+        # what it prints are variables of each task
+        prolog = self.folder / 'prolog'
+        path = f'{Path(sys.executable).parent}:{os.environ["PATH"]}'
+        prolog.write_text(
+            f'#!/bin/sh\necho "export HOME={self.home}"\n'
+            f'echo "export PATH={path}"\n',
+            encoding='utf-8',
+        )
+        prolog.chmod(0o755)
         # older ones do without because of `proctrack/pgid`
         text = 'CgroupPlugin=disabled\n' if _version() >= (23, 11) else ''
         (self.folder / 'cgroup.conf').write_text(text, encoding='utf-8')

@@ -16,8 +16,8 @@ def no_jobs(slurm: Slurm) -> Iterator[None]:
 
 
 def test_a_step_runs(slurm: Slurm) -> None:
-    done = slurm.run('srun', 'echo', 'here')
-    assert (done.returncode, done.stdout) == (0, 'here\n')
+    done = slurm.run('srun', '--export=NONE', 'printenv', 'HOME')
+    assert (done.returncode, done.stdout) == (0, f'{slurm.home}\n')
 
 
 def test_a_step_gets_a_graphics_processor(slurm: Slurm) -> None:
