@@ -163,10 +163,12 @@ class Bench:
                 sys.exit(one.output)
         return time.monotonic() - begin
 
-    def logged(self) -> list[Path]:
-        """Return the files of the last launch's log folder."""
-        folder = self.user.root / 'log'
-        return [p for p in folder.rglob('*') if p.is_file()]
+    def logged(self, name: str) -> Path:
+        """Return the log of a process of the last launch."""
+        logs = (self.user.root.parent / '.ros/log').glob('launch_*')
+        last = max(logs, key=lambda path: path.stat().st_mtime_ns)
+        (found,) = (p for p in last.glob('*/stdout.log') if name in str(p))
+        return found
 
 
 @contextmanager
@@ -282,13 +284,8 @@ def counted(lines: int, pulled: bool) -> tuple[str, str]:
         back = time.monotonic() - begin
         shows(launch, re.compile(r'finished after'))
         launch.interrupt()
-        numbers: list[int] = []
-        for path in one.logged():
-            if 'p0' in path.name:
-                found = re.findall(
-                    rb'^.*?line (\d+)$', path.read_bytes(), re.M
-                )
-                numbers += map(int, found)
+        text = one.logged('p0').read_bytes()
+        numbers = [int(n) for n in re.findall(rb'line (\d+)$', text, re.M)]
     lost = lines - len(set(numbers))
     twice = len(numbers) - len(set(numbers))
     disordered = sum(a >= b for a, b in pairwise(numbers))

@@ -58,6 +58,7 @@ DOMAIN_IDS = range(1, 102)
 #: makes it one of those that only `make test` runs.
 FULL_FIXTURES = frozenset(
     {
+        'deployer',
         'forks',
         'make_user',
         'ros_domain_id',

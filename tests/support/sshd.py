@@ -234,6 +234,10 @@ class Sshd:
             check=False,
         )
 
+    def processes(self, *names: str) -> dict[int, str]:
+        """Return what runs on machines, by the process ids, with commands."""
+        return {pid: command_of(pid) for pid in self._inhabitants(*names)}
+
     def left(self, *names: str) -> list[str]:
         """Return the command lines of all that runs on machines."""
         return [command_of(pid) for pid in self._inhabitants(*names)]
