@@ -38,11 +38,13 @@ class Source:
     :param path: The file that was read
     :param name: The path that the file goes by: where it is installed
     :param text: What it says
+    :param kind: What to call it in errors
     """
 
     path: str
     name: str
     text: str
+    kind: str = 'launch file'
 
     def position(self, line: int, column: int) -> Position:
         """Return the position for a line and column counted from 0."""
@@ -70,31 +72,32 @@ def _line_starts(text: str) -> tuple[int, ...]:
     return (0, *(found.end() for found in re.finditer('\n', text)))
 
 
-def read_source(path: str, name: str) -> Source:
+def read_source(path: str, name: str, kind: str = 'launch file') -> Source:
     """
-    Read a launch file.
+    Read a launch file, or another one that people write.
 
     :param path: The file to read
     :param name: The path that the file goes by
+    :param kind: What to call it in errors
     :raises LaunchError: when it can't be read or is not text
     """
     try:
         size = os.stat(path).st_size
         if size > MAXIMUM_FILE_SIZE:
             raise error(
-                f"launch file '{path}' has {size} bytes; the limit is "
+                f"{kind} '{path}' has {size} bytes; the limit is "
                 f'{MAXIMUM_FILE_SIZE}'
             )
         data = content_of(path, MAXIMUM_FILE_SIZE)
     except (OSError, ValueError) as e:
         reason = getattr(e, 'strerror', None) or e
-        raise error(f"cannot read launch file '{path}': {reason}") from e
-    source = Source(path, name, _decode(path, data))
+        raise error(f"cannot read {kind} '{path}': {reason}") from e
+    source = Source(path, name, _decode(path, data), kind)
     found = _NOT_PRINTABLE.search(source.text)
     if found:
         raise error(
             f'the character U+{ord(found.group()):04X} is not allowed in a '
-            'launch file',
+            f'{kind}',
             source.position_at(found.start()),
         )
     return source

@@ -212,8 +212,8 @@ class _Reader:
         if self._documents > 1:
             mark = event.start_mark
             raise error(
-                'a launch file has one YAML document; a second one starts '
-                'here',
+                f'a {self._source.kind} has one YAML document; a second one '
+                'starts here',
                 self._source.position(mark.line, mark.column),
                 hint="remove the line '---', or put the second document into "
                 'a file of its own and include it',
