@@ -68,8 +68,10 @@ class Placer:
         """
         Cut a plan into its parts; all have all blocks.
 
-        :param plan: All of it, or what comes to it; its labels have no names
-          of machines
+        All paths are those of this computer; see `RemotePaths`.
+
+        :param plan: All of it, or what comes to it; labels may have the names
+          of machines already
         """
         self._learn(plan)
         whole: list[Entry] = []
@@ -125,7 +127,8 @@ class Placer:
         machines = self._deployment.machines_of(known)
         for process, machine in zip(known, machines, strict=True):
             # what runs stays where it is, whatever comes later
-            self._by_process.setdefault(process.ros_name, machine)
+            placed = self._placed(process.label) or machine
+            self._by_process.setdefault(process.ros_name, placed)
         for process in processes:
             if process.node_name is not None:
                 machine = self._by_process[process.ros_name]
@@ -134,6 +137,13 @@ class Placer:
             if component.node_name is not None:
                 machine = self.machine_of(component)
                 self._by_node.setdefault(component.node_name, machine)
+
+    def _placed(self, label: str) -> str | None:
+        """Return the machine that a label names, None for a plain label."""
+        name, separator, _ = label.partition(SEPARATOR)
+        return (
+            name if separator and name in self._deployment.machines else None
+        )
 
     def _cut(self, entry: Entry) -> Mapping[str | None, Entry]:
         """Return what is done where."""
@@ -162,7 +172,8 @@ class Placer:
         if machine is None or not isinstance(entry, Process | Component):
             return entry
         label = entry.label
-        if self._deployment.everything_on is None:
+        is_plain = self._placed(label) is None
+        if is_plain and self._deployment.everything_on is None:
             label = f'{machine}{SEPARATOR}{entry.label}'
             if isinstance(entry, Process):
                 # what ROS 2 calls it is the same wherever it runs

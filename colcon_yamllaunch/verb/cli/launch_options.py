@@ -84,12 +84,19 @@ class LaunchOptions:
     no_status: bool = False
     log_limit: int | None = LOG_LIMIT
     watch: str | None = None
+    on: str | None = None
+    deploy: Path | None = None
     until: tuple[LinePattern, ...] = ()
     timeout: float | None = None
     for_: float | None = None
     junit: Path | None = None
     attach: str | None = None
     ui: bool = False
+
+    @property
+    def is_deployed(self) -> bool:
+        """Whether anything is to run on other machines."""
+        return self.on is not None or self.deploy is not None
 
     @property
     def inspects(self) -> bool:

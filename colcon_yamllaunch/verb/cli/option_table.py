@@ -29,6 +29,7 @@ Completer = Literal[
     'choices',
     'files',
     'folders',
+    'hosts',
     'launches',
     'licenses',
     'lifecycles',
@@ -132,6 +133,11 @@ def _formats(*others: str) -> Value:
 _RUNS_NONE = _not(
     *INSPECTIONS,
     error='{one} is about a launch that runs, and {other} runs none',
+)
+_ONE_COMPUTER = _not(
+    '--show-args',
+    '--schema',
+    error='{one} is about where processes run, and {other} runs none',
 )
 _MADE_ALREADY = _not(
     '--from-plan',
@@ -307,6 +313,22 @@ _WATCH = (
         },
     ),
 )
+_MACHINES = (
+    Option(
+        '--on',
+        'Run all of it on another machine, as if it were here: USER@HOST or '
+        'whatever ssh takes, slurm:partition=NAME for an allocation, or with '
+        '--deploy the name of a machine',
+        Value('HOST', 'hosts'),
+        excludes=_ONE_COMPUTER,
+    ),
+    Option(
+        '--deploy',
+        'Run processes on the machines that a file names for them',
+        Value('FILE', 'files', 'file'),
+        excludes=_ONE_COMPUTER,
+    ),
+)
 _ENDING = (
     Option(
         '--until',
@@ -467,6 +489,7 @@ SECTIONS = (
     Section('What is shown and kept', ('launch',), _SHOWN),
     Section('Running', ('launch',), _PREFIX),
     Section('Watching files', ('launch',), _WATCH),
+    Section('Other machines', ('launch',), _MACHINES),
     Section('Ending by itself, as in CI', ('launch',), _ENDING),
     Section('Running launches', ('launch',), _SESSIONS),
     Section('options', ('create',), _CREATE),

@@ -268,6 +268,13 @@ def _launches(cursor: _Cursor) -> Candidates:
     return launches(cursor.environment)
 
 
+def _hosts(cursor: _Cursor) -> Candidates:
+    from colcon_yamllaunch.verb.completion.host_candidates import hosts
+
+    deployment = getattr(cursor.known, 'deploy', None)
+    return hosts(deployment, cursor.prefix, Path.home() / '.ssh')
+
+
 def _licenses(_cursor: _Cursor) -> Candidates:
     from colcon_yamllaunch.workspace.create.new_package import LICENSES
 
@@ -286,6 +293,7 @@ _POSITIONALS: Mapping[Verb, _Find] = {
 COMPLETERS: Mapping[Completer, _Find] = {
     'files': lambda cursor: candidates.paths(cursor.prefix, ('',)),
     'folders': lambda cursor: candidates.paths(cursor.prefix, ()),
+    'hosts': _hosts,
     'launches': _launches,
     'licenses': _licenses,
     'lifecycles': _lifecycles,
