@@ -18,17 +18,12 @@ import sys
 from typing import NoReturn
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan_json import plan_from_json
-from colcon_yamllaunch.language.plan.plan_json import PlanFormatError
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.language.syntax.diagnostics import shown_position
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
 from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
@@ -49,13 +44,12 @@ from colcon_yamllaunch.verb.launching.log_folders import locked
 from colcon_yamllaunch.verb.launching.log_folders import log_store_of
 from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
 from colcon_yamllaunch.verb.launching.plan_run import PlanRun
+from colcon_yamllaunch.verb.launching.steps.host_keeper import HostKeeper
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.evaluation.launch_host import Growing
-    from colcon_yamllaunch.ros.host_link import HostLink
-    from colcon_yamllaunch.runtime.core.plan_source import PlanSource
     from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
     from colcon_yamllaunch.verb.launching.builds import Builds
 
@@ -132,9 +126,10 @@ class LaunchFlow:
             runs=options.runs,
         )
         self._packages = LaunchPackages(self._workspace.locator, built=False)
-        # the process that reads launch files in Python, and its environment
-        self._host: HostLink | None = None
-        self._host_environment: Mapping[str, str] = {}
+        keeps_log = not options.inspects
+        self._host = HostKeeper(
+            cwd, environment, log_folder if keeps_log else None
+        )
         # what makes more of the plan while it runs
         self._growing: Growing | None = None
         self._is_again = is_again
@@ -166,7 +161,7 @@ class LaunchFlow:
         :raises UserError: when the user's time limit is no number
         """
         if ''.join(self._options.positionals[-1:]).endswith('.py'):
-            self._open_host(self._process_environment()).start()
+            self._host.open(self._process_environment()).start()
             for name in _BEHIND:
                 import_module(name)
 
@@ -187,15 +182,11 @@ class LaunchFlow:
 
     def close(self) -> None:
         """End the process that reads launch files in Python, if it runs."""
-        if self._host is not None:
-            self._host.close()
-            self._host = None
+        self._host.close()
 
     def disown_host(self) -> None:
         """Have nothing to do with that process, in a fork of this one."""
-        if self._host is not None:
-            self._host.disown()
-            self._host = None
+        self._host.disown()
 
     def run_saved(self, path: Path, plan_run: PlanRun) -> int:
         """
@@ -203,24 +194,10 @@ class LaunchFlow:
 
         :raises UserError: when the file has no plan
         """
-        try:
-            text = content_of(self.cwd / path).decode('utf-8')
-            plan = plan_from_json(text)
-        except (OSError, UnicodeDecodeError, PlanFormatError) as e:
-            reason = e.strerror if isinstance(e, OSError) else e
-            raise UserError(f"'{path}' has no plan: {reason}") from e
-        if plan.left_open:
-            raise UserError(
-                f"'{path}' cannot be run, as {plan.left_open[0]} was left "
-                'open in it: save it with --run-commands'
-            )
-        position = plan.host_position
-        if position is not None:
-            place = shown_position(position, str(self.cwd))
-            raise UserError(
-                f"'{path}' cannot be run, as what happens while it runs is up "
-                f'to Python ({place}): launch that file'
-            )
+        # few plans are saved
+        from colcon_yamllaunch.verb.launching.steps import saved_plan
+
+        plan = saved_plan.read_saved_plan(path, self.cwd)
         with locked(self._log_folder):
             return self._run(plan, self._process_environment(), plan_run)
 
@@ -241,10 +218,7 @@ class LaunchFlow:
         # who types Ctrl-C once more just when the launch has ended gets its
         # exit code all the same: from here on only the launch takes SIGINT
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        identity, source = '', None
-        if self._host is not None:
-            identity = self._host.identity
-            source = self._source(self._host)
+        source = self._host.source(self._growing)
         store = None
         if self._log_folder is not None:
             store = log_store_of(self._log_folder, self._environment, say)
@@ -257,21 +231,10 @@ class LaunchFlow:
             label,
             lambda module, user: self.locator.undeclared_owner(module, user),
             self._workspace.lock.release,
-            identity,
+            self._host.identity,
             None if changes is None else changes(self, plan, environment),
             source,
         )
-
-    def _source(self, host: 'HostLink') -> 'PlanSource | None':
-        """Return what makes more of the plan while it runs, if anything."""
-        if self._growing is None:
-            host.release()
-            return None
-        from colcon_yamllaunch.ros.host_link import NUMBER
-        from colcon_yamllaunch.ros.host_plan_source import HostPlanSource
-
-        host.entrust()
-        return HostPlanSource(host, self._growing, NUMBER)
 
     def _tell_of_doubled_nodes(
         self, plan: Plan, environment: Mapping[str, str]
@@ -394,39 +357,9 @@ class LaunchFlow:
             cwd=str(self.cwd),
             log_folder=self._log_dir,
             exposed=self._find_exposed(),
-            host=lambda: self._open_host(environment),
+            host=lambda: self._host.open(environment),
             trees=self.trees,
         )
-
-    def _open_host(self, environment: Mapping[str, str]) -> 'HostLink':
-        """
-        Return the process that reads launch files in Python.
-
-        It is the one that there is, unless it is in another environment.
-
-        :raises UserError: when the user's time limit is no number
-        """
-        # most launch files are not in Python
-        from colcon_yamllaunch.ros import host_link
-        from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
-
-        if self._host is not None and (
-            self._host.is_spent or self._host_environment != environment
-        ):
-            self.close()
-        if self._host is None:
-            log = None
-            if self._log_folder is not None and not self._options.inspects:
-                log = self._log_folder / host_link.LOG_NAME
-            self._host = host_link.HostLink(
-                environment,
-                str(self.cwd),
-                log,
-                new_identity(),
-                host_link.timeout_of(self._environment),
-            )
-            self._host_environment = environment
-        return self._host
 
     def _find_exposed(self) -> FindExposed:
         """Return what gives what packages bring, as long as they are so."""
@@ -483,7 +416,7 @@ class LaunchFlow:
             if found:
                 self._fail(found)
 
-        if self._host is not None and evaluation.growing is None:
+        if evaluation.growing is None:
             # what builds leave running is told apart by what was there before
             self._host.release()
         output = io.StringIO()
@@ -499,7 +432,7 @@ class LaunchFlow:
             raise GiveUpError(update.returncode, is_build=True)
         if update.changed:
             # it may have imported what is another now
-            self.close()
+            self._host.close()
         return update.changed
 
     def _tell_of_build(self, target: Target, evaluation: Evaluation) -> None:

@@ -1,0 +1,105 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The process that reads launch files in Python, for as long as it is used."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.language.evaluation.launch_host import Growing
+    from colcon_yamllaunch.ros.host_link import HostLink
+    from colcon_yamllaunch.runtime.core.plan_source import PlanSource
+
+
+class HostKeeper:
+    """
+    The process that reads launch files in Python, if there is one.
+
+    :param environment: The user's environment
+    :param log_folder: Where it keeps a log, or None to keep none
+    """
+
+    def __init__(
+        self,
+        cwd: Path,
+        environment: Mapping[str, str],
+        log_folder: Path | None,
+    ) -> None:
+        self._cwd = cwd
+        self._environment = environment
+        self._log_folder = log_folder
+        self._host: HostLink | None = None
+        # what it runs in
+        self._variables: Mapping[str, str] = {}
+
+    @property
+    def identity(self) -> str:
+        """The identity that the launch has by it, or an empty text."""
+        return '' if self._host is None else self._host.identity
+
+    def open(self, variables: Mapping[str, str]) -> 'HostLink':
+        """
+        Return the process that reads launch files in Python.
+
+        It is the one that there is, unless it is in another environment.
+
+        :param variables: What it is to run in
+        :raises UserError: when the user's time limit is no number
+        """
+        # most launch files are not in Python
+        from colcon_yamllaunch.ros import host_link
+        from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
+
+        if self._host is not None and (
+            self._host.is_spent or self._variables != variables
+        ):
+            self.close()
+        if self._host is None:
+            log = None
+            if self._log_folder is not None:
+                log = self._log_folder / host_link.LOG_NAME
+            self._host = host_link.HostLink(
+                variables,
+                str(self._cwd),
+                log,
+                new_identity(),
+                host_link.timeout_of(self._environment),
+            )
+            self._variables = variables
+        return self._host
+
+    def source(self, growing: 'Growing | None') -> 'PlanSource | None':
+        """
+        Return what makes more of the plan while it runs, if anything.
+
+        :param growing: What turns its answers into plan, if it is asked more
+        """
+        if self._host is None:
+            return None
+        if growing is None:
+            self._host.release()
+            return None
+        from colcon_yamllaunch.ros.host_link import NUMBER
+        from colcon_yamllaunch.ros.host_plan_source import HostPlanSource
+
+        self._host.entrust()
+        return HostPlanSource(self._host, growing, NUMBER)
+
+    def release(self) -> None:
+        """End it in order, as nothing more is asked of it."""
+        if self._host is not None:
+            self._host.release()
+
+    def close(self) -> None:
+        """End it if it runs."""
+        if self._host is not None:
+            self._host.close()
+            self._host = None
+
+    def disown(self) -> None:
+        """Have nothing to do with it, in a fork of this process."""
+        if self._host is not None:
+            self._host.disown()
+            self._host = None
