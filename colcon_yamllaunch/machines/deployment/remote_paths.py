@@ -3,7 +3,6 @@
 
 """Paths of the workspace here made those of a machine's workspace."""
 
-from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -14,7 +13,6 @@ import os
 import os.path
 import re
 
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import ParameterFile
@@ -22,7 +20,6 @@ from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.plan.plan import Timer
-from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 
 #: The variables of the user that go along to each machine.
 ALONG = (
@@ -152,59 +149,9 @@ class RemotePaths:
         return tuple(replace(p, value=self.text(p.value)) for p in parameters)
 
 
-@dataclass(frozen=True, slots=True)
-class ForeignPath:
-    """
-    A path of a process that is no path of the workspace.
-
-    :param path: The absolute path, which is there on this computer
-    :param process: The process that is given it
-    """
-
-    path: str
-    process: Process
-
-
-def foreign_paths(
-    plan: Plan,
-    paths: RemotePaths,
-    exists: Callable[[str], bool] = os.path.exists,
-) -> Iterator[ForeignPath]:
-    """
-    Find files that processes of a machine are given, and that are only here.
-
-    Those of the system are taken to be there; whether they are, is told when
-    the process is started.
-
-    :param plan: The part of the machine, with the paths of this computer
-    """
-    seen: set[str] = set()
-    for process in plan.processes():
-        texts = [a for a in process.argv if isinstance(a, str)]
-        texts += [v for _, v in process.environment if v is not None]
-        for path in (found for t in texts for found in _paths_in(t)):
-            if path in seen or paths.covers(path) or is_of_system(path):
-                continue
-            seen.add(path)
-            if exists(path):
-                yield ForeignPath(path, process)
-
-
 def is_of_system(path: str) -> bool:
     """Say whether a path is one that each machine has of its own."""
     return any(path == top or path.startswith(f'{top}/') for top in SYSTEM)
-
-
-def tell_of_foreign_path(found: ForeignPath, machine: str) -> Diagnostic:
-    """Return the warning that a file is not on a machine."""
-    return Diagnostic(
-        'warning',
-        f"{found.process.label} runs on {machine}, and '{found.path}' is a "
-        'file of this computer that is not there',
-        found.process.position,
-        'put it into a package of the workspace and name it by '
-        '$(find-pkg-share …), or copy it there',
-    )
 
 
 def variables_along(
@@ -226,7 +173,7 @@ def variables_along(
     }
 
 
-def _paths_in(text: str) -> Iterator[str]:
+def paths_in(text: str) -> Iterator[str]:
     """Return the absolute paths in a word, as in `file:=/a/b` or `/a:/b`."""
     for part in re.split(r'[:=,;\s\'"]', text):
         if part.startswith('//'):

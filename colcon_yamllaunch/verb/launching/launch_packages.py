@@ -3,6 +3,7 @@
 
 """The packages as the launch language sees them."""
 
+from collections.abc import Container
 from collections.abc import Iterable
 from collections.abc import Mapping
 from functools import cache
@@ -23,11 +24,20 @@ class LaunchPackages:
     The packages of a workspace and its underlays.
 
     :param built: Whether all that was to be built has been built
+    :param only_there: Packages that are not built here, as only what runs on
+      other machines needs them
     """
 
-    def __init__(self, locator: PackageLocator, *, built: bool) -> None:
+    def __init__(
+        self,
+        locator: PackageLocator,
+        *,
+        built: bool,
+        only_there: Container[str] = (),
+    ) -> None:
         self._locator = locator
         self._built = built
+        self._only_there = only_there
         self.prefix = locator.prefix
         self.names = locator.names
         self.executable = locator.executable
@@ -66,7 +76,12 @@ class LaunchPackages:
 
         Such a path is remembered as expected.
         """
-        if self._built or self._locator.owner(path) is None:
+        owner = self._locator.owner(path)
+        if owner is None:
+            return False
+        if owner.name in self._only_there:
+            return True
+        if self._built:
             return False
         self.expected.add(path)
         return True

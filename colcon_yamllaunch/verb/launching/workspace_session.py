@@ -94,6 +94,11 @@ class WorkspaceSession:
         """The names of the packages of the workspace."""
         return set(self._packages)
 
+    @property
+    def packages(self) -> Collection[Package]:
+        """The packages of the workspace."""
+        return self._packages.values()
+
     def broken_manifests(self) -> tuple[BrokenManifest, ...]:
         """Return the manifests in the workspace that make no package."""
         if self._colcon is None:

@@ -78,7 +78,8 @@ class CachedColcon:
     ) -> None:
         self._runs = runs
         self.root = Path(os.path.realpath(root))
-        self._build_arguments = tuple(build_arguments)
+        #: Further arguments for `colcon build`.
+        self.build_arguments = tuple(build_arguments)
         self._colcon: Colcon | None = None
         self._index: PackageIndex | None = None
         self._packages: dict[str, Package] = {}
@@ -87,7 +88,7 @@ class CachedColcon:
         #: Is called when packages were built, or failed to.
         self.when_built: Callable[[], None] = _do_nothing
         # before anything is asked, so that a change in between will show
-        self._key = cache_key(self.root, self._build_arguments, os.environ)
+        self._key = cache_key(self.root, self.build_arguments, os.environ)
         self._is_settled = self._key is not None and is_settled(self._key)
         self._cache = self._read()
         if self._cache:
@@ -100,6 +101,11 @@ class CachedColcon:
         self.merge_install = self._arguments.merge_install or is_merged(
             self.install_base
         )
+
+    @property
+    def common_settings(self) -> Mapping[str, str]:
+        """What every package is built with, as text."""
+        return self._arguments.settings
 
     def packages(self) -> tuple[Package, ...]:
         """
@@ -218,7 +224,7 @@ class CachedColcon:
             )
 
             self._colcon = self._warm_one() or Colcon(
-                self.root, self._build_arguments, runs=self._runs
+                self.root, self.build_arguments, runs=self._runs
             )
         return self._colcon
 

@@ -12,11 +12,9 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.machines.deployment.remote_paths import foreign_paths
+from colcon_yamllaunch.machines.deployment.remote_paths import is_of_system
+from colcon_yamllaunch.machines.deployment.remote_paths import paths_in
 from colcon_yamllaunch.machines.deployment.remote_paths import RemotePaths
-from colcon_yamllaunch.machines.deployment.remote_paths import (
-    tell_of_foreign_path,
-)
 from colcon_yamllaunch.machines.deployment.remote_paths import variables_along
 from hypothesis import given
 from hypothesis import strategies as st
@@ -127,29 +125,28 @@ def test_all_of_a_plan():
     assert there.position == AT
 
 
-def test_files_that_are_only_here_are_told():
-    process = Process(
-        'a',
-        (
-            '/opt/ros/lib/a',
-            'file:=/data/map.yaml',
-            '/home/me/ws/in/it',
-            '/missing',
-            '/etc/hosts',
-            'relative/path',
-        ),
-        '/',
-        AT,
-        environment=(('MODELS', '/models:/home/me/ws/models'), ('X', None)),
-    )
-    plan = Plan((process,))
-    found = list(foreign_paths(plan, PATHS, lambda path: path != '/missing'))
-    assert [f.path for f in found] == ['/data/map.yaml', '/models']
-    told = tell_of_foreign_path(found[0], 'arm')
-    assert told.message == (
-        "a runs on arm, and '/data/map.yaml' is a file of this computer that "
-        'is not there'
-    )
+@pytest.mark.parametrize(
+    ('text', 'paths'),
+    [
+        ('/a/b', ['/a/b']),
+        ('file:=/data/../map.yaml', ['/map.yaml']),
+        ('/a:/b:relative:/c', ['/a', '/b', '/c']),
+        ('file:///a/b', ['/a/b']),
+        ('["/a", "/b"]', ['/a', '/b']),
+        ('relative/path', []),
+        ('/', []),
+        ('', []),
+    ],
+)
+def test_paths_are_found_in_words(text, paths):
+    assert list(paths_in(text)) == paths
+
+
+def test_some_paths_are_of_each_system():
+    assert is_of_system('/opt/ros/jazzy/share')
+    assert is_of_system('/etc')
+    assert not is_of_system('/etcetera')
+    assert not is_of_system('/home/me')
 
 
 def test_only_some_variables_go_along():

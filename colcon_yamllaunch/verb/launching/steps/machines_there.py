@@ -1,0 +1,404 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The machines of a launch, from the first connection to the running parts.
+
+All of them are connected with, and get their code, at once, each by a thread
+of its own, while this computer builds. When the launch runs there are no
+threads any more.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+from typing import Protocol
+
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.machines.deployment.deployment import Deployment
+from colcon_yamllaunch.machines.deployment.machine import Machine
+from colcon_yamllaunch.machines.deployment.placement import Placed
+from colcon_yamllaunch.machines.deployment.placement import Placer
+from colcon_yamllaunch.machines.deployment.placement import SEPARATOR
+from colcon_yamllaunch.machines.deployment.remote_paths import RemotePaths
+from colcon_yamllaunch.machines.deployment.remote_paths import variables_along
+from colcon_yamllaunch.machines.link.remote_part import Link
+from colcon_yamllaunch.machines.link.remote_parts import RemoteParts
+from colcon_yamllaunch.machines.sync.code_sync import Code
+from colcon_yamllaunch.machines.sync.code_sync import sync_code
+from colcon_yamllaunch.machines.sync.code_sync import Synced
+from colcon_yamllaunch.machines.wire.part_settings import PartSettings
+from colcon_yamllaunch.verb.launching.steps.errands import Errands
+from colcon_yamllaunch.verb.launching.steps.needed_there import packages_of
+from colcon_yamllaunch.verb.launching.steps.paths_there import PathsThere
+from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
+
+#: Seconds that a thread may take to end once its connection is closed.
+PATIENCE = 15.0
+
+
+class Facts(Protocol):
+    """What is known of a machine once it is connected with."""
+
+    @property
+    def workspace(self) -> str | None:
+        """The root of the workspace there, absolute, whether it exists."""
+
+    @property
+    def home(self) -> str:
+        """The home folder there."""
+
+
+class Contact(Protocol):
+    """A connection with a machine, before its part runs."""
+
+    @property
+    def must_ask(self) -> bool:
+        """Whether it failed as somebody has to type or confirm something."""
+
+    def connect(self) -> Facts:
+        """
+        Connect, and return what the machine is like.
+
+        :raises UserError: when that cannot be
+        """
+
+    def ask(
+        self,
+        request: str,
+        arguments: Mapping[str, Any],
+        on_line: Callable[[str], None] | None = None,
+    ) -> dict[str, Any]:
+        """Have a function called there, and return what it returns."""
+
+    def start(self, plan: Plan, settings: PartSettings) -> Link:
+        """
+        Start a part there, and return what leads to it.
+
+        :raises UserError: when that cannot be
+        """
+
+    def close(self) -> None:
+        """End the connection, and what is done through it."""
+
+
+#: Makes a connection with a machine: one that may ask at the terminal, or not.
+#: The texts are where the workspace may be there.
+MakeContact = Callable[[Machine, Sequence[str], bool], Contact]
+
+
+class MachinesThere:
+    """
+    The machines that parts of a launch run on.
+
+    :param session: The workspace here, if there is one
+    :param environment: The user's
+    :param cwd: The folder that the launch is begun in
+    :param say: Is called with a line that the user should see at once
+    :param title: The command, for other launches that wait for this one
+    :param mode: `none` to bring no code whatever the machines say, as with
+      `--no-build`
+    :param may_ask: Whether ssh may ask for a password at the terminal
+    :param make_contact: Makes a connection
+    """
+
+    def __init__(
+        self,
+        deployment: Deployment,
+        session: WorkspaceSession,
+        environment: Mapping[str, str],
+        cwd: Path,
+        say: Callable[[str], None],
+        title: str,
+        *,
+        mode: str | None = None,
+        may_ask: bool = True,
+        make_contact: MakeContact | None = None,
+    ) -> None:
+        self.deployment = deployment
+        self._session = session
+        self._environment = environment
+        self._cwd = cwd
+        self._say = say
+        self._title = title
+        self._mode = mode
+        self._may_ask = may_ask
+        self._make_contact = make_contact or _contact
+        self._contacts: dict[str, Contact] = {}
+        self._paths: dict[str, PathsThere] = {}
+        self._errands: Errands[Any] | None = None
+        # the packages that the machines have, or are about to get
+        self._brought: dict[str, frozenset[str]] = {}
+        self._code: Code | None = None
+        self._placer = Placer(deployment)
+        #: The packages that were built there.
+        self.built: dict[str, frozenset[str]] = {}
+
+    def place(self, plan: Plan) -> Placed:
+        """Cut a plan, and forget what was placed before."""
+        self._placer = Placer(self.deployment)
+        return self._placer.place(plan)
+
+    def needed(
+        self, placed: Placed, all_needed: frozenset[str]
+    ) -> dict[str, frozenset[str]]:
+        """
+        Return the packages of the workspace that the machines need.
+
+        :param all_needed: Those that the launch names
+        """
+        if self.deployment.everything_on is not None:
+            return dict.fromkeys(placed.parts, all_needed)
+        return {
+            name: self._packages_of(part)
+            for name, part in placed.parts.items()
+        }
+
+    def only_there(
+        self, placed: Placed, needed: Mapping[str, frozenset[str]]
+    ) -> frozenset[str]:
+        """Return the packages that nothing here needs."""
+        there = frozenset[str]().union(*needed.values())
+        return there - self._packages_of(placed.local)
+
+    def begin(
+        self, placed: Placed, needed: Mapping[str, frozenset[str]]
+    ) -> None:
+        """
+        Connect with the machines, and begin to bring the code there.
+
+        What was begun before goes on.
+
+        :param needed: The packages of the workspace that the machines need
+        :raises UserError: when a machine cannot be reached
+        """
+        self._connect([n for n in placed.parts if n not in self._contacts])
+        wanted = {
+            name: names | self._brought.get(name, frozenset())
+            for name, names in needed.items()
+            if not names <= self._brought.get(name, frozenset())
+            or name not in self._brought
+        }
+        if not wanted or self._session.root is None:
+            return
+        self.wait()
+        self._brought |= wanted
+        code = self._code_here()
+        self._errands = Errands(
+            {
+                name: partial(self._bring, name, names, code)
+                for name, names in wanted.items()
+            }
+        )
+
+    def wait(self) -> None:
+        """
+        Wait until the code is there.
+
+        :raises UserError: when it is not
+        """
+        if self._errands is None:
+            return
+        self._errands.wait()
+        errands, self._errands = self._errands, None
+        errands.check()
+        for name, synced in errands.results.items():
+            before = self.built.get(name, frozenset())
+            self.built[name] = before | synced.built
+
+    def check(self, placed: Placed) -> Iterator[Diagnostic]:
+        """Find what the parts name and the machines do not have."""
+        errands = Errands(
+            {
+                name: partial(self._check, name, part)
+                for name, part in placed.parts.items()
+            }
+        )
+        errands.wait()
+        errands.check()
+        for found in errands.results.values():
+            yield from found
+
+    def localised(self, name: str, plan: Plan) -> Plan:
+        """Return a plan with the paths of a machine."""
+        return self._paths[name].plan(plan)
+
+    def start(
+        self, placed: Placed, settings: PartSettings, *, is_growing: bool
+    ) -> RemoteParts:
+        """
+        Start the parts, and return what the launch needs of them.
+
+        :param settings: What is the same for all machines
+        :param is_growing: Whether more may come for any machine
+        :raises UserError: when a part cannot be started
+        """
+        names = list(placed.parts)
+        if is_growing:
+            names += [n for n in self._rule_machines() if n not in names]
+            self._connect([n for n in names if n not in self._contacts])
+        errands = Errands(
+            {
+                name: partial(
+                    self._start, name, placed.parts.get(name, Plan()), settings
+                )
+                for name in names
+            }
+        )
+        errands.wait()
+        errands.check()
+        links = [errands.results[name] for name in names]
+        # from here on they are the launch's
+        self._contacts.clear()
+        return RemoteParts(
+            links, placed, self._placer.place_more, self.localised
+        )
+
+    def close(self) -> None:
+        """End all connections, and wait for what is done through them."""
+        for contact in self._contacts.values():
+            contact.close()
+        self._contacts.clear()
+        if self._errands is not None:
+            self._errands.wait(PATIENCE)
+            self._errands = None
+
+    def _rule_machines(self) -> list[str]:
+        machines = self.deployment.machines
+        return [
+            r.machine for r in self.deployment.rules if r.machine in machines
+        ]
+
+    def _connect(self, names: Sequence[str]) -> None:
+        """
+        Connect with machines, all at once.
+
+        :raises UserError: when one cannot be reached
+        """
+        if not names:
+            return
+        places = self._places_of_workspace
+        for name in names:
+            machine = self.deployment.machines[name]
+            self._contacts[name] = self._make_contact(
+                machine, places(machine), False
+            )
+        errands = Errands({n: self._contacts[n].connect for n in names})
+        errands.wait()
+        facts = dict(errands.results)
+        for name in list(errands.errors):
+            if self._may_ask and self._contacts[name].must_ask:
+                # one after the other, as each may ask at the terminal
+                facts[name] = self._ask_to_connect(name)
+                errands.forgive(name)
+        errands.check()
+        for name in names:
+            self._paths[name] = self._paths_to(name, facts[name])
+
+    def _ask_to_connect(self, name: str) -> Facts:
+        machine = self.deployment.machines[name]
+        places = self._places_of_workspace(machine)
+        with suppress(Exception):
+            self._contacts[name].close()
+        self._contacts[name] = self._make_contact(machine, places, True)
+        return self._contacts[name].connect()
+
+    def _places_of_workspace(self, machine: Machine) -> list[str]:
+        """Return where the workspace may be there, the last to make it."""
+        if machine.workspace is not None:
+            return [machine.workspace]
+        root = self._session.root
+        return [] if root is None else [str(root), f'~/{root.name}']
+
+    def _paths_to(self, name: str, facts: Facts) -> PathsThere:
+        folders: dict[str, str] = {}
+        session = self._session
+        if session.root is not None and facts.workspace is not None:
+            install_base = session.colcon.install_base
+            folders = {
+                str(install_base): f'{facts.workspace}/{install_base.name}',
+                str(session.root): facts.workspace,
+            }
+            if install_base.is_relative_to(session.colcon.root):
+                del folders[str(install_base)]
+        machine = self.deployment.machines[name]
+        return PathsThere(
+            machine,
+            RemotePaths(folders),
+            str(self._cwd),
+            facts.workspace if folders else None,
+            facts.home,
+            session.locator,
+        )
+
+    def _code_here(self) -> Code:
+        if self._code is None:
+            session = self._session
+            colcon = session.colcon
+            self._code = Code(
+                colcon.root,
+                tuple(session.packages),
+                colcon.build_base,
+                colcon.install_base,
+                colcon.merge_install,
+                colcon.build_arguments,
+                colcon.common_settings,
+                session.environment,
+                self._title,
+            )
+        return self._code
+
+    def _bring(self, name: str, needed: frozenset[str], code: Code) -> Synced:
+        machine = self.deployment.machines[name]
+        workspace = self._paths[name].workspace
+        assert workspace is not None
+        return sync_code(
+            self._mode or machine.sync,
+            name,
+            workspace,
+            self._contacts[name],
+            code,
+            needed,
+            lambda line: self._say(f'{name}{SEPARATOR} {line}'),
+        )
+
+    def _check(self, name: str, part: Plan) -> list[Diagnostic]:
+        return list(self._paths[name].check(part, self._contacts[name]))
+
+    def _start(self, name: str, part: Plan, settings: PartSettings) -> Link:
+        machine = self.deployment.machines[name]
+        paths = self._paths[name]
+        variables = variables_along(self._environment, machine.env)
+        settings = replace(
+            settings,
+            machine=name,
+            workspace=paths.workspace or machine.workspace,
+            variables=paths.folders.environment(variables),
+            on_lost=machine.on_lost,
+        )
+        return self._contacts[name].start(paths.plan(part), settings)
+
+    def _packages_of(self, plan: Plan) -> frozenset[str]:
+        session = self._session
+        if session.root is None:
+            return frozenset()
+        return packages_of(
+            plan, session.locator, session.root, session.colcon.install_base
+        )
+
+
+def _contact(
+    machine: Machine, places: Sequence[str], may_ask: bool
+) -> Contact:
+    from colcon_yamllaunch.machines.connection.machine_connection import (
+        MachineConnection,
+    )
+
+    return MachineConnection(machine, places, may_ask=may_ask)

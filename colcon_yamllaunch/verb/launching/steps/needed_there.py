@@ -1,0 +1,73 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Which packages of the workspace the parts of a launch need, and where."""
+
+from collections.abc import Iterator
+import os.path
+from pathlib import Path
+import re
+
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import ParameterFile
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+#: What no path of a package has, and what stands around paths has.
+_BETWEEN = r'[^\s:,;\'"<>|&()\[\]{}]*'
+
+
+def packages_of(
+    plan: Plan, locator: PackageLocator, root: Path, install_base: Path
+) -> frozenset[str]:
+    """
+    Return the packages of the workspace that a part of a plan names.
+
+    It names them as the package of a program or component, or by a path, in
+    whatever it gives a process.
+
+    :param root: The root of the workspace
+    :param install_base: Where its packages are installed
+    """
+    own = {package.name for package in locator.packages()}
+    found = {process.package for process in plan.processes()}
+    found.update(component.package for component in plan.components())
+    bases = dict.fromkeys(
+        str(path)
+        for base in (install_base, root)
+        for path in (base, os.path.realpath(base))
+    )
+    pattern = re.compile(f'(?:{"|".join(map(re.escape, bases))})/{_BETWEEN}')
+    paths = {path for text in texts_of(plan) for path in pattern.findall(text)}
+    for path in paths:
+        package = locator.owner(path) or locator.package_of(path)
+        if package is not None:
+            found.add(package.name)
+    return frozenset(name for name in found if name in own)
+
+
+def texts_of(plan: Plan) -> Iterator[str]:
+    """Iterate over all texts of a plan that may have paths in them."""
+    for process in plan.processes():
+        yield from _texts(process)
+    for component in plan.components():
+        yield from _texts(component)
+
+
+def _texts(part: Process | Component) -> Iterator[str]:
+    parameters = list(part.parameters)
+    if isinstance(part, Component):
+        parameters += part.extra_arguments
+    else:
+        yield part.cwd
+        for argument in part.argv:
+            if isinstance(argument, ParameterFile):
+                yield argument.content
+                parameters += argument.parameters
+            else:
+                yield argument
+        for _, value in part.environment:
+            yield value or ''
+    for parameter in parameters:
+        yield parameter.value

@@ -1,0 +1,161 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The files that the part of a machine names, looked for on that machine."""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from dataclasses import replace
+import os.path
+from typing import Any
+from typing import Protocol
+
+from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.machines.deployment.machine import Machine
+from colcon_yamllaunch.machines.deployment.remote_paths import is_of_system
+from colcon_yamllaunch.machines.deployment.remote_paths import paths_in
+from colcon_yamllaunch.machines.deployment.remote_paths import RemotePaths
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+
+#: What is asked of the machine.
+LOOK = 'paths_there.look'
+
+
+class Asked(Protocol):
+    """A connection with the machine."""
+
+    def ask(
+        self,
+        request: str,
+        arguments: Mapping[str, Any],
+        on_line: Callable[[str], None] | None = None,
+    ) -> dict[str, Any]:
+        """Have a function called there, and return what it returns."""
+
+
+class PathsThere:
+    """
+    What becomes of the paths of this computer on a machine.
+
+    :param folders: Where folders of this computer are there
+    :param cwd: The folder that the launch is begun in
+    :param workspace: The workspace there, if there is one
+    :param home: The home folder there
+    :param locator: The packages here
+    """
+
+    def __init__(
+        self,
+        machine: Machine,
+        folders: RemotePaths,
+        cwd: str,
+        workspace: str | None,
+        home: str,
+        locator: PackageLocator,
+    ) -> None:
+        self._machine = machine
+        self.folders = folders
+        self._cwd = cwd
+        self.workspace = workspace
+        self._locator = locator
+        # where processes run that run where the launch is begun: unless that
+        # is there, too, as near to it as can be
+        self._cwd_there = workspace or home
+
+    def plan(self, plan: Plan) -> Plan:
+        """Return a plan with the paths there."""
+        entries = tuple(map(self._with_folder, plan.entries))
+        return self.folders.plan(replace(plan, entries=entries))
+
+    def check(self, part: Plan, connection: Asked) -> Iterator[Diagnostic]:
+        """
+        Find what processes are given, and is not there.
+
+        :param part: What is to run there, with the paths of this computer
+        :raises UserError: when the machine cannot be asked
+        """
+        named = dict(self._named(part))
+        asked = {path: self.folders.text(path) for path in named}
+        cwd = self.folders.text(self._cwd)
+        paths = sorted({*asked.values(), cwd})
+        answer = connection.ask(LOOK, {'paths': paths})
+        missing = set(answer.get('missing', ()))
+        if cwd not in missing:
+            self._cwd_there = cwd
+        for path, process in named.items():
+            if asked[path] in missing:
+                yield from self._tell_of(path, process)
+
+    def _named(self, part: Plan) -> Iterator[tuple[str, Process]]:
+        """Iterate over the paths that may be missing, and who is given them.
+
+        The last one of each counts, so it begins with the last process.
+        """
+        for process in reversed(list(part.processes())):
+            texts = [a for a in process.argv if isinstance(a, str)]
+            for text in reversed(texts):
+                for path in paths_in(text):
+                    if self.folders.covers(path) or (
+                        not is_of_system(path) and os.path.exists(path)
+                    ):
+                        yield path, process
+            program = process.argv[0]
+            if isinstance(program, str) and program.startswith('/'):
+                yield program, process
+
+    def _tell_of(self, path: str, process: Process) -> Iterator[Diagnostic]:
+        machine = self._machine.name
+        there = self.folders.text(path)
+        who = f'{process.label} runs on {machine}'
+        if path == process.argv[0]:
+            yield Diagnostic(
+                'error',
+                f"{who}, and there is no program '{there}' there",
+                process.position,
+                self._way_to_program(path, process),
+            )
+        elif not self.folders.covers(path):
+            yield Diagnostic(
+                'warning',
+                f"{who}, and '{path}' is a file of this computer that is not "
+                'there',
+                process.position,
+                'put it into a package of the workspace and name it by '
+                '$(find-pkg-share …), or copy it there',
+            )
+        elif self._locator.package_of(path) is None or os.path.exists(path):
+            # a program may be about to make it
+            owner = self._locator.owner(path)
+            yield Diagnostic(
+                'warning',
+                f"{who}, and there is no '{there}' there",
+                process.position,
+                None
+                if owner is None
+                else f'let {owner.name} install it, or look for a slip of '
+                'the pen',
+            )
+
+    def _way_to_program(self, path: str, process: Process) -> str:
+        owner = self._locator.owner(path)
+        if owner is not None:
+            return (
+                f'let {owner.name} install it, or look for a slip of the pen'
+            )
+        if process.package is not None:
+            return f'install the package {process.package} there'
+        return 'install it there'
+
+    def _with_folder(self, entry: Entry) -> Entry:
+        """Return an entry whose processes run in a folder that is there."""
+        if isinstance(entry, Timer):
+            inner = tuple(map(self._with_folder, entry.entries))
+            return replace(entry, entries=inner)
+        if isinstance(entry, Process) and entry.cwd == self._cwd:
+            return replace(entry, cwd=self._cwd_there)
+        return entry
