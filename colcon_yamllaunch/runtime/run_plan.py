@@ -12,6 +12,7 @@ import os
 from pathlib import Path
 import sys
 import time
+from typing import Protocol
 from typing import TextIO
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,8 @@ from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.plan_source import PlanSource
+from colcon_yamllaunch.runtime.course.elsewhere import Companion
+from colcon_yamllaunch.runtime.course.elsewhere import Elsewhere
 from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.course.engine import no_guard
 from colcon_yamllaunch.runtime.course.engine import Settings
@@ -52,6 +55,7 @@ from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.runtime.screen.screen import Screen
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
 from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
+from colcon_yamllaunch.runtime.streams.relay import Recorder
 from colcon_yamllaunch.runtime.streams.signals import caught
 from colcon_yamllaunch.runtime.streams.writer import Writer
 from colcon_yamllaunch.runtime.terminal.own_terminal import OwnTerminal
@@ -59,6 +63,21 @@ from colcon_yamllaunch.runtime.terminal.own_terminal import status_writer
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
+
+# what a launch is known by that nobody sees
+_UNKNOWN = About('', None, '', '')
+
+
+class LaunchCompanion(Companion, Protocol):
+    """What is beside a part of a launch that runs for another machine."""
+
+    def begin(self, engine: Engine, acts: Acts, service: Service) -> None:
+        """
+        Be beside an engine from now on, which runs next.
+
+        :param acts: Does what users ask for
+        :param service: Tells the states of processes and components
+        """
 
 
 def run_plan(
@@ -83,6 +102,9 @@ def run_plan(
     identity: str = '',
     changes: 'PlanChanges | None' = None,
     source: PlanSource | None = None,
+    elsewhere: Elsewhere | None = None,
+    companion: LaunchCompanion | None = None,
+    terminal_size: os.terminal_size | None = None,
 ) -> int:
     """
     Run a plan to its end, and return the exit code.
@@ -122,6 +144,12 @@ def run_plan(
     :param changes: Changes the plan while it runs, and keeps the launch from
       ending when nothing runs; it is closed at the end
     :param source: Where more plan comes from while it runs, if anywhere
+    :param elsewhere: The parts of the launch that run on other machines; the
+      plan is what runs here then. It is closed at the end
+    :param companion: What is beside this launch if it is such a part; nothing
+      is shown then
+    :param terminal_size: The size of terminals of processes at first, by
+      default that of the stream
     :raises UserError: before anything is started, when the environment lacks
       what the plan needs
     :raises OutputError: at the end, when output could not be shown; not when
@@ -144,13 +172,14 @@ def run_plan(
         )
         stack.callback(display.writer.close)
         environment = display.environment
-        processes = tuple(plan.processes())
+        whole = plan if elsewhere is None else elsewhere.whole(plan)
+        processes = tuple(whole.processes())
         screen = display.screen(processes, troubles.append)
         layout = layout_of(LOG_FORMAT, environment, troubles.append)
 
         # what ends it all, come what may; helpers are told from orphans before
         # the guard is there, which is a child, too
-        adoption = _adopt(changes, source, stack)
+        adoption = _adopt(changes, source, elsewhere, stack)
         buffering = LineBuffering(environment.get('PATH', os.defpath))
         settings = Settings(
             identity or new_identity(),
@@ -162,6 +191,7 @@ def run_plan(
             buffering,
             None if log_folder is None else log_folder / CLIENT_LOG,
             tty,
+            terminal_size,
         )
         guard = _guard(settings.identity, screen, stack)
         launch_record = LaunchRecord(settings.identity)
@@ -186,8 +216,8 @@ def run_plan(
             _adviser(environment, owner_of, buffering, parameters_of),
         )
         terminal = OwnTerminal(
-            present(presentation, screen, plan, display, stack),
-            plan,
+            present(presentation, screen, whole, display, stack),
+            whole,
             display,
             screen,
             guard,
@@ -207,14 +237,16 @@ def run_plan(
             (
                 failures.handle,
                 *(() if logs is None else (logs.handle,)),
-                terminal.show,
+                *(() if companion is not None else (terminal.show,)),
                 conditions.handle,
                 *observers,
             ),
-            _record_nothing if logs is None else logs.record,
+            _recorder(logs, companion),
             bool if logs is None else logs.flush,
             conditions,
             source,
+            elsewhere,
+            companion,
         )
         stack.callback(engine.close)
         if changes is not None:
@@ -228,22 +260,31 @@ def run_plan(
         # who may ask for more meanwhile
         with ExitStack() as control:
             terminal.connect(engine, acts, control)
+            service = Service(
+                about or _UNKNOWN, engine, acts, log_folder, log_files, clock
+            )
             if about is not None:
-                service = Service(
-                    about, engine, acts, log_folder, log_files, clock
-                )
                 serve(
                     engine, service, environment, guard, launch_record, control
                 )
+            if companion is not None:
+                companion.begin(engine, acts, service)
+                engine.listen(companion.handle)
             engine.run(signals)
 
         files.remove()
         guard.dismiss()
-        return _finish(engine, signals, display.writer, failures, conditions)
+        code = _finish(engine, signals, display.writer, failures, conditions)
+        if companion is not None:
+            companion.over(code)
+        return code
 
 
 def _adopt(
-    changes: 'PlanChanges | None', source: PlanSource | None, stack: ExitStack
+    changes: 'PlanChanges | None',
+    source: PlanSource | None,
+    elsewhere: Elsewhere | None,
+    stack: ExitStack,
 ) -> Adoption:
     """Have orphans of the launch become our children, but no helpers."""
     helpers: set[int] = set()
@@ -252,6 +293,8 @@ def _adopt(
         helpers.update(changes.pids)
     if source is not None:
         helpers.add(source.pid)
+    if elsewhere is not None:
+        helpers.update(elsewhere.pids)
     adoption = Adoption(helpers)
     stack.callback(adoption.end)
     return adoption
@@ -301,10 +344,21 @@ def _adviser(
     return advise
 
 
-def _record_nothing(
-    process: Process, stream: events.Stream, data: bytes
-) -> None:
-    """Keep no logs."""
+def _recorder(logs: Logs | None, companion: Companion | None) -> Recorder:
+    """Return what takes output before anybody else."""
+    takers = []
+    if logs is not None:
+        takers.append(logs.record)
+    if companion is not None:
+        takers.append(companion.record)
+    if len(takers) == 1:
+        return takers[0]
+
+    def record(process: Process, stream: events.Stream, data: bytes) -> None:
+        for take in takers:
+            take(process, stream, data)
+
+    return record
 
 
 def _finish(

@@ -36,6 +36,8 @@ from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.core.plan_source import PlanSource
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
+from colcon_yamllaunch.runtime.course.elsewhere import Companion
+from colcon_yamllaunch.runtime.course.elsewhere import Elsewhere
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
 from colcon_yamllaunch.runtime.process.cgroup import CGROUP_VARIABLE
@@ -98,6 +100,7 @@ class Settings:
     :param client_log: The file for what the process that speaks with ROS
       writes to standard error, if the launch needs one, or None
     :param tty: Whether each process gets a terminal
+    :param size: The size of such terminals at first, if the screen has none
     """
 
     identity: str
@@ -109,6 +112,7 @@ class Settings:
     buffering: LineBuffering
     client_log: Path | None = None
     tty: bool = False
+    size: os.terminal_size | None = None
 
 
 class Engine:
@@ -123,6 +127,8 @@ class Engine:
       but not before all is started that is due, which is more urgent;
       returns whether it has more to do
     :param source: Where more plan comes from, if anywhere
+    :param elsewhere: The parts that run on other machines, if any do
+    :param companion: What is beside a part that runs for another machine
     """
 
     def __init__(
@@ -137,6 +143,8 @@ class Engine:
         publish: Callable[[], bool],
         conditions: ExitConditions,
         source: PlanSource | None = None,
+        elsewhere: Elsewhere | None = None,
+        companion: Companion | None = None,
     ) -> None:
         if settings.tty:
             plan = with_terminals(plan)
@@ -153,10 +161,17 @@ class Engine:
         self._publish = publish
         #: All that the loop waits for.
         self.watches = Watches()
-        accepts = writer.accepts if source is None else self._accepts
+        #: The parts that run on other machines.
+        self.elsewhere = elsewhere
+        self._companion = companion
+        self._size = settings.size
+        is_alone = source is None and companion is None
+        accepts = writer.accepts if is_alone else self.accepts
         self._relay = Relay(self.watches, accepts, record, self.tell)
         #: The keyboards of processes.
-        self.terminals = Terminals(self.watches, self._relay)
+        self.terminals = Terminals(self.watches, self._relay, elsewhere)
+        if companion is not None:
+            self.terminals.when_echoed = companion.echoed
         is_cpp = settings.buffering.is_cpp
         self._silence = SilenceWatch(is_cpp, settings.clock)
         self._listeners = [
@@ -164,6 +179,8 @@ class Engine:
             self.terminals.handle,
             self._silence.handle,
         ]
+        if elsewhere is not None:
+            self._listeners.append(elsewhere.handle)
         self._ros = self._ros_link(plan) if plan.needs_ros else None
         #: Tell whether the plan may still grow, though nothing runs.
         self.reasons_to_wait: list[Callable[[], bool]] = []
@@ -210,6 +227,8 @@ class Engine:
 
         :raises ValueError: when a label is taken
         """
+        if self.elsewhere is not None:
+            entries = self.elsewhere.extend(entries)
         more = Plan(tuple(entries))
         if self._settings.tty:
             more = with_terminals(more)
@@ -226,6 +245,9 @@ class Engine:
         :param part: It has the label of what it takes the place of
         :raises RefusedError: when there is none, or all is being stopped
         """
+        if self.elsewhere is not None and self.elsewhere.has(part.label):
+            self.elsewhere.replace(part)
+            return
         more = Plan((part,))
         if self._settings.tty:
             more = with_terminals(more)
@@ -241,7 +263,9 @@ class Engine:
 
         :raises RefusedError: when there is none, or all is being stopped
         """
-        if any(t.process.label == label for t in self.supervisor.tasks):
+        if self.elsewhere is not None and self.elsewhere.has(label):
+            self.elsewhere.drop(label)
+        elif any(t.process.label == label for t in self.supervisor.tasks):
             self.supervisor.drop(label)
         else:
             self._composition_of(label).drop(label)
@@ -293,6 +317,9 @@ class Engine:
 
     def revise(self, part: Process | Component, *, at_once: bool) -> None:
         """Have a part of the plan be another one from its next start on."""
+        if self.elsewhere is not None and self.elsewhere.has(part.label):
+            self.elsewhere.revise(part, at_once=at_once)
+            return
         more = Plan((part,))
         if self._settings.tty:
             more = with_terminals(more)
@@ -311,19 +338,78 @@ class Engine:
         if self.composition is not None:
             reloaded = self.composition.reload_changed(labels, restarted)
             restarted = (*restarted, *reloaded)
+        if self.elsewhere is not None:
+            restarted = (*restarted, *self.elsewhere.restart(labels))
         return restarted
 
     def forget(self, entries: Iterable[Entry]) -> None:
         """Do not do what has not been done yet, such as messages."""
+        if self.elsewhere is not None:
+            entries = self.elsewhere.forget(entries)
         self.supervisor.forget(entries)
 
     def renew_environment(self, variables: Mapping[str, str]) -> None:
         """Give processes that start from now on other variables."""
         self._variables = self._adapt(variables)
+        if self.elsewhere is not None:
+            self.elsewhere.renew_environment(variables)
 
-    def stop(self, reason: str) -> None:
-        """Begin to end the launch; see `Supervisor.stop`."""
-        self.supervisor.stop(reason, drop_timers=True)
+    def stop(self, reason: str, *, interactive: bool = False) -> None:
+        """
+        Begin to end the launch; see `Supervisor.stop`.
+
+        :param interactive: Whether someone at a keyboard asked for it, who
+          can ask again: timers that outlast a shutdown are waited for then
+        """
+        drop_timers = not interactive
+        self.supervisor.stop(
+            reason, interactive=interactive, drop_timers=drop_timers
+        )
+        if self.elsewhere is not None and drop_timers:
+            self.elsewhere.drop_timers()
+
+    def hurry(self) -> None:
+        """Take the next step of stopping at once."""
+        self.supervisor.hurry()
+        if self._feed is not None:
+            self._feed.hurry()
+        if self.elsewhere is not None:
+            self.elsewhere.hurry()
+
+    # what parts that run elsewhere need; see `elsewhere.LaunchHere`
+
+    @property
+    def is_stopping(self) -> bool:
+        """Whether everything is being stopped."""
+        return self.supervisor.is_stopping
+
+    def shut_down(self, reason: str) -> None:
+        """Begin to end the launch, as an entry of its plan would."""
+        self.supervisor.stop(reason)
+
+    def take_output(
+        self, process: Process, stream: events.Stream, data: bytes
+    ) -> None:
+        """Take what a process wrote, as if it had been read here."""
+        self._relay.feed(process, stream, data)
+
+    def end_lines(self, label: str) -> None:
+        """Take the last line of a process as whole, as the process ended."""
+        self._relay.end_lines(label)
+        # the last line of a process counts before its exit code
+        self._mind_conditions()
+
+    def echo(self, label: str, data: bytes) -> None:
+        """Show who is attached to a process what its terminal echoed."""
+        self._relay.show(label, 'stdout', data)
+
+    def accepts(self, key: tuple[str, events.Stream]) -> bool:
+        """Tell whether a process may write more to a stream."""
+        return (
+            self._writer.accepts(key)
+            and (self._feed is None or self._feed.accepts(key[0]))
+            and (self._companion is None or self._companion.accepts(key[0]))
+        )
 
     @property
     def is_ended_by_others(self) -> bool:
@@ -366,8 +452,12 @@ class Engine:
         self._conditions.begin()
         if self._feed is not None:
             self._feed.begin()
+        if self.elsewhere is not None:
+            self.elsewhere.begin(self, self._terminal_size())
         while True:
             self._mind_conditions()
+            if self.elsewhere is not None:
+                self.elsewhere.advance()
             if self._changes is not None:
                 self._mind_changes(self._changes)
             if self._ros is not None:
@@ -378,6 +468,8 @@ class Engine:
             self.supervisor.advance()
             if self._feed is not None:
                 self._feed.advance()
+            if self._companion is not None:
+                self._companion.advance()
             if self.supervisor.done:
                 break
             more = self._end_turn()
@@ -388,6 +480,8 @@ class Engine:
         if self._changes is not None:
             self._changes.close()
         self._end_feed()
+        if self.elsewhere is not None:
+            self.elsewhere.close()
         self._cgroup.remove()
         self._relay.close()
         self._conditions.end()
@@ -408,6 +502,8 @@ class Engine:
         """Free what the engine holds."""
         self._end_ros()
         self._end_feed()
+        if self.elsewhere is not None:
+            self.elsewhere.close()
         self.terminals.close()
         self.watches.close()
         self._limit.restore()
@@ -417,7 +513,7 @@ class Engine:
         argv = self.command_line(number, process)
         size = None
         if process.emulate_tty:
-            size = size_of(self._settings.screen)
+            size = self._terminal_size()
         try:
             channels = open_channels(size)
         except OSError as error:
@@ -510,6 +606,11 @@ class Engine:
             waits() for waits in self.reasons_to_wait
         ):
             return True
+        if self.elsewhere is not None and self.elsewhere.is_waiting():
+            return True
+        if self._companion is not None and self._companion.is_waiting():
+            return True
+        # which the source takes for the end if nothing else waits
         return self._feed is not None and self._feed.is_waiting()
 
     def listen(self, listener: events.Listener) -> None:
@@ -599,12 +700,6 @@ class Engine:
             self._settings.client_log,
         )
 
-    def _accepts(self, key: tuple[str, events.Stream]) -> bool:
-        """Tell whether a process may write more to a stream."""
-        return self._writer.accepts(key) and (
-            self._feed is None or self._feed.accepts(key[0])
-        )
-
     def _plan_feed(self, source: PlanSource) -> 'PlanFeed':
         # few launches need it
         from colcon_yamllaunch.runtime.course.plan_feed import PlanFeed
@@ -685,7 +780,8 @@ class Engine:
         client = 0 if self._ros is None else self._ros.pid
         host = 0 if self._feed is None else self._feed.pid
         changes = () if self._changes is None else self._changes.pids
-        return {self._guard.pid, client, host, *changes, *self.helpers}
+        links = () if self.elsewhere is None else self.elsewhere.pids
+        return {self._guard.pid, client, host, *changes, *links, *self.helpers}
 
     def _mind_changes(self, changes: 'PlanChanges') -> None:
         if self.supervisor.is_stopping:
@@ -727,6 +823,10 @@ class Engine:
             waits.append(self._changes.seconds_to_wait())
         if self._feed is not None:
             waits.append(self._feed.seconds_to_wait())
+        if self.elsewhere is not None:
+            waits.append(self.elsewhere.seconds_to_wait())
+        if self._companion is not None:
+            waits.append(self._companion.seconds_to_wait())
         for due in (self._conditions.due(), self._silence.due()):
             if due is not None:
                 waits.append(max(0.0, due - self._settings.clock()))
@@ -763,12 +863,12 @@ class Engine:
             elif number == signal.SIGTSTP:
                 self._suspend()
             elif number == signal.SIGCONT:
-                self._signal_all(signal.SIGCONT)
+                self.hold(is_held=False)
                 for listener in self.when_suspended:
                     listener(False)
-                self._resize()
+                self.resize()
             elif number == signal.SIGWINCH:
-                self._resize()
+                self.resize()
         if signal.SIGCHLD in numbers:
             self._reap()
 
@@ -780,31 +880,43 @@ class Engine:
         if not self.supervisor.is_stopping:
             name = signal.Signals(number).name
             by_key = number == signal.SIGINT
-            self.supervisor.stop(
-                'interrupted' if by_key else f'{name} received',
-                interactive=by_key,
-                drop_timers=not by_key,
-            )
+            reason = 'interrupted' if by_key else f'{name} received'
+            self.stop(reason, interactive=by_key)
             return
         # a terminal that closes sends SIGHUP, and so does its shell
         if not is_echo and number != signal.SIGHUP:
-            self.supervisor.hurry()
-            if self._feed is not None:
-                self._feed.hurry()
+            self.hurry()
 
     def _suspend(self) -> None:
         for listener in self.when_suspended:
             listener(True)
-        self._signal_all(signal.SIGSTOP)
+        self.hold(is_held=True)
         stop_ourselves()
         # where nobody could continue us, the system has not stopped us
-        self._signal_all(signal.SIGCONT)
+        self.hold(is_held=False)
 
-    def _resize(self) -> None:
+    def hold(self, *, is_held: bool) -> None:
+        """Hold all processes as Ctrl-Z does, or let them go on."""
+        self._signal_all(signal.SIGSTOP if is_held else signal.SIGCONT)
+        if self.elsewhere is not None:
+            self.elsewhere.suspend(is_held)
+
+    def _terminal_size(self) -> os.terminal_size:
+        return self._size or size_of(self._settings.screen)
+
+    def resize(self, given: os.terminal_size | None = None) -> None:
+        """
+        Give terminals of processes the size of the screen.
+
+        :param given: The size of a screen that is elsewhere
+        """
+        self._size = given or self._size
         # the terminals control no session, so the kernel tells nobody
         for listener in self.when_resized:
             listener()
-        size = size_of(self._settings.screen)
+        size = self._terminal_size()
+        if self.elsewhere is not None:
+            self.elsewhere.resize(size)
         self.terminals.resize(size)
         for group in self._relay.resize(size):
             with suppress(ProcessLookupError, PermissionError):
@@ -845,6 +957,8 @@ class Engine:
             elif self._feed is not None and pid == self._feed.pid:
                 self._guard.ended(pid)
                 self._feed.ended(status)
+            elif self.elsewhere is not None and pid in self.elsewhere.pids:
+                self.elsewhere.ended(pid, Outcome.from_status(status))
             else:
                 self._relay.drain(pid)
                 # the last line of a process counts before its exit code

@@ -4,6 +4,7 @@
 """Reading what the processes write, fairly and without any waiting."""
 
 from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
 from dataclasses import field
 import fcntl
@@ -58,6 +59,8 @@ class Relay:
         self._tell = tell
         self._sources: dict[int, _Source] = {}
         self._groups: dict[int, list[_Source]] = {}
+        # what processes on other machines write
+        self._fed: dict[tuple[str, events.Stream], _Source] = {}
         self._paused: list[_Source] = []
         # bytes of all lines that have not ended
         self._unfinished = 0
@@ -96,7 +99,7 @@ class Relay:
         """Return the last line of a process, as far as it is written."""
         return b''.join(
             s.buffer.unfinished
-            for s in self._sources.values()
+            for s in self._all()
             if s.process.label == label
         )
 
@@ -113,7 +116,7 @@ class Relay:
 
     def end_lines(self, label: str) -> None:
         """Take the last line of a process as whole, as somebody ended it."""
-        for source in self._sources.values():
+        for source in self._all():
             if source.process.label == label:
                 self._pass_on(source, self._flushed(source))
 
@@ -121,6 +124,17 @@ class Relay:
         """Tell at once what a process writes, or what is echoed."""
         for sink in tuple(self.sinks.get(label, ())):
             sink(stream, data)
+
+    def feed(
+        self, process: Process, stream: events.Stream, data: bytes
+    ) -> None:
+        """Take what a process on another machine wrote."""
+        key = process.label, stream
+        source = self._fed.get(key)
+        if source is None:
+            source = self._fed[key] = _Source(-1, process, stream)
+        source.process = process
+        self._take_chunk(source, data)
 
     def resume(self) -> None:
         """Read again what had to wait for the screen."""
@@ -150,6 +164,8 @@ class Relay:
             self._drain(source)
             if self._is_open(source):
                 self._close(source)
+        for source in self._fed.values():
+            self._pass_on(source, self._flushed(source))
         self._groups.clear()
 
     def _watch(self, source: _Source) -> None:
@@ -188,18 +204,25 @@ class Relay:
             self._pass_on(source, self._flushed(source))
             self._close(source)
             return 0
-        self._record(source.process, source.stream, chunk)
         if len(chunk) == limits.READ_SIZE and not source.is_large:
             self._enlarge(source)
+        self._take_chunk(source, chunk)
+        return len(chunk)
+
+    def _take_chunk(self, source: _Source, chunk: bytes) -> None:
+        self._record(source.process, source.stream, chunk)
         if self.sinks:
             self.show(source.process.label, source.stream, chunk)
         before = source.buffer.size
         self._pass_on(source, source.buffer.feed(chunk))
         self._unfinished += source.buffer.size - before
         if self._unfinished > limits.MAXIMUM_LINES:
-            longest = max(self._sources.values(), key=lambda s: s.buffer.size)
+            longest = max(self._all(), key=lambda s: s.buffer.size)
             self._pass_on(longest, self._flushed(longest))
-        return len(chunk)
+
+    def _all(self) -> Iterator[_Source]:
+        yield from self._sources.values()
+        yield from self._fed.values()
 
     def _flushed(self, source: _Source) -> bytes:
         self._unfinished -= source.buffer.size

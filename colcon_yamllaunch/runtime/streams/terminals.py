@@ -17,6 +17,7 @@ import os
 import select
 import termios
 from typing import Any
+from typing import Protocol
 
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -53,12 +54,41 @@ def with_terminals(plan: Plan, label: str | None = None) -> Plan:
     return replace(plan, entries=tuple(map(changed, plan.entries)))
 
 
-class Terminals:
-    """The ends to type at, and the sinks of output."""
+class Keyboards(Protocol):
+    """Those of the processes on other machines; see `elsewhere`."""
 
-    def __init__(self, watches: Watches, relay: Relay) -> None:
+    def has_keyboard(self, label: str) -> bool:
+        """Tell whether keys can be typed at a process now."""
+
+    def input_modes(self, label: str) -> int | None:
+        """Return the local modes of the terminal that a process reads."""
+
+    def attach(self, label: str) -> None:
+        """Have its terminal watched, as somebody is attached to it."""
+
+    def detach(self, label: str) -> None:
+        """Have it watched no more."""
+
+    def type(self, label: str, keys: bytes) -> None:
+        """Type at a process."""
+
+
+class Terminals:
+    """
+    The ends to type at, and the sinks of output.
+
+    :param elsewhere: The keyboards on other machines, if there are any
+    """
+
+    def __init__(
+        self,
+        watches: Watches,
+        relay: Relay,
+        elsewhere: Keyboards | None = None,
+    ) -> None:
         self._watches = watches
         self._relay = relay
+        self._elsewhere = elsewhere
         self._null = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
         self._keyboards: dict[str, int] = {}
         self._typed: dict[int, bytes] = {}
@@ -66,6 +96,8 @@ class Terminals:
         self._followers: set[int] = set()
         #: Is told each descriptor of a keyboard before it is closed.
         self.closing: Callable[[int], object] = bool
+        #: Is told what the terminal of a process, by its label, echoes.
+        self.when_echoed: Callable[[str, bytes], object] | None = None
 
     @contextmanager
     def stdin_of(
@@ -121,7 +153,9 @@ class Terminals:
         """
         keyboard = self._keyboards.get(label)
         if keyboard is None:
-            return None
+            if self._elsewhere is None:
+                return None
+            return self._elsewhere.input_modes(label)
         try:
             modes = termios.tcgetattr(keyboard)
             written = self._relay.written_terminal(label)
@@ -151,7 +185,9 @@ class Terminals:
 
     def has_keyboard(self, label: str) -> bool:
         """Tell whether keys can be typed at a process now."""
-        return label in self._keyboards
+        return label in self._keyboards or (
+            self._elsewhere is not None and self._elsewhere.has_keyboard(label)
+        )
 
     def type(self, label: str, keys: bytes) -> None:
         """
@@ -162,19 +198,23 @@ class Terminals:
         """
         keyboard = self._keyboards.get(label)
         modes = self.input_modes(label)
+        if modes is not None and _ends_line(keys, modes):
+            # the echo ends the line of a prompt, which is over then
+            self._relay.end_lines(label)
         if keyboard is not None:
-            if modes is not None and _ends_line(keys, modes):
-                # the echo ends the line of a prompt, which is over then
-                self._relay.end_lines(label)
             pending = self._typed.get(keyboard, b'') + keys
             self._typed[keyboard] = pending[: limits.KEYS]
             self._write(keyboard)
+        elif self._elsewhere is not None:
+            self._elsewhere.type(label, keys)
 
     def add_sink(self, label: str, sink: Sink) -> None:
         """Have somebody told at once what a process writes, and its prompt."""
         prompt = self._relay.unfinished(label)
         if prompt:
             sink('stdout', prompt)
+        if self._elsewhere is not None and label not in self._relay.sinks:
+            self._elsewhere.attach(label)
         self._relay.sinks.setdefault(label, []).append(sink)
 
     def remove_sink(self, label: str, sink: Sink) -> None:
@@ -184,6 +224,8 @@ class Terminals:
             sinks.remove(sink)
         if not sinks:
             self._relay.sinks.pop(label, None)
+            if self._elsewhere is not None:
+                self._elsewhere.detach(label)
 
     def close(self) -> None:
         """Close everything."""
@@ -204,6 +246,8 @@ class Terminals:
             self._close(label)
             return
         self._relay.show(label, 'stdout', echo)
+        if self.when_echoed is not None:
+            self.when_echoed(label, echo)
 
     def _write(self, keyboard: int) -> None:
         pending = self._typed.pop(keyboard, b'')
