@@ -204,6 +204,7 @@ def run_plan(
                 log_folder,
                 processes,
                 lambda text: screen.handle(events.Warned(text)),
+                settings.moment,
                 limit=log_limit,
                 layout=layout,
                 store=log_store,

@@ -197,6 +197,9 @@ class Exited(Event):
         return 'ERROR' if self.failed else 'INFO'
 
     def lines(self) -> tuple[str, ...]:
+        if self.outcome.lost:
+            # which is told once for all of a machine
+            return ()
         ending = ending_of(self.outcome, self.asked)
         text = f'{self.process.label}: {ending} after {self.seconds:.1f} s'
         return (text + _starts_again(self.respawn_delay),)
@@ -662,6 +665,101 @@ class RosLost(Event):
 
     def record(self) -> dict[str, Any]:
         return {'event': 'ros_lost', 'reason': self.reason}
+
+
+@dataclass(frozen=True, slots=True)
+class LinkLost(Event):
+    """
+    Nothing is heard of a machine that parts of the launch run on.
+
+    :param reason: Why, as a part of a sentence
+    :param is_kept: Whether its part runs on meanwhile; else it is stopped
+      there unless the link is back soon
+    """
+
+    machine: str
+    reason: str
+    is_kept: bool
+
+    severity = 'WARNING'
+
+    def lines(self) -> tuple[str, ...]:
+        what = 'its processes are stopped there unless it is back soon'
+        if self.is_kept:
+            what = 'its processes run on there'
+        return (
+            f'{self.machine}: the link is lost: {self.reason}; {what}, and '
+            'it is tried again',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'link_lost',
+            'machine': self.machine,
+            'reason': self.reason,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class LinkBack(Event):
+    """
+    A machine is heard of again, and what was missed has come or is coming.
+
+    :param seconds: For how long the link was lost
+    """
+
+    machine: str
+    seconds: float
+
+    def lines(self) -> tuple[str, ...]:
+        return (
+            f'{self.machine}: the link is back after {self.seconds:.1f} s',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'link_back',
+            'machine': self.machine,
+            'seconds': round(self.seconds, 6),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class MachineGone(Event):
+    """
+    Nothing will be heard of a machine any more; its part is lost.
+
+    That of each process there which ran follows, as `Exited`.
+
+    :param reason: Why, and the way out, as a part of a sentence
+    :param labels: The processes that ran there
+    """
+
+    machine: str
+    reason: str
+    labels: tuple[str, ...] = ()
+
+    severity = 'ERROR'
+
+    @property
+    def text(self) -> str:
+        """What happened, as a sentence without its end."""
+        return f'{self.machine} is gone: {self.reason}'
+
+    def lines(self) -> tuple[str, ...]:
+        names = list(self.labels[: limits.NAMES_SHOWN])
+        if len(self.labels) > len(names):
+            names.append(f'{len(self.labels) - len(names)} more')
+        lost = f'lost with it: {", ".join(names)}'
+        return (self.text, *((lost,) if names else ()))
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'machine_gone',
+            'machine': self.machine,
+            'reason': self.reason,
+            'labels': list(self.labels),
+        }
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,11 +26,14 @@ class Outcome:
     :param code: Its exit code, or None when a signal ended it
     :param signal: The number of that signal, or None
     :param core_dumped: Whether the system wrote a core dump
+    :param lost: The machine that it was lost with, if nobody knows how it
+      ended; else empty
     """
 
     code: int | None = None
     signal: int | None = None
     core_dumped: bool = False
+    lost: str = ''
 
     @staticmethod
     def from_status(status: int) -> 'Outcome':
@@ -42,6 +45,8 @@ class Outcome:
         return Outcome(code=os.WEXITSTATUS(status))
 
     def __str__(self) -> str:
+        if self.lost:
+            return f'lost with {self.lost}'
         if self.signal is None:
             return f'exited with code {self.code}'
         text = f'died by {signal_name(self.signal)}'
@@ -83,6 +88,8 @@ def is_failure(outcome: Outcome, asked: bool) -> bool:
       fine, and so is the end by one of :data:`STOP_SIGNALS`, but a crash on
       the way out is not
     """
+    if outcome.lost:
+        return True
     if outcome.signal is None:
         return outcome.code != 0 and not asked
     return not (asked and outcome.signal in STOP_SIGNALS)

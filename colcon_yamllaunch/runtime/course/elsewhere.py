@@ -44,9 +44,17 @@ class LaunchHere(Protocol):
         """Tell everybody who listens what happened."""
 
     def take_output(
-        self, process: Process, stream: events.Stream, data: bytes
+        self,
+        process: Process,
+        stream: events.Stream,
+        data: bytes,
+        seconds: float | None = None,
     ) -> None:
-        """Take what a process wrote, as if it had been read here."""
+        """
+        Take what a process wrote, as if it had been read here.
+
+        :param seconds: When it was read, by the time of day; None for now
+        """
 
     def end_lines(self, label: str) -> None:
         """Take the last line of a process as whole, as the process ended."""
@@ -143,6 +151,19 @@ class Elsewhere(Protocol):
         :param name: Its label, what ROS 2 calls it, or the full name of the
           node of a component
         """
+
+    def cpu_shares(self) -> Mapping[str, float]:
+        """Return the shares of one processor, by label, as far as known."""
+
+    def measure(self, done: Callable[[], None]) -> None:
+        """
+        Find out what processes use, to have it in their states.
+
+        :param done: Is called when that is known, as far as it is soon
+        """
+
+    def machine_states(self) -> Iterable[Mapping[str, Any]]:
+        """Return the attributes of `MachineState` of each machine."""
 
     def processes(self) -> Iterable[Process]:
         """Return the processes as they are planned now."""

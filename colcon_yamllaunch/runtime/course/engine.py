@@ -8,6 +8,7 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import field
 from dataclasses import replace
 import errno
 import os
@@ -33,6 +34,7 @@ from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.moment import Moment
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.core.plan_source import PlanSource
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
@@ -101,6 +103,7 @@ class Settings:
       writes to standard error, if the launch needs one, or None
     :param tty: Whether each process gets a terminal
     :param size: The size of such terminals at first, if the screen has none
+    :param moment: When what is told happened, by the time of day
     """
 
     identity: str
@@ -113,6 +116,7 @@ class Settings:
     client_log: Path | None = None
     tty: bool = False
     size: os.terminal_size | None = None
+    moment: Moment = field(default_factory=Moment)
 
 
 class Engine:
@@ -388,10 +392,19 @@ class Engine:
         self.supervisor.stop(reason)
 
     def take_output(
-        self, process: Process, stream: events.Stream, data: bytes
+        self,
+        process: Process,
+        stream: events.Stream,
+        data: bytes,
+        seconds: float | None = None,
     ) -> None:
         """Take what a process wrote, as if it had been read here."""
-        self._relay.feed(process, stream, data)
+        moment = self._settings.moment
+        moment.past = seconds
+        try:
+            self._relay.feed(process, stream, data)
+        finally:
+            moment.past = None
 
     def end_lines(self, label: str) -> None:
         """Take the last line of a process as whole, as the process ended."""

@@ -78,6 +78,9 @@ class Failures:
             case events.Started():
                 self._failures.pop(event.process.label, None)
                 self._tails.pop(event.process.label, None)
+            case events.Exited(outcome=outcome) if outcome.lost:
+                # the machine that is gone is the failure
+                return
             case events.Exited(failed=True) | events.StartFailed():
                 self._failures[event.process.label] = event
                 self._look_for_core_dump(event)
@@ -95,7 +98,7 @@ class Failures:
                 self._failures.pop(event.process.label, None)
             case events.RosLost():
                 self._others.append(event.reason)
-            case events.HostLost():
+            case events.HostLost() | events.MachineGone():
                 self._others.append(event.text)
             case events.PlanFailed():
                 self._others.append(event.problems[0])

@@ -285,6 +285,8 @@ def is_between_states(row: Row) -> bool:
 
 
 def _in_short(outcome: Outcome) -> str:
+    if outcome.lost:
+        return 'lost'
     if outcome.signal is not None:
         return signal_name(outcome.signal)
     return f'exit {outcome.code}'

@@ -1,0 +1,672 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The part of a launch that runs on one machine, as the launcher sees it.
+
+What comes from there is re-told here, so that screen, logs and reports have
+it as if it had happened here. What is done there is asked for by messages:
+objects whose field `do` says what. Those with an `id` are answered by one
+with the same `reply`, and an `error` or what was asked for.
+"""
+
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import count
+import math
+import os
+import termios
+from typing import Any
+from typing import Literal
+from typing import Protocol
+
+from colcon_yamllaunch.common.printable import printable
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import Entry
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan_json import plan_to_json
+from colcon_yamllaunch.machines.deployment.machine import Machine
+from colcon_yamllaunch.machines.link.part_states import PartStates
+from colcon_yamllaunch.machines.link.part_states import StateError
+from colcon_yamllaunch.machines.wire.event_codec import decode_event
+from colcon_yamllaunch.machines.wire.event_codec import EventError
+from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.core.tasks import RefusedError
+from colcon_yamllaunch.runtime.course.elsewhere import Done
+from colcon_yamllaunch.runtime.course.elsewhere import LaunchHere
+from colcon_yamllaunch.runtime.stopping.launch_stop import UNATTRIBUTED
+from colcon_yamllaunch.runtime.streams.watches import Watches
+
+#: What becomes of the link to a machine; `done` after its part has ended.
+LinkState = Literal['up', 'lost', 'gone', 'done']
+#: How many requests to a machine may wait for their answers.
+MAXIMUM_REQUESTS = 1000
+
+# what asks for the next start of a process or component
+_STARTS = ('restart', 'debug')
+
+
+class LinkHandler(Protocol):
+    """What takes what comes through a link."""
+
+    def message(self, message: Mapping[str, Any]) -> None:
+        """Take a message."""
+
+    def output(
+        self, label: str, stream: str, data: bytes, seconds: float
+    ) -> None:
+        """
+        Take what a process wrote.
+
+        :param seconds: When, by the clock here
+        """
+
+    def echo(self, label: str, data: bytes) -> None:
+        """Take what the terminal of a process echoed."""
+
+    def lost(self, reason: str) -> None:
+        """Take into account that nothing is heard of the machine."""
+
+    def back(self, seconds: float) -> None:
+        """Take into account that it is heard of again, after that time."""
+
+    def gone(self, reason: str) -> None:
+        """Take into account that it is not heard of any more, for good."""
+
+
+class Link(Protocol):
+    """What leads to a machine while the launch runs."""
+
+    @property
+    def machine(self) -> Machine:
+        """The machine."""
+
+    @property
+    def pid(self) -> int:
+        """The process that is connected with it, a child of ours, or 0."""
+
+    def begin(self, watches: Watches, handler: LinkHandler) -> None:
+        """Take what comes from there from now on."""
+
+    def send(self, message: Mapping[str, Any]) -> None:
+        """Send a message, as soon as the link is there."""
+
+    def advance(self) -> None:
+        """Do what is due."""
+
+    def seconds_to_wait(self) -> float | None:
+        """Return the seconds until :meth:`advance` is to be called again."""
+
+    def hold(self, held: bool) -> None:
+        """Take no output, or take it again."""
+
+    def ended(self, pid: int, outcome: Outcome) -> None:
+        """Take into account that the process of the link ended."""
+
+    def close(self) -> None:
+        """End it; what still runs there is stopped, but for `keep`."""
+
+
+class RemotePart:
+    """
+    What runs on one machine.
+
+    :param plan: It, with the paths of this computer
+    :param localised: Returns a plan with the paths of that machine
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        plan: Plan,
+        localised: Callable[[Plan], Plan] = lambda plan: plan,
+    ) -> None:
+        self._link = link
+        self._localised = localised
+        self._launch: LaunchHere | None = None
+        self._parts: dict[str, Process | Component] = {}
+        self._successors: dict[str, Process | Component] = {}
+        self._by_name: dict[str, str] = {}
+        #: The states that it tells.
+        self.states = PartStates()
+        self._learn(plan.entries)
+        self._ids = count(1)
+        self._requests: dict[int, Callable[[Mapping[str, Any]], None]] = {}
+        #: What has become of the link.
+        self.state: LinkState = 'up'
+        #: Why it is lost or gone, for the user; or empty.
+        self.reason = ''
+        self._is_idle = False
+        self._is_finishing = False
+        # whose output the screen does not take for now
+        self._held: set[tuple[str, events.Stream]] = set()
+        # by label, what to say of the terminal that it reads from
+        self._modes: dict[str, int] = {}
+        self._debugged: set[str] = set()
+        self._guarded = 0
+
+    @property
+    def machine(self) -> Machine:
+        """The machine."""
+        return self._link.machine
+
+    @property
+    def pid(self) -> int:
+        """The process that is connected with it, or 0."""
+        return self._link.pid
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing is to be heard of it any more."""
+        return self.state in ('gone', 'done')
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether something runs there, or is about to."""
+        return not self.is_over and bool(self._requests or not self._is_idle)
+
+    @property
+    def link(self) -> Link:
+        """What leads there."""
+        return self._link
+
+    def begin(self, launch: LaunchHere, size: os.terminal_size) -> None:
+        """Run with a launch from now on."""
+        self._launch = launch
+        self._mind_guard()
+        self._link.begin(launch.watches, self)
+        self.send('resize', rows=size.lines, columns=size.columns)
+
+    def advance(self) -> None:
+        """Do what is due."""
+        if self._held and self._launch is not None:
+            # while all is stopped, there is not much that may still come
+            is_stopping = self._launch.is_stopping
+            accepts = self._launch.accepts
+            self._held = {
+                key for key in self._held if not (is_stopping or accepts(key))
+            }
+            if not self._held:
+                self._link.hold(False)
+        self._link.advance()
+        self._mind_guard()
+
+    def send(self, what: str, **content: Any) -> None:
+        """Have something done there."""
+        if not self.is_over:
+            self._link.send({'do': what, **content})
+
+    def ask(
+        self,
+        what: str,
+        done: Callable[[Mapping[str, Any]], None],
+        **content: Any,
+    ) -> None:
+        """
+        Have something done there that is answered.
+
+        :param done: Takes the answer, with an `error` if it has not been done
+        :raises RefusedError: when it cannot be asked for now
+        """
+        if self.state != 'up':
+            raise RefusedError(self._why_not())
+        if len(self._requests) >= MAXIMUM_REQUESTS:
+            raise RefusedError(f'{self.machine.name} does not answer')
+        number = next(self._ids)
+        self._requests[number] = done
+        self.send(what, id=number, **content)
+
+    def stop(
+        self, reason: str, *, interactive: bool, drop_timers: bool
+    ) -> None:
+        """Begin to end all of it."""
+        self.send(
+            'stop',
+            reason=reason,
+            interactive=interactive,
+            drop_timers=drop_timers,
+        )
+
+    def hurry(self) -> None:
+        """Take the next step of stopping at once."""
+        if self.state == 'lost':
+            # who asks twice does not wait until it is back
+            self._give_up(self.reason or 'it is not heard of')
+        self.send('hurry')
+
+    def finish(self) -> None:
+        """Have it end, as the launch is over."""
+        if not self._is_finishing:
+            self._is_finishing = True
+            self.send('finish')
+
+    def close(self) -> None:
+        """End the link."""
+        self._link.close()
+        if self._launch is not None and self._guarded:
+            self._launch.release_group(self._guarded)
+            self._guarded = 0
+
+    # what it consists of
+
+    def label_of(self, name: str) -> str | None:
+        """Return the label of a process or component by one of its names."""
+        if name in self._parts:
+            return name
+        return self._by_name.get(name) or self.states.label_of_node(name)
+
+    def part(self, label: str) -> Process | Component:
+        """Return a process or component as it is planned now."""
+        return self._successors.get(label) or self._parts[label]
+
+    def processes(self) -> Iterator[Process]:
+        """Iterate over the processes as they are planned now."""
+        for label in self._parts:
+            part = self.part(label)
+            if isinstance(part, Process):
+                yield part
+
+    def components(self) -> Iterator[tuple[Component, Process | None]]:
+        """Iterate over the components, with the process of the container."""
+        containers = {
+            p.node_name: p for p in self.processes() if p.is_container
+        }
+        for label in self._parts:
+            part = self.part(label)
+            if isinstance(part, Component):
+                yield part, containers.get(part.container)
+
+    def process_states(self) -> Iterator[dict[str, Any]]:
+        """Iterate over the states of the processes, as far as they are told."""
+        for process in self.processes():
+            state = self.states.of_process(process)
+            state['machine'] = self.machine.name
+            if state['terminal'] is None:
+                state['terminal'] = self.has_keyboard(process.label)
+            yield state
+
+    def component_states(self) -> Iterator[dict[str, Any]]:
+        """Iterate over the states of the components, likewise."""
+        for component, process in self.components():
+            state = self.states.of_component(component, process)
+            state['machine'] = self.machine.name
+            yield state
+
+    # keyboards
+
+    def has_keyboard(self, label: str) -> bool:
+        """Tell whether keys can be typed at a process now."""
+        part = self._parts.get(label)
+        if self.state != 'up' or not isinstance(part, Process):
+            return False
+        is_terminal = part.emulate_tty or label in self._debugged
+        return is_terminal and self.states.runs(label)
+
+    def input_modes(self, label: str) -> int | None:
+        """Return the local modes of a terminal as it was told last."""
+        return self._modes.get(label) if self.has_keyboard(label) else None
+
+    # changes of the plan
+
+    def extend(self, plan: Plan) -> None:
+        """
+        Take more into the part.
+
+        :raises ValueError: when a label is taken
+        """
+        self._learn(plan.entries)
+        self._is_idle = False
+        self.send('extend', plan=self._written(plan))
+
+    def revise(self, part: Process | Component, *, at_once: bool) -> None:
+        """Have a part of it be another one from its next start on."""
+        if at_once:
+            self._take(part)
+        else:
+            self._successors[part.label] = part
+        self.send('revise', plan=self._written(Plan((part,))), at_once=at_once)
+
+    def replace(self, part: Process | Component) -> None:
+        """Have a part be another one, and start or load that anew."""
+        self._successors[part.label] = part
+        self.send('replace', plan=self._written(Plan((part,))))
+
+    def restart(self, labels: Collection[str]) -> tuple[str, ...]:
+        """Start and load parts anew after a change; return their labels."""
+        mine = [label for label in self._parts if label in labels]
+        begun = [label for label in mine if self.states.may_restart(label)]
+        if begun and self.state == 'up':
+            self.ask('restart_changed', self._tell_refusal, labels=begun)
+            return tuple(begun)
+        return ()
+
+    def drop(self, label: str) -> None:
+        """Stop or unload a part, and forget it then."""
+        self.send('drop', label=label)
+
+    def forget(self, entries: Sequence[Entry]) -> None:
+        """Do not do what has not been done yet."""
+        self.send('forget', plan=self._written(Plan(tuple(entries))))
+
+    # what users ask for
+
+    def act(self, action: events.Action, label: str, done: Done) -> None:
+        """
+        Have something done with a process or component.
+
+        :raises RefusedError: when it cannot be asked for now
+        """
+        if self._launch is not None and self._launch.is_stopping:
+            raise RefusedError('the whole launch is being stopped')
+
+        def answered(answer: Mapping[str, Any]) -> None:
+            if action == 'debug' and answer.get('error') is not None:
+                self._debugged.discard(label)
+            done(_error_of(answer))
+
+        if action in _STARTS:
+            self._debugged.discard(label)
+        if action == 'debug':
+            self._debugged.add(label)
+        self.ask('act', answered, action=action, name=label)
+
+    def describe(
+        self, label: str, done: Callable[[Mapping[str, Any] | str], None]
+    ) -> None:
+        """
+        Ask for the attributes of a `Description`.
+
+        :raises RefusedError: when it cannot be asked for now
+        """
+
+        def answered(answer: Mapping[str, Any]) -> None:
+            error = _error_of(answer)
+            description = answer.get('description')
+            if error is None and not isinstance(description, Mapping):
+                error = f'{self.machine.name} does not describe it'
+            done(description if error is None else error)
+
+        self.ask('describe', answered, name=label)
+
+    def change_state(self, name: str, transition: str, done: Done) -> None:
+        """
+        Ask a lifecycle node for a transition.
+
+        :raises RefusedError: when it cannot be asked for now
+        """
+        self.ask(
+            'change_state',
+            lambda answer: done(_error_of(answer)),
+            name=name,
+            transition=transition,
+        )
+
+    def measure(self, done: Callable[[], None]) -> None:
+        """
+        Find out what its processes use.
+
+        :param done: Is called when that is known
+        :raises RefusedError: when it cannot be asked for now
+        """
+
+        def answered(answer: Mapping[str, Any]) -> None:
+            self.states.take_usage(answer.get('usage'), self._parts)
+            done()
+
+        self.ask('usage', answered)
+
+    # what comes from there; see `LinkHandler`
+
+    def message(self, message: Mapping[str, Any]) -> None:
+        """Take a message."""
+        if self.is_over:
+            return
+        try:
+            self._take_message(message)
+        except (EventError, StateError) as error:
+            self._give_up(f'what comes from it makes no sense: {error}')
+
+    def output(
+        self, label: str, stream: str, data: bytes, seconds: float
+    ) -> None:
+        """Take what a process wrote."""
+        process = self._parts.get(label)
+        if self.is_over or self._launch is None:
+            return
+        if not isinstance(process, Process):
+            self._give_up('what comes from it makes no sense: whose output?')
+            return
+        key: tuple[str, events.Stream] = (
+            (label, 'stderr') if stream == 'stderr' else (label, 'stdout')
+        )
+        self._launch.take_output(process, key[1], data, seconds)
+        if not (self._launch.accepts(key) or self._launch.is_stopping):
+            if not self._held:
+                self._link.hold(True)
+            self._held.add(key)
+
+    def echo(self, label: str, data: bytes) -> None:
+        """Take what the terminal of a process echoed."""
+        if label in self._parts and self._launch is not None:
+            self._launch.echo(label, data)
+
+    def lost(self, reason: str) -> None:
+        """Take into account that nothing is heard of the machine."""
+        if self.state == 'up':
+            self.state = 'lost'
+            self.reason = printable(reason)
+            is_kept = self.machine.on_lost == 'keep'
+            name = self.machine.name
+            self._tell(events.LinkLost(name, self.reason, is_kept))
+            self._refuse_all(self._why_not())
+
+    def back(self, seconds: float) -> None:
+        """Take into account that it is heard of again."""
+        if self.state == 'lost':
+            self.state = 'up'
+            self.reason = ''
+            self._tell(events.LinkBack(self.machine.name, seconds))
+
+    def gone(self, reason: str) -> None:
+        """Take into account that it is not heard of any more."""
+        if self.is_over:
+            return
+        self.state = 'gone'
+        self.reason = printable(reason)
+        running = [p for p in self.processes() if self.states.runs(p.label)]
+        labels = tuple(process.label for process in running)
+        name = self.machine.name
+        self._tell(events.MachineGone(name, self.reason, labels))
+        self._refuse_all(self._why_not())
+        launch = self._launch
+        if launch is None:
+            return
+        for process in running:
+            launch.end_lines(process.label)
+            pid, seconds = self.states.run_of(process.label)
+            asked = launch.is_stopping
+            lost = Outcome(lost=name)
+            launch.tell(
+                events.Exited(process, pid, lost, seconds, asked, failed=True)
+            )
+            self.states.lost(process.label, name)
+        if any(process.on_exit_shutdown for process in running):
+            launch.shut_down(f'{name} is gone')
+
+    def _take_message(self, message: Mapping[str, Any]) -> None:
+        """
+        Take a message.
+
+        :raises EventError: when it makes no sense
+        :raises StateError: likewise
+        """
+        if 'event' in message:
+            self._take_event(decode_event(message['event'], self._told_part))
+        elif 'states' in message:
+            self.states.take(message['states'], self._parts)
+        elif 'idle' in message:
+            self._is_idle = message['idle'] is True
+        elif 'reply' in message:
+            number = message['reply']
+            done = None
+            if isinstance(number, int):
+                done = self._requests.pop(number, None)
+            if done is not None:
+                done(message)
+        elif 'modes' in message:
+            self._take_modes(message['modes'])
+        elif 'ended' in message:
+            # what failed has been told
+            self.state = 'done'
+            self._refuse_all(f'{self.machine.name} is done')
+        else:
+            raise EventError('a message is of no known kind')
+
+    def _take_event(self, event: events.Event) -> None:
+        assert self._launch is not None
+        match event:
+            case events.ShuttingDown():
+                # ours are told first, and stop what runs there; else
+                # something that ended there is to end everything
+                if not self._launch.is_stopping:
+                    self._launch.shut_down(event.reason)
+                return
+            case events.Planned():
+                for part in event.parts:
+                    self._take(self._successors.pop(part.label, part))
+                event = events.Planned(
+                    tuple(self._parts[p.label] for p in event.parts)
+                )
+            case events.Warned():
+                event = events.Warned(f'{self.machine.name}: {event.text}')
+            case events.RosLost():
+                name = self.machine.name
+                event = events.RosLost(f'{name}: {event.reason}')
+            case events.Started():
+                self._modes.pop(event.process.label, None)
+            case events.Exited():
+                # the last line of a process counts before its exit code
+                self._launch.end_lines(event.process.label)
+            case _:
+                pass
+        self.states.handle(event)
+        self._launch.tell(event)
+        if isinstance(event, events.Dropped):
+            self._forget(event.process.label)
+
+    def _take_modes(self, modes: object) -> None:
+        """
+        Take how a terminal reads what is typed.
+
+        :raises EventError: when that is not said
+        """
+        match modes:
+            case {'label': str(label), 'lines': bool(), 'echo': bool()} if (
+                label in self._parts
+            ):
+                flags = termios.ICANON if modes['lines'] else 0
+                flags |= termios.ECHO if modes['echo'] else 0
+                self._modes[label] = flags
+            case _:
+                raise EventError('the modes of a terminal are not told')
+
+    def _told_part(self, label: str) -> Process | Component | None:
+        """Return what a machine means that tells a label."""
+        part = self._parts.get(label)
+        if part is None and label == UNATTRIBUTED:
+            # what belongs to no process for sure
+            name = f'{label} of {self.machine.name}'
+            for process in self.processes():
+                return replace(process, label=name)
+        return part
+
+    def _learn(self, entries: Iterable[Entry]) -> None:
+        """
+        Take what stands in a plan.
+
+        :raises ValueError: when a label is taken
+        """
+        plan = Plan(tuple(entries))
+        more = [*plan.processes(), *plan.components()]
+        for part in more:
+            if part.label in self._parts:
+                raise ValueError(f'there is a process {part.label} already')
+        for part in more:
+            self._take(part)
+
+    def _take(self, part: Process | Component) -> None:
+        before = self._parts.get(part.label)
+        if before is not None:
+            self._by_name.pop(before.ros_name, None)
+        self._parts[part.label] = part
+        self._by_name[part.ros_name] = part.label
+
+    def _forget(self, label: str) -> None:
+        part = self._parts.pop(label, None)
+        if part is not None:
+            self._by_name.pop(part.ros_name, None)
+        self._successors.pop(label, None)
+        self.states.forget(label)
+
+    def _written(self, plan: Plan) -> str:
+        return plan_to_json(self._localised(plan))
+
+    def _tell(self, event: events.Event) -> None:
+        if self._launch is not None:
+            self._launch.tell(event)
+
+    def _tell_refusal(self, answer: Mapping[str, Any]) -> None:
+        error = _error_of(answer)
+        if error is not None:
+            self._tell(events.Warned(f'{self.machine.name}: {error}'))
+
+    def _why_not(self) -> str:
+        name = self.machine.name
+        if self.state == 'done':
+            return f'nothing runs on {name} any more'
+        if self.state == 'gone':
+            return f'{name} is gone: {self.reason}'
+        return f'the link to {name} is lost: {self.reason}'
+
+    def _refuse_all(self, why: str) -> None:
+        """Answer all requests, as nobody else will."""
+        waiting, self._requests = self._requests, {}
+        for done in waiting.values():
+            done({'error': why})
+
+    def _give_up(self, reason: str) -> None:
+        self.gone(reason)
+        self._link.close()
+
+    def _mind_guard(self) -> None:
+        """Have the process of the link end with the launcher."""
+        pid = self._link.pid
+        if self._launch is None or pid == self._guarded:
+            return
+        if self._guarded:
+            self._launch.release_group(self._guarded)
+        if pid:
+            self._launch.guard_group(pid)
+        self._guarded = pid
+
+    def seconds_to_wait(self) -> float | None:
+        """Return the seconds until :meth:`advance` is to be called again."""
+        return self._link.seconds_to_wait()
+
+
+def soonest(waits: Iterable[float | None]) -> float | None:
+    """Return the shortest of some times to wait, None for ever."""
+    shortest = min((w for w in waits if w is not None), default=math.inf)
+    return None if shortest == math.inf else shortest
+
+
+def _error_of(answer: Mapping[str, Any]) -> str | None:
+    error = answer.get('error')
+    return None if error is None else printable(str(error))
