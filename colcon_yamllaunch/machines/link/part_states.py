@@ -273,8 +273,10 @@ class PartStates:
     ) -> None:
         if not isinstance(row, Mapping) or row.get('label') not in parts:
             raise StateError('a state is of nothing that is there')
-        phase, seconds = row.get('phase'), row.get('seconds')
-        pid, restarts = row.get('pid'), row.get('restarts', 0)
+        phase: Any = row.get('phase')
+        seconds: Any = row.get('seconds')
+        pid: Any = row.get('pid')
+        restarts: Any = row.get('restarts', 0)
         if (
             phase not in phases
             or type(seconds) not in (int, float)

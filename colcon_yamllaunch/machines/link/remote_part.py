@@ -34,13 +34,14 @@ from colcon_yamllaunch.language.plan.plan_json import plan_to_json
 from colcon_yamllaunch.machines.deployment.machine import Machine
 from colcon_yamllaunch.machines.link.part_states import PartStates
 from colcon_yamllaunch.machines.link.part_states import StateError
-from colcon_yamllaunch.machines.wire.event_codec import decode_event
+from colcon_yamllaunch.machines.wire.event_codec import event_from_json
 from colcon_yamllaunch.machines.wire.event_codec import EventError
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.course.elsewhere import Done
 from colcon_yamllaunch.runtime.course.elsewhere import LaunchHere
+from colcon_yamllaunch.runtime.record.log_files import size_text
 from colcon_yamllaunch.runtime.stopping.launch_stop import UNATTRIBUTED
 from colcon_yamllaunch.runtime.streams.watches import Watches
 
@@ -284,7 +285,7 @@ class RemotePart:
                 yield part, containers.get(part.container)
 
     def process_states(self) -> Iterator[dict[str, Any]]:
-        """Iterate over the states of the processes, as far as they are told."""
+        """Iterate over the states of the processes, as far as told."""
         for process in self.processes():
             state = self.states.of_process(process)
             state['machine'] = self.machine.name
@@ -323,7 +324,7 @@ class RemotePart:
         """
         self._learn(plan.entries)
         self._is_idle = False
-        self.send('extend', plan=self._written(plan))
+        self.send('extend', entries=self._written(plan))
 
     def revise(self, part: Process | Component, *, at_once: bool) -> None:
         """Have a part of it be another one from its next start on."""
@@ -389,9 +390,12 @@ class RemotePart:
         def answered(answer: Mapping[str, Any]) -> None:
             error = _error_of(answer)
             description = answer.get('description')
-            if error is None and not isinstance(description, Mapping):
-                error = f'{self.machine.name} does not describe it'
-            done(description if error is None else error)
+            if error is not None:
+                done(error)
+            elif isinstance(description, Mapping):
+                done(description)
+            else:
+                done(f'{self.machine.name} does not describe it')
 
         self.ask('describe', answered, name=label)
 
@@ -508,7 +512,8 @@ class RemotePart:
         :raises StateError: likewise
         """
         if 'event' in message:
-            self._take_event(decode_event(message['event'], self._told_part))
+            told = message['event']
+            self._take_event(event_from_json(told, self._told_part))
         elif 'states' in message:
             self.states.take(message['states'], self._parts)
         elif 'idle' in message:
@@ -522,6 +527,10 @@ class RemotePart:
                 done(message)
         elif 'modes' in message:
             self._take_modes(message['modes'])
+        elif 'dropped' in message:
+            self._take_dropped(message['dropped'])
+        elif 'failed' in message:
+            self._give_up(printable(str(message['failed'])))
         elif 'ended' in message:
             # what failed has been told
             self.state = 'done'
@@ -539,11 +548,12 @@ class RemotePart:
                     self._launch.shut_down(event.reason)
                 return
             case events.Planned():
-                for part in event.parts:
-                    self._take(self._successors.pop(part.label, part))
-                event = events.Planned(
-                    tuple(self._parts[p.label] for p in event.parts)
-                )
+                labels = [part.label for part in event.parts]
+                for label in labels:
+                    self._take(self.part(label))
+                    self._successors.pop(label, None)
+                parts = tuple(self._parts[label] for label in labels)
+                event = events.Planned(parts)
             case events.Warned():
                 event = events.Warned(f'{self.machine.name}: {event.text}')
             case events.RosLost():
@@ -561,6 +571,23 @@ class RemotePart:
         if isinstance(event, events.Dropped):
             self._forget(event.process.label)
 
+    def _take_dropped(self, size: object) -> None:
+        """
+        Say that output is missing.
+
+        :raises EventError: when it is not said how much
+        """
+        if type(size) is not int or size < 0:
+            raise EventError('it is not told how much output is missing')
+        name = self.machine.name
+        self._tell(
+            events.Warned(
+                f'{name}: {size_text(size)} of output are missing: they came '
+                'while the link was lost, and did not fit within the limit '
+                'of the logs (--log-limit)'
+            )
+        )
+
     def _take_modes(self, modes: object) -> None:
         """
         Take how a terminal reads what is typed.
@@ -568,12 +595,13 @@ class RemotePart:
         :raises EventError: when that is not said
         """
         match modes:
-            case {'label': str(label), 'lines': bool(), 'echo': bool()} if (
-                label in self._parts
-            ):
-                flags = termios.ICANON if modes['lines'] else 0
-                flags |= termios.ECHO if modes['echo'] else 0
-                self._modes[label] = flags
+            case {
+                'label': str(label),
+                'lines': bool(lines),
+                'echo': bool(echo),
+            } if label in self._parts:
+                flags = termios.ICANON if lines else 0
+                self._modes[label] = flags | (termios.ECHO if echo else 0)
             case _:
                 raise EventError('the modes of a terminal are not told')
 
@@ -594,7 +622,10 @@ class RemotePart:
         :raises ValueError: when a label is taken
         """
         plan = Plan(tuple(entries))
-        more = [*plan.processes(), *plan.components()]
+        more: list[Process | Component] = [
+            *plan.processes(),
+            *plan.components(),
+        ]
         for part in more:
             if part.label in self._parts:
                 raise ValueError(f'there is a process {part.label} already')

@@ -268,18 +268,18 @@ class RemoteParts:
 
     def attach(self, label: str) -> None:
         """Have its terminal watched, as somebody is attached to it."""
-        self._send(label, 'attach', label=label)
+        self._send(label, 'attach')
 
     def detach(self, label: str) -> None:
         """Have it watched no more."""
-        self._send(label, 'detach', label=label)
+        self._send(label, 'detach')
 
     def type(self, label: str, keys: bytes) -> None:
         """Type at a process."""
         # late, as few are typed at
         from base64 import b64encode
 
-        self._send(label, 'type', label=label, keys=b64encode(keys).decode())
+        self._send(label, 'type', keys=b64encode(keys).decode())
 
     # changes of the plan while it runs
 
@@ -337,7 +337,7 @@ class RemoteParts:
     def _send(self, label: str, what: str, **content: Any) -> None:
         found = self._found(label)
         if found is not None:
-            found[0].send(what, **content)
+            found[0].send(what, label=label, **content)
 
     def _found(self, name: str) -> tuple[RemotePart, str] | None:
         for part in self.parts:

@@ -69,16 +69,16 @@ class EventError(Exception):
     """An object is no event of a machine; the text says why."""
 
 
-def encode_event(event: events.Event) -> dict[str, Any] | None:
+def event_to_json(event: events.Event) -> dict[str, Any] | None:
     """Return an event as an object for JSON, None if it is not to be told."""
-    kind = type(event)
-    if kind not in FROM_MACHINES:
+    kind = type(event).__name__
+    if type(event) not in FROM_MACHINES:
         return None
     fields = {name: _encoded(getattr(event, name)) for name in _types(kind)}
-    return {_KIND: kind.__name__, **fields}
+    return {_KIND: kind, **fields}
 
 
-def decode_event(data: object, part_of: PartOf) -> events.Event:
+def event_from_json(data: object, part_of: PartOf) -> events.Event:
     """
     Return the event that an object stands for.
 
@@ -88,12 +88,11 @@ def decode_event(data: object, part_of: PartOf) -> events.Event:
     if not isinstance(data, Mapping):
         raise EventError('an event is no object')
     name = data.get(_KIND)
-    kind = _BY_NAME.get(name) if isinstance(name, str) else None
-    if kind is None:
+    if not isinstance(name, str) or name not in _BY_NAME:
         raise EventError('an event is of no known kind')
-    wanted = _types(kind)
+    wanted = _types(name)
     given = {key: value for key, value in data.items() if key != _KIND}
-    if not _required(kind) <= given.keys() <= wanted.keys():
+    if not _required(name) <= given.keys() <= wanted.keys():
         raise EventError(f'the event {name} has other fields')
     values = {}
     for key, value in given.items():
@@ -104,12 +103,15 @@ def decode_event(data: object, part_of: PartOf) -> events.Event:
             raise EventError(
                 f"'{key}' of the event {name} is not what it should be"
             ) from error
-    return kind(**values)
+    kind: Any = _BY_NAME[name]
+    event: events.Event = kind(**values)
+    return event
 
 
 @cache
-def _types(kind: type) -> dict[str, Any]:
+def _types(event: str) -> dict[str, Any]:
     """Return the types of the fields of an event, by their names."""
+    kind: Any = _BY_NAME[event]
     hints = typing.get_type_hints(kind)
     return {
         field.name: hints[field.name] for field in dataclasses.fields(kind)
@@ -117,7 +119,8 @@ def _types(kind: type) -> dict[str, Any]:
 
 
 @cache
-def _required(kind: type) -> frozenset[str]:
+def _required(event: str) -> frozenset[str]:
+    kind: Any = _BY_NAME[event]
     return frozenset(
         field.name
         for field in dataclasses.fields(kind)

@@ -101,9 +101,7 @@ def encode(
     return b''.join((fields, _CHECKSUM.pack(zlib.crc32(fields)), body, _END))
 
 
-def message(
-    content: object, kind: int = CONTROL, number: int = 0
-) -> bytes:
+def message(content: object, kind: int = CONTROL, number: int = 0) -> bytes:
     """Return a message as it is sent."""
     return encode(kind, json_body(content), number)
 
@@ -113,9 +111,7 @@ def json_body(content: object) -> bytes:
     return json.dumps(content, separators=(',', ':')).encode()
 
 
-def output_body(
-    label: str, stream: str, data: bytes, seconds: float
-) -> bytes:
+def output_body(label: str, stream: str, data: bytes, seconds: float) -> bytes:
     """
     Return the body of a frame with output.
 
