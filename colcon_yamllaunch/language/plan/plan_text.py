@@ -39,7 +39,12 @@ from colcon_yamllaunch.language.syntax.yaml_reader import Value
 _INDENT = '    '
 
 
-def plan_to_text(plan: Plan, cwd: str, setup: str | None = None) -> str:
+def plan_to_text(
+    plan: Plan,
+    cwd: str,
+    setup: str | None = None,
+    machines: AbstractMapping[str, str] | None = None,
+) -> str:
     """
     Describe what a plan would do, in order.
 
@@ -49,8 +54,10 @@ def plan_to_text(plan: Plan, cwd: str, setup: str | None = None) -> str:
 
     :param cwd: The folder that paths are shown relative to
     :param setup: The setup script of the workspace, if there is one
+    :param machines: The machines of what runs elsewhere, by its label
     """
-    lines = list(map(one_line, _entries(plan.entries, cwd, '')))
+    there = {} if machines is None else machines
+    lines = list(map(one_line, _entries(plan.entries, cwd, '', there)))
     for handler in plan.handlers:
         lines += map(one_line, handler_as_text(handler, cwd))
     if not lines:
@@ -128,15 +135,23 @@ def _variables(
 
 
 def _entries(
-    entries: tuple[Entry, ...], cwd: str, indent: str
+    entries: tuple[Entry, ...],
+    cwd: str,
+    indent: str,
+    machines: AbstractMapping[str, str],
 ) -> Iterator[str]:
     for entry in entries:
-        if isinstance(entry, Process):
-            for line in process_as_text(entry, cwd):
+        if isinstance(entry, Process | Component):
+            lines = (
+                process_as_text(entry, cwd)
+                if isinstance(entry, Process)
+                else component_as_text(entry, cwd)
+            )
+            for number, line in enumerate(lines):
                 yield indent + line
-        elif isinstance(entry, Component):
-            for line in component_as_text(entry, cwd):
-                yield indent + line
+                # behind what it is called
+                if not number and entry.label in machines:
+                    yield f'{indent}{_INDENT}machine: {machines[entry.label]}'
         elif isinstance(entry, Message):
             yield f'{indent}{entry.level}: {entry.text}'
         elif isinstance(entry, Shutdown):
@@ -155,7 +170,8 @@ def _entries(
         else:
             clock = ' on /clock' if entry.on_ros_time else ''
             yield f'{indent}after {entry.period:g} s{clock}:'
-            yield from _entries(entry.entries, cwd, indent + _INDENT)
+            inner = indent + _INDENT
+            yield from _entries(entry.entries, cwd, inner, machines)
 
 
 def _signal(entry: SignalProcess) -> str:

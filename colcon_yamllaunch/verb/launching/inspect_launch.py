@@ -30,10 +30,12 @@ from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.diagnostics import shown_position
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.cli.messages import show_json
 from colcon_yamllaunch.verb.cli.option_table import TEXT
 from colcon_yamllaunch.verb.cli.target import Target
+from colcon_yamllaunch.verb.launching.launch_flow import GiveUpError
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.preflight import invalid_manifests
 from colcon_yamllaunch.verb.launching.preflight import undeclared_imports
@@ -70,11 +72,14 @@ def inspect(flow: LaunchFlow, options: LaunchOptions) -> int:
 
     :raises UserError: when there is no such launch file
     """
-    if options.check is not None:
-        return _check(flow, options, options.check)
-    if options.plan is not None:
-        return _plan(flow, options, options.plan)
-    return _show_args(flow)
+    try:
+        if options.check is not None:
+            return _check(flow, options, options.check)
+        if options.plan is not None:
+            return _plan(flow, options, options.plan)
+        return _show_args(flow)
+    except GiveUpError as e:
+        return e.returncode
 
 
 def _check(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
@@ -83,6 +88,9 @@ def _check(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
         check(flow.request(target), portable=options.portable)
         for target in targets
     )
+    placement = None
+    if not options.checks_all and not checked.errors:
+        placement = _placement_of_check(flow)
     owners = filter(None, (flow.locator.package_of(t.path) for t in targets))
     used = {*checked.packages, *(owner.name for owner in owners)}
     found = (
@@ -93,10 +101,38 @@ def _check(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
         *invalid_manifests(sorted(used), flow.locator),
         *undeclared_packages(checked.packages, flow.locator),
         *undeclared_imports(checked.packages, flow.locator),
+        *(() if placement is None else placement.problems),
     )
     checked = replace(checked, diagnostics=found)
     _show(form, _CHECK_FORMATS[form](checked, str(flow.cwd)))
+    if placement is not None and form == TEXT:
+        show(placement.text)
     return 1 if checked.errors else 0
+
+
+def _placement_of_check(flow: LaunchFlow) -> '_Placement | None':
+    """Return what runs where, as far as that is known without running."""
+    if flow.deployment is None:
+        return None
+    evaluation = evaluate(flow.request(), runs=False)
+    # an argument that has no default is no error of a check
+    return None if evaluation.errors else _Placement(flow, evaluation.plan)
+
+
+class _Placement:
+    """What runs where, and what is wrong with that."""
+
+    def __init__(self, flow: LaunchFlow, plan: Plan) -> None:
+        # most launches run here
+        from colcon_yamllaunch.machines.deployment import placement
+        from colcon_yamllaunch.machines.deployment import placement_text
+
+        assert flow.deployment is not None
+        self.placed = placement.place(plan, flow.deployment)
+        self.problems = tuple(placement.rules_in_vain(plan, flow.deployment))
+        self.text = placement_text.placement_to_text(
+            self.placed, flow.deployment
+        )
 
 
 def _launch_files(flow: LaunchFlow) -> list[Target]:
@@ -172,8 +208,23 @@ def _plan(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
             'there is no script for it, as what happens while it runs is up '
             f'to Python ({place}): launch it'
         )
-    setup = flow.setup_script
-    _show(form, _PLAN_FORMATS[form](plan, str(flow.cwd), setup))
+    setup = str(flow.cwd), flow.setup_script
+    if flow.deployment is None:
+        _show(form, _PLAN_FORMATS[form](plan, *setup))
+        return 0
+    placement = _Placement(flow, plan)
+    flow.report(placement.problems)
+    placed = placement.placed
+    if form == SCRIPT and placed.parts:
+        raise UserError(
+            'there is no script for it, as parts of it run on '
+            f'{enumeration(placed.parts)}: launch it'
+        )
+    if form == TEXT:
+        text = plan_to_text(placed.whole, *setup, placed.machines)
+        show(f'{placement.text}\n\n{text}')
+    else:
+        _show(form, _PLAN_FORMATS[form](placed.whole, *setup))
     return 0
 
 

@@ -50,8 +50,12 @@ from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.evaluation.launch_host import Growing
+    from colcon_yamllaunch.machines.deployment.deployment import Deployment
     from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
     from colcon_yamllaunch.verb.launching.builds import Builds
+    from colcon_yamllaunch.verb.launching.steps.deployed_launch import (
+        DeployedLaunch,
+    )
 
 #: How often what a build brought may make more packages necessary.
 MAXIMUM_ROUNDS = 5
@@ -133,6 +137,10 @@ class LaunchFlow:
         # what makes more of the plan while it runs
         self._growing: Growing | None = None
         self._is_again = is_again
+        # what is done about other machines, if parts of it run there
+        self._deployed: DeployedLaunch | None = None
+        if options.is_deployed:
+            self._deployed = self._make_deployed()
         #: The launch files that have been read.
         self.trees: dict[str, LaunchFile] = {}
         #: What was evaluated last, and what is needed for it.
@@ -150,6 +158,16 @@ class LaunchFlow:
             force=self._options.force,
             why=self._options.why,
         )
+
+    @property
+    def deployment(self) -> 'Deployment | None':
+        """
+        Which machines parts of it run on; None where all of it runs here.
+
+        :raises GiveUpError: when the deployment file is wrong
+        :raises UserError: when there is no such machine
+        """
+        return None if self._deployed is None else self._deployed.deployment
 
     def start_host(self) -> None:
         """
@@ -181,7 +199,9 @@ class LaunchFlow:
             return self._run(plan, environment, plan_run, changes)
 
     def close(self) -> None:
-        """End the process that reads launch files in Python, if it runs."""
+        """End what has been started and the launch does not need."""
+        if self._deployed is not None:
+            self._deployed.close()
         self._host.close()
 
     def disown_host(self) -> None:
@@ -199,6 +219,12 @@ class LaunchFlow:
 
         plan = saved_plan.read_saved_plan(path, self.cwd)
         with locked(self._log_folder):
+            if self._deployed is not None:
+                try:
+                    self._deployed.bring_code_of(plan)
+                    plan = self._deployed.settled(plan)
+                except GiveUpError as e:
+                    return e.returncode
             return self._run(plan, self._process_environment(), plan_run)
 
     def _run(
@@ -215,6 +241,11 @@ class LaunchFlow:
             from colcon_yamllaunch.verb.sessions.attaching import with_terminal
 
             plan, label = with_terminal(plan, self._options.attach)
+        whole, elsewhere = plan, None
+        if self._deployed is not None:
+            plan, elsewhere = self._deployed.start(
+                plan, is_growing=self._growing is not None
+            )
         # who types Ctrl-C once more just when the launch has ended gets its
         # exit code all the same: from here on only the launch takes SIGINT
         signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -232,8 +263,27 @@ class LaunchFlow:
             lambda module, user: self.locator.undeclared_owner(module, user),
             self._workspace.lock.release,
             self._host.identity,
-            None if changes is None else changes(self, plan, environment),
+            None if changes is None else changes(self, whole, environment),
             source,
+            elsewhere,
+        )
+
+    def _make_deployed(self) -> 'DeployedLaunch':
+        # most launches run here
+        from colcon_yamllaunch.verb.launching.steps.deployed_launch import (
+            DeployedLaunch,
+        )
+
+        return DeployedLaunch(
+            self._options,
+            self.cwd,
+            self._environment,
+            self._workspace,
+            self._log_folder,
+            self.report,
+            self._fail,
+            # who typed at a launch that runs would be heard by its processes
+            may_ask=not self._is_again,
         )
 
     def _tell_of_doubled_nodes(
@@ -270,7 +320,9 @@ class LaunchFlow:
         :raises UserError: when there can be none either
         """
         built: set[str] = set()
-        is_final = self._options.no_build or self._workspace.root is None
+        may_build = not self._options.no_build and bool(self._workspace.root)
+        # what need not be here is known once it is known what runs here
+        is_final = not may_build and self.deployment is None
         for _ in range(MAXIMUM_ROUNDS):
             target = self.target()
             request = self.request(target, built=is_final)
@@ -280,16 +332,23 @@ class LaunchFlow:
                 # before a build, which may take long
                 plan, environment = evaluation.plan, request.environment
                 self._tell_of_doubled_nodes(plan, environment)
+                if self._deployed is not None:
+                    named = self._named(target, evaluation)
+                    if self._options.build_all:
+                        named = self._workspace.package_names
+                    self._deployed.bring_code(evaluation, named)
             if is_final or any(not e.may_pass_after_build for e in errors):
                 break
             self._stop_at_foreign_plugins(evaluation)
             wanted = self._wanted(target, evaluation)
-            is_final = wanted <= built or not self._update(
-                wanted, target, evaluation
+            is_final = (
+                not may_build
+                or wanted <= built
+                or not self._update(wanted, target, evaluation)
             )
             built |= wanted
             expected = self._packages.expected
-            if is_final and all(Path(path).exists() for path in expected):
+            if is_final and all(map(self._is_there, expected)):
                 # nothing was built since, so all of it still holds
                 break
         self._tell_of_build(target, evaluation)
@@ -299,7 +358,10 @@ class LaunchFlow:
         self.report(evaluation.diagnostics)
         self._check_before_start(evaluation)
         self._growing = evaluation.growing
-        return evaluation.plan, request.environment
+        plan = evaluation.plan
+        if self._deployed is not None:
+            plan = self._deployed.settled(plan)
+        return plan, request.environment
 
     def target(self) -> Target:
         """
@@ -345,7 +407,9 @@ class LaunchFlow:
         :raises UserError: when there is no such launch file
         """
         target = target or self.target()
-        self._packages = LaunchPackages(self._workspace.locator, built=built)
+        self._packages = LaunchPackages(
+            self.locator, built=built, only_there=self._only_there
+        )
         located = self._packages.locate(target.name)
         environment = self._process_environment()
         return Request(
@@ -397,7 +461,7 @@ class LaunchFlow:
         """Return the packages of the workspace to bring up to date."""
         workspace = self._workspace
         if self._options.build_all:
-            return set(workspace.package_names)
+            return set(workspace.package_names) - self._only_there
         if self._options.paths is not None:
             return set(workspace.select(self._options.paths, self.cwd))
         return self._needed(target, evaluation)
@@ -455,6 +519,24 @@ class LaunchFlow:
         self.builds.explain(wanted, Path(target.name).name)
 
     def _needed(self, target: Target, evaluation: Evaluation) -> set[str]:
+        """Return the packages of the workspace that it needs here."""
+        return self._named(target, evaluation) - self._only_there
+
+    @property
+    def _only_there(self) -> frozenset[str]:
+        """The packages that other machines have, and this one need not."""
+        if self._deployed is None:
+            return frozenset()
+        return self._deployed.only_there
+
+    def _is_there(self, path: str) -> bool:
+        """Say whether a path exists, or need not exist here."""
+        if Path(path).exists():
+            return True
+        owner = self.locator.owner(path)
+        return owner is not None and owner.name in self._only_there
+
+    def _named(self, target: Target, evaluation: Evaluation) -> set[str]:
         """Return the packages of the workspace that the launch names."""
         names = {target.package, *evaluation.packages}
         return self._workspace.package_names & names
@@ -468,7 +550,12 @@ class LaunchFlow:
         locator = self._workspace.locator
         found = [
             *undeclared_packages(evaluation.packages, locator),
-            *preflight(evaluation, self._packages.not_installed, locator),
+            *preflight(
+                evaluation,
+                self._packages.not_installed,
+                locator,
+                self._only_there,
+            ),
         ]
         if any(d.severity == 'error' for d in found):
             self._fail(found)

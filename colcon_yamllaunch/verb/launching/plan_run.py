@@ -32,6 +32,7 @@ from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.option_table import WATCH_WITH_BELL
 
 if TYPE_CHECKING:
+    from colcon_yamllaunch.runtime.course.elsewhere import Elsewhere
     from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
     from colcon_yamllaunch.runtime.record.junit import JUnitReport
     from colcon_yamllaunch.runtime.record.log_store import LogStore
@@ -91,6 +92,7 @@ class PlanRun:
         identity: str = '',
         changes: 'PlanChanges | None' = None,
         source: PlanSource | None = None,
+        elsewhere: 'Elsewhere | None' = None,
     ) -> int:
         """
         Run a plan, and return the exit code.
@@ -107,6 +109,7 @@ class PlanRun:
         :param identity: The identity that the launch has already, if any
         :param changes: Changes the plan while it runs
         :param source: Where more plan comes from while it runs, if anywhere
+        :param elsewhere: The parts that run on other machines, if any do
         """
         self._when_started = when_started
         entries = plan.entries
@@ -117,7 +120,8 @@ class PlanRun:
 
         observers: list[Listener] = [self._handle]
         if self._report is not None:
-            self._report.expect((*plan.processes(), *plan.components()))
+            whole = plan if elsewhere is None else elsewhere.whole(plan)
+            self._report.expect((*whole.processes(), *whole.components()))
             observers.insert(0, self._report.handle)
         options = self._options
         verbosity: Verbosity = 'verbose' if options.verbose else 'normal'
@@ -152,6 +156,7 @@ class PlanRun:
             identity=identity,
             changes=changes,
             source=source,
+            elsewhere=elsewhere,
         )
         if self._background is not None and self._ended is not None:
             self._background.say(self._ended.summary)

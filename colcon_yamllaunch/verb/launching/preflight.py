@@ -4,6 +4,7 @@
 """Mistakes that show only once everything is built, and their cures."""
 
 from collections.abc import Callable
+from collections.abc import Container
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
@@ -163,19 +164,31 @@ def _lacking_plugins(
 
 
 def preflight(
-    evaluation: Evaluation, missing: Iterable[str], locator: PackageLocator
+    evaluation: Evaluation,
+    missing: Iterable[str],
+    locator: PackageLocator,
+    only_there: Container[str] = (),
 ) -> Iterator[Diagnostic]:
     """
     Find what the launch needs and the packages have not installed.
 
     A program or component that is not there is an error; a file is a warning,
     as the launch may go on without it in ROS 2 too.
+
+    :param only_there: Packages that other machines have, and not this one
     """
-    yield from _lacking(evaluation.executables, locator, missing_executable)
-    yield from _lacking_plugins(evaluation.plugins, locator, missing_plugin)
+    executables = [
+        use for use in evaluation.executables if use.package not in only_there
+    ]
+    plugins = [u for u in evaluation.plugins if u.package not in only_there]
+    yield from _lacking(executables, locator, missing_executable)
+    yield from _lacking_plugins(plugins, locator, missing_plugin)
     wanted = dict.fromkeys(missing) | _used_paths(evaluation)
     reported: set[str] = set()
     for path, position in wanted.items():
+        owner = locator.owner(path)
+        if owner is not None and owner.name in only_there:
+            continue
         reason = not_installed(locator, path)
         if reason is not None and reason not in reported:
             reported.add(reason)

@@ -13,15 +13,21 @@ from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
-from typing import Protocol
 
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.machines.connection.connection_errors import (
+    ConnectError,
+)
+from colcon_yamllaunch.machines.connection.foreground import has_terminal
+from colcon_yamllaunch.machines.connection.machine_connection import Facts
+from colcon_yamllaunch.machines.connection.machine_connection import (
+    MachineConnection,
+)
 from colcon_yamllaunch.machines.deployment.deployment import Deployment
 from colcon_yamllaunch.machines.deployment.machine import Machine
 from colcon_yamllaunch.machines.deployment.placement import Placed
@@ -29,7 +35,7 @@ from colcon_yamllaunch.machines.deployment.placement import Placer
 from colcon_yamllaunch.machines.deployment.placement import SEPARATOR
 from colcon_yamllaunch.machines.deployment.remote_paths import RemotePaths
 from colcon_yamllaunch.machines.deployment.remote_paths import variables_along
-from colcon_yamllaunch.machines.link.remote_part import Link
+from colcon_yamllaunch.machines.link.machine_link import MachineLink
 from colcon_yamllaunch.machines.link.remote_parts import RemoteParts
 from colcon_yamllaunch.machines.sync.code_sync import Code
 from colcon_yamllaunch.machines.sync.code_sync import sync_code
@@ -44,54 +50,8 @@ from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 PATIENCE = 15.0
 
 
-class Facts(Protocol):
-    """What is known of a machine once it is connected with."""
-
-    @property
-    def workspace(self) -> str | None:
-        """The root of the workspace there, absolute, whether it exists."""
-
-    @property
-    def home(self) -> str:
-        """The home folder there."""
-
-
-class Contact(Protocol):
-    """A connection with a machine, before its part runs."""
-
-    @property
-    def must_ask(self) -> bool:
-        """Whether it failed as somebody has to type or confirm something."""
-
-    def connect(self) -> Facts:
-        """
-        Connect, and return what the machine is like.
-
-        :raises UserError: when that cannot be
-        """
-
-    def ask(
-        self,
-        request: str,
-        arguments: Mapping[str, Any],
-        on_line: Callable[[str], None] | None = None,
-    ) -> dict[str, Any]:
-        """Have a function called there, and return what it returns."""
-
-    def start(self, plan: Plan, settings: PartSettings) -> Link:
-        """
-        Start a part there, and return what leads to it.
-
-        :raises UserError: when that cannot be
-        """
-
-    def close(self) -> None:
-        """End the connection, and what is done through it."""
-
-
-#: Makes a connection with a machine: one that may ask at the terminal, or not.
-#: The texts are where the workspace may be there.
-MakeContact = Callable[[Machine, Sequence[str], bool], Contact]
+#: Makes a connection with a machine.
+MakeConnection = Callable[[Machine], MachineConnection]
 
 
 class MachinesThere:
@@ -106,7 +66,7 @@ class MachinesThere:
     :param mode: `none` to bring no code whatever the machines say, as with
       `--no-build`
     :param may_ask: Whether ssh may ask for a password at the terminal
-    :param make_contact: Makes a connection
+    :param make_connection: Makes a connection
     """
 
     def __init__(
@@ -120,7 +80,7 @@ class MachinesThere:
         *,
         mode: str | None = None,
         may_ask: bool = True,
-        make_contact: MakeContact | None = None,
+        make_connection: MakeConnection | None = None,
     ) -> None:
         self.deployment = deployment
         self._session = session
@@ -130,8 +90,8 @@ class MachinesThere:
         self._title = title
         self._mode = mode
         self._may_ask = may_ask
-        self._make_contact = make_contact or _contact
-        self._contacts: dict[str, Contact] = {}
+        self._make_connection = make_connection or self._connection_with
+        self._connections: dict[str, MachineConnection] = {}
         self._paths: dict[str, PathsThere] = {}
         self._errands: Errands[Any] | None = None
         # the packages that the machines have, or are about to get
@@ -179,7 +139,7 @@ class MachinesThere:
         :param needed: The packages of the workspace that the machines need
         :raises UserError: when a machine cannot be reached
         """
-        self._connect([n for n in placed.parts if n not in self._contacts])
+        self._connect([n for n in placed.parts if n not in self._connections])
         wanted = {
             name: names | self._brought.get(name, frozenset())
             for name, names in needed.items()
@@ -197,6 +157,15 @@ class MachinesThere:
                 for name, names in wanted.items()
             }
         )
+
+    def begin_with(self, plan: Plan) -> None:
+        """
+        Do so for a plan that is all that is known of the launch.
+
+        :raises UserError: when a machine cannot be reached
+        """
+        placed = self.place(plan)
+        self.begin(placed, self.needed(placed, self._packages_of(plan)))
 
     def wait(self) -> None:
         """
@@ -243,7 +212,7 @@ class MachinesThere:
         names = list(placed.parts)
         if is_growing:
             names += [n for n in self._rule_machines() if n not in names]
-            self._connect([n for n in names if n not in self._contacts])
+            self._connect([n for n in names if n not in self._connections])
         errands = Errands(
             {
                 name: partial(
@@ -256,16 +225,16 @@ class MachinesThere:
         errands.check()
         links = [errands.results[name] for name in names]
         # from here on they are the launch's
-        self._contacts.clear()
+        self._connections.clear()
         return RemoteParts(
             links, placed, self._placer.place_more, self.localised
         )
 
     def close(self) -> None:
         """End all connections, and wait for what is done through them."""
-        for contact in self._contacts.values():
+        for contact in self._connections.values():
             contact.close()
-        self._contacts.clear()
+        self._connections.clear()
         if self._errands is not None:
             self._errands.wait(PATIENCE)
             self._errands = None
@@ -284,38 +253,35 @@ class MachinesThere:
         """
         if not names:
             return
-        places = self._places_of_workspace
-        for name in names:
-            machine = self.deployment.machines[name]
-            self._contacts[name] = self._make_contact(
-                machine, places(machine), False
-            )
-        errands = Errands({n: self._contacts[n].connect for n in names})
+        connections = {
+            name: self._make_connection(self.deployment.machines[name])
+            for name in names
+        }
+        self._connections |= connections
+        errands = Errands({n: c.connect for n, c in connections.items()})
         errands.wait()
         facts = dict(errands.results)
-        for name in list(errands.errors):
-            if self._may_ask and self._contacts[name].must_ask:
-                # one after the other, as each may ask at the terminal
-                facts[name] = self._ask_to_connect(name)
+        for name, error in list(errands.errors.items()):
+            # one after the other, as each may ask at the terminal
+            if (
+                self._may_ask
+                and isinstance(error, ConnectError)
+                and error.may_be_asked
+                and has_terminal()
+            ):
+                facts[name] = connections[name].connect(may_ask=True)
                 errands.forgive(name)
         errands.check()
         for name in names:
             self._paths[name] = self._paths_to(name, facts[name])
 
-    def _ask_to_connect(self, name: str) -> Facts:
-        machine = self.deployment.machines[name]
-        places = self._places_of_workspace(machine)
-        with suppress(Exception):
-            self._contacts[name].close()
-        self._contacts[name] = self._make_contact(machine, places, True)
-        return self._contacts[name].connect()
-
-    def _places_of_workspace(self, machine: Machine) -> list[str]:
-        """Return where the workspace may be there, the last to make it."""
-        if machine.workspace is not None:
-            return [machine.workspace]
-        root = self._session.root
-        return [] if root is None else [str(root), f'~/{root.name}']
+    def _connection_with(self, machine: Machine) -> MachineConnection:
+        return MachineConnection(
+            machine,
+            self._environment,
+            self._session.root,
+            lambda line: self._say(f'{machine.name}{SEPARATOR} {line}'),
+        )
 
     def _paths_to(self, name: str, facts: Facts) -> PathsThere:
         folders: dict[str, str] = {}
@@ -363,16 +329,18 @@ class MachinesThere:
             self._mode or machine.sync,
             name,
             workspace,
-            self._contacts[name],
+            self._connections[name],
             code,
             needed,
             lambda line: self._say(f'{name}{SEPARATOR} {line}'),
         )
 
     def _check(self, name: str, part: Plan) -> list[Diagnostic]:
-        return list(self._paths[name].check(part, self._contacts[name]))
+        return list(self._paths[name].check(part, self._connections[name]))
 
-    def _start(self, name: str, part: Plan, settings: PartSettings) -> Link:
+    def _start(
+        self, name: str, part: Plan, settings: PartSettings
+    ) -> MachineLink:
         machine = self.deployment.machines[name]
         paths = self._paths[name]
         variables = variables_along(self._environment, machine.env)
@@ -383,7 +351,8 @@ class MachinesThere:
             variables=paths.folders.environment(variables),
             on_lost=machine.on_lost,
         )
-        return self._contacts[name].start(paths.plan(part), settings)
+        started = self._connections[name].start(paths.plan(part), settings)
+        return MachineLink(started, self._environment)
 
     def _packages_of(self, plan: Plan) -> frozenset[str]:
         session = self._session
@@ -392,13 +361,3 @@ class MachinesThere:
         return packages_of(
             plan, session.locator, session.root, session.colcon.install_base
         )
-
-
-def _contact(
-    machine: Machine, places: Sequence[str], may_ask: bool
-) -> Contact:
-    from colcon_yamllaunch.machines.connection.machine_connection import (
-        MachineConnection,
-    )
-
-    return MachineConnection(machine, places, may_ask=may_ask)

@@ -1,0 +1,193 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What a launch does besides if parts of it run on other machines.
+
+In this order: it reads the deployment file, cuts the plan by it once there is
+one, connects, has the code brought while this computer builds what it needs
+itself, looks whether all is there, and starts the parts.
+"""
+
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Mapping
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import NoReturn
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.machines.deployment import deployment_file
+from colcon_yamllaunch.machines.deployment.deployment import Deployment
+from colcon_yamllaunch.machines.deployment.placement import rules_in_vain
+from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.machines.link.remote_parts import RemoteParts
+    from colcon_yamllaunch.machines.wire.part_settings import PartSettings
+    from colcon_yamllaunch.verb.launching.steps.machines_there import (
+        MachinesThere,
+    )
+
+
+class DeployedLaunch:
+    """
+    What a launch does about other machines.
+
+    :param environment: The user's
+    :param log_folder: The folder for the logs, or None to keep none
+    :param report: Shows problems to the user
+    :param fail: Shows them, and ends the launch by an exception
+    :param may_ask: Whether ssh may ask for a password at the terminal
+    """
+
+    def __init__(
+        self,
+        options: LaunchOptions,
+        cwd: Path,
+        environment: Mapping[str, str],
+        session: WorkspaceSession,
+        log_folder: Path | None,
+        report: Callable[[Iterable[Diagnostic]], None],
+        fail: Callable[[Sequence[Diagnostic]], NoReturn],
+        *,
+        may_ask: bool,
+    ) -> None:
+        self._options = options
+        self._cwd = cwd
+        self._environment = environment
+        self._session = session
+        self._log_folder = log_folder
+        self._report = report
+        self._fail = fail
+        self._may_ask = may_ask
+        #: The packages that are not built here, as nothing here needs them.
+        self.only_there: frozenset[str] = frozenset()
+
+    @cached_property
+    def deployment(self) -> Deployment:
+        """
+        Which machines there are, and what runs on them.
+
+        :raises GiveUpError: when the deployment file is wrong
+        :raises UserError: when there is no such machine
+        """
+        found = None
+        if self._options.deploy is not None:
+            path = str(self._cwd / self._options.deploy)
+            try:
+                found = deployment_file.read_deployment(path)
+            except LaunchError as e:
+                self._fail(e.diagnostics)
+        if self._options.on is not None:
+            return deployment_file.deployed_on(self._options.on, found)
+        assert found is not None
+        return found
+
+    @cached_property
+    def machines(self) -> 'MachinesThere':
+        """The machines, as far as they have been connected with."""
+        # who only looks at a launch connects nowhere
+        from colcon_yamllaunch.verb.launching.steps import machines_there
+
+        return machines_there.MachinesThere(
+            self.deployment,
+            self._session,
+            self._environment,
+            self._cwd,
+            self._session.announce,
+            ' '.join(['colcon launch', *self._options.positionals]),
+            mode='none' if self._options.no_build else None,
+            may_ask=self._may_ask,
+        )
+
+    def bring_code(
+        self, evaluation: Evaluation, named: Collection[str]
+    ) -> None:
+        """
+        Connect with the machines of a launch, and begin to bring the code.
+
+        :param named: The packages of the workspace that the launch names
+        :raises GiveUpError: when no build brings a program of it
+        :raises UserError: when a machine cannot be reached
+        """
+        from colcon_yamllaunch.verb.launching.preflight import (
+            executables_in_vain,
+        )
+
+        locator = self._session.locator
+        found = executables_in_vain(evaluation.executables, locator)
+        if found:
+            self._fail(found)
+        placed = self.machines.place(evaluation.plan)
+        needed = self.machines.needed(placed, frozenset(named))
+        # what was run here may need any of them
+        if not evaluation.has_run_programs:
+            self.only_there = self.machines.only_there(placed, needed)
+        self.machines.begin(placed, needed)
+
+    def bring_code_of(self, plan: Plan) -> None:
+        """
+        Do so for a saved plan.
+
+        :raises UserError: when a machine cannot be reached
+        """
+        self.machines.begin_with(plan)
+
+    def settled(self, plan: Plan) -> Plan:
+        """
+        Return a plan as it is known by its users, with names of machines.
+
+        All that its parts need is there then.
+
+        :raises GiveUpError: when something that they need is not
+        :raises UserError: when the code could not be brought
+        """
+        self._report(rules_in_vain(plan, self.deployment))
+        placed = self.machines.place(plan)
+        self.machines.wait()
+        found = list(self.machines.check(placed))
+        if any(d.severity == 'error' for d in found):
+            self._fail(found)
+        self._report(found)
+        return placed.whole
+
+    def start(
+        self, plan: Plan, *, is_growing: bool
+    ) -> 'tuple[Plan, RemoteParts]':
+        """
+        Start the parts, and return what of the plan runs here besides.
+
+        :param plan: As :meth:`settled` has returned it
+        :param is_growing: Whether more may come while it runs
+        :raises UserError: when one cannot be started
+        """
+        placed = self.machines.place(plan)
+        parts = self.machines.start(
+            placed, self._settings(), is_growing=is_growing
+        )
+        return placed.local, parts
+
+    def close(self) -> None:
+        """End what is connected, unless the launch has it."""
+        if 'machines' in vars(self):
+            self.machines.close()
+
+    def _settings(self) -> 'PartSettings':
+        """Return what is the same for the parts on all machines."""
+        from colcon_yamllaunch.machines.wire.part_settings import PartSettings
+
+        folder = self._log_folder
+        return PartSettings(
+            '',
+            log_name=None if folder is None else folder.name,
+            log_limit=self._options.log_limit,
+            tty=self._options.tty,
+        )
