@@ -148,9 +148,8 @@ class _Reader:
             )
         machines: dict[str, Machine] = {}
         rules: tuple[Rule, ...] = ()
-        pairs: _Pairs = {}
+        pairs = self._pairs(document, 'the deployment file')
         with self._collected():
-            pairs = self._pairs(document, 'the deployment file')
             self._refuse_unknown(pairs, ('machines', 'processes'), 'the file')
         with self._collected():
             machines = self._machines(pairs, document)
@@ -366,12 +365,13 @@ def _workspace(value: Value) -> str:
     if not text.startswith(('/', '~')):
         # as scp and rsync take the path behind a colon
         text = f'~/{text}'
-    path = posixpath.normpath(text)
-    if path in ('/', '//', '~', '.') or path.startswith(('..', '~/..')):
+    top, below = ('~/', text[2:]) if text.startswith('~') else ('/', text)
+    path = posixpath.normpath(below or '.').lstrip('/')
+    if path in ('', '.', '..') or path.startswith('../'):
         raise error(
             f"'{text}' is no folder for a workspace", _span(value), hint=hint
         )
-    return path
+    return top + path
 
 
 def _variables(value: Value) -> tuple[str, ...]:

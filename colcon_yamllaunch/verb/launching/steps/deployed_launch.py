@@ -68,6 +68,7 @@ class DeployedLaunch:
         self._report = report
         self._fail = fail
         self._may_ask = may_ask
+        self._parts: RemoteParts | None = None
         #: The packages that are not built here, as nothing here needs them.
         self.only_there: frozenset[str] = frozenset()
 
@@ -170,13 +171,15 @@ class DeployedLaunch:
         :raises UserError: when one cannot be started
         """
         placed = self.machines.place(plan)
-        parts = self.machines.start(
+        self._parts = self.machines.start(
             placed, self._settings(), is_growing=is_growing
         )
-        return placed.local, parts
+        return placed.local, self._parts
 
     def close(self) -> None:
-        """End what is connected, unless the launch has it."""
+        """End what is connected, and what runs there."""
+        if self._parts is not None:
+            self._parts.close()
         if 'machines' in vars(self):
             self.machines.close()
 
