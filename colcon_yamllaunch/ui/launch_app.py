@@ -136,7 +136,8 @@ class LaunchApp(App[None]):
     async def _measure_on(self) -> None:
         model = self.panes.model
         while not model.ending:
-            pids = {p.pid for p in model.state.processes if p.pid is not None}
+            processes = model.state.processes
+            pids = {p.local_pid for p in processes if p.local_pid is not None}
             # a process may end in the middle of it
             with suppress(OSError):
                 model.take_usage(await asyncio.to_thread(self._measure, pids))

@@ -24,6 +24,8 @@ from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import Timer
 
+#: What stands between the name of a machine and that of a process there.
+MACHINE_SEPARATOR = '│'
 #: What no node is called in output: the launcher's own lines have it.
 RESERVED = frozenset({'launch'})
 

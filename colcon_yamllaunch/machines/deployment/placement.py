@@ -11,6 +11,7 @@ from dataclasses import field
 from dataclasses import replace
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
@@ -21,9 +22,6 @@ from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.machines.deployment.deployment import Deployment
 from colcon_yamllaunch.machines.deployment.deployment import Rule
-
-#: What stands between the name of a machine and that of a process there.
-SEPARATOR = '│'
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +138,7 @@ class Placer:
 
     def _placed(self, label: str) -> str | None:
         """Return the machine that a label names, None for a plain label."""
-        name, separator, _ = label.partition(SEPARATOR)
+        name, separator, _ = label.partition(MACHINE_SEPARATOR)
         return (
             name if separator and name in self._deployment.machines else None
         )
@@ -174,7 +172,7 @@ class Placer:
         label = entry.label
         is_plain = self._placed(label) is None
         if is_plain and self._deployment.everything_on is None:
-            label = f'{machine}{SEPARATOR}{entry.label}'
+            label = f'{machine}{MACHINE_SEPARATOR}{entry.label}'
             if isinstance(entry, Process):
                 # what ROS 2 calls it is the same wherever it runs
                 entry = replace(entry, name=entry.ros_name)

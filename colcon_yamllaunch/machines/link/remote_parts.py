@@ -64,6 +64,11 @@ class RemoteParts:
         self._placed = placed
         self._place_more = place_more
         self._clock = clock
+        whole = placed.whole
+        labels = [process.label for process in whole.processes()]
+        labels += [component.label for component in whole.components()]
+        #: The place of each label in the whole plan.
+        self.order = {label: place for place, label in enumerate(labels)}
         self._launch: LaunchHere | None = None
         self._parts: dict[str, RemotePart] = {}
         for link in links:
@@ -173,6 +178,11 @@ class RemoteParts:
     def has(self, name: str) -> bool:
         """Tell whether a part of the plan runs elsewhere."""
         return self._found(name) is not None
+
+    def part(self, name: str) -> Process | Component:
+        """Return a process or component as it is planned now."""
+        part, label = self._find(name)
+        return part.part(label)
 
     def processes(self) -> Iterator[Process]:
         """Iterate over the processes as they are planned now."""

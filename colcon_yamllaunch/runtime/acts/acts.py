@@ -3,11 +3,18 @@
 
 """What users do with single processes and components of a launch that runs."""
 
+from collections.abc import Callable
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
+from typing import Literal
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
+from colcon_yamllaunch.runtime.course.elsewhere import Done
+from colcon_yamllaunch.runtime.course.elsewhere import in_order
 from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.runtime.record.failures import ParametersOf
@@ -20,6 +27,9 @@ if TYPE_CHECKING:
         ComponentTask,
     )
     from colcon_yamllaunch.runtime.components.composition import Composition
+
+#: What can be done with one of them.
+Act = Literal['stop', 'restart', 'kill', 'debug']
 
 
 class Acts:
@@ -43,6 +53,29 @@ class Acts:
         self._supervisor = engine.supervisor
         self._log_files = log_files
         self._parameters_of = parameters_of
+
+    def act(self, action: Act, name: str, done: Done) -> None:
+        """
+        Do what one of the next methods does, wherever the part runs.
+
+        :param done: Is told that it has begun, or why another machine refused
+          it; that may be later
+        :raises RefusedError: when it is refused here
+        """
+        elsewhere = self._engine.elsewhere
+        if elsewhere is not None and elsewhere.has(name):
+            elsewhere.act(action, name, done)
+            return
+        match action:
+            case 'stop':
+                self.stop(name)
+            case 'restart':
+                self.restart(name)
+            case 'kill':
+                self.kill(name)
+            case 'debug':
+                self.debug(name)
+        done(None)
 
     def stop(self, name: str) -> None:
         """
@@ -158,21 +191,60 @@ class Acts:
             self._log_files.get(process.label),
         )
 
+    def describe_to(
+        self, name: str, done: 'Callable[[Description | str], None]'
+    ) -> None:
+        """
+        Tell all of a process or component, wherever it runs.
+
+        :param done: Takes that, or why another machine does not tell it; that
+          may be later
+        :raises RefusedError: when it is refused here
+        """
+        elsewhere = self._engine.elsewhere
+        if elsewhere is None or not elsewhere.has(name):
+            done(self.describe(name))
+            return
+        from colcon_yamllaunch.runtime.acts.description import told_description
+
+        part = elsewhere.part(name)
+
+        def described(told: Mapping[str, Any] | str) -> None:
+            if isinstance(told, str):
+                done(told)
+                return
+            log = self._log_files.get(part.label)
+            done(told_description(part, told, self._engine.blocks, log))
+
+        elsewhere.describe(name, described)
+
     def tree(self) -> 'tuple[Branch, ...]':
         """Return the plan as a tree."""
         from colcon_yamllaunch.runtime.acts.plan_tree import plan_tree
 
-        composition = self._engine.composition
-        return plan_tree(
-            self._engine.blocks,
-            [t.successor or t.process for t in self._supervisor.tasks],
-            ()
-            if composition is None
-            else [
+        composition, elsewhere = (
+            self._engine.composition,
+            self._engine.elsewhere,
+        )
+        processes = [t.successor or t.process for t in self._supervisor.tasks]
+        components: list[tuple[Component, Process | None]] = []
+        if composition is not None:
+            components += [
                 (t.successor or t.component, composition.container_process(t))
                 for t in composition.tasks
-            ],
-        )
+            ]
+        if elsewhere is not None:
+            processes = in_order(
+                [*processes, *elsewhere.processes()],
+                elsewhere.order,
+                lambda process: process.label,
+            )
+            components = in_order(
+                [*components, *elsewhere.components()],
+                elsewhere.order,
+                lambda one: one[0].label,
+            )
+        return plan_tree(self._engine.blocks, processes, components)
 
     def _component(
         self, name: str

@@ -4,11 +4,14 @@
 """All that is to be told of a process or component of a launch."""
 
 from collections.abc import Iterable
+from collections.abc import Mapping
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.plan.plan import Block
+from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.runtime.components.component_task import ComponentTask
@@ -114,6 +117,56 @@ def process_description(
         cwd=process.cwd,
         environment=process.environment,
     )
+
+
+def told_description(
+    part: Process | Component,
+    told: Mapping[str, Any],
+    blocks: Sequence[Block],
+    log: Path | None,
+) -> Description:
+    """
+    Describe what runs on another machine.
+
+    What comes from there and makes no sense is passed over.
+
+    :param part: It as it is known here
+    :param told: The attributes of its description there
+    :param blocks: The launch files, groups and timers of the plan
+    :param log: The log with all of its output here, if there is one
+    """
+    process = part if isinstance(part, Process) else None
+    component = part if isinstance(part, Component) else None
+    variables = told.get('environment')
+    return Description(
+        part.label,
+        part.ros_name,
+        _text(told.get('node')) or part.node_name,
+        part.package,
+        str(part.position),
+        _within(part.block, blocks),
+        tuple(map(_parameter, part.parameters)),
+        None if log is None else str(log),
+        argv=tuple(map(str, _list(told.get('argv')))) if process else (),
+        cwd=_text(told.get('cwd')) if process else None,
+        environment=tuple(
+            (str(name), _text(value))
+            for name, value in (
+                variables.items() if isinstance(variables, Mapping) else ()
+            )
+        ),
+        plugin=component.plugin if component else None,
+        container=component.container if component else None,
+        remaps=component.remaps if component else (),
+    )
+
+
+def _text(told: object) -> str | None:
+    return told if isinstance(told, str) else None
+
+
+def _list(told: object) -> list[Any]:
+    return told if isinstance(told, list) else []
 
 
 def component_description(

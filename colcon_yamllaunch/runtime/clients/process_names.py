@@ -11,6 +11,7 @@ import re
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import Part
@@ -31,7 +32,8 @@ class ProcessNames:
     """
     The names that a process goes by.
 
-    :param label: Its label, unique in the launch
+    :param label: Its label, unique in the launch; that of a process on
+      another machine, `arm│driver`, counts as `arm/driver` and `driver`, too
     :param name: What ROS 2 calls it, as `counter.py-1`, likewise unique; it
       counts without the number, and that of a script without the suffix, too
     :param executable: The name of its program, or the class of a component
@@ -72,6 +74,7 @@ class ProcessNames:
     def __iter__(self) -> Iterator[str]:
         """Iterate over all names, the best one first."""
         yield self.label
+        yield from self._shorter
         if self.name != self.label:
             yield self.name
         yield self.program
@@ -89,6 +92,16 @@ class ProcessNames:
                 namespace = namespace.rpartition('/')[0]
 
     @property
+    def _shorter(self) -> tuple[str, ...]:
+        """The label as it is typed easily, with the machine and without."""
+        machine, separator, label = self.label.partition(MACHINE_SEPARATOR)
+        return (f'{machine}/{label}', label) if separator else ()
+
+    def is_called(self, name: str) -> bool:
+        """Tell whether a name means this one only."""
+        return name in (self.label, self.name, *self._shorter)
+
+    @property
     def program(self) -> str:
         """The name of ROS 2 without the number."""
         return _NUMBER.sub('', self.name)
@@ -99,6 +112,11 @@ def names_of(engine: 'Engine', label: str) -> tuple[str, ...]:
     for task in engine.supervisor.tasks:
         if task.process.label == label:
             return tuple(ProcessNames.of_plan(task.process))
+    elsewhere = engine.elsewhere
+    if elsewhere is not None and elsewhere.has(label):
+        there = elsewhere.part(label)
+        if isinstance(there, Process):
+            return tuple(ProcessNames.of_plan(there))
     composition = engine.composition
     for part in () if composition is None else composition.tasks:
         if part.label == label:
@@ -115,7 +133,7 @@ def meant_by(pattern: str, known: Sequence[ProcessNames]) -> list[int]:
 
     :param pattern: A name, or a pattern with `*`, `?` and `[…]`
     """
-    meant = [i for i, n in enumerate(known) if pattern in (n.label, n.name)]
+    meant = [i for i, names in enumerate(known) if names.is_called(pattern)]
     return meant or [
         index
         for index, names in enumerate(known)

@@ -12,6 +12,7 @@ import os
 import time
 
 from colcon_yamllaunch.common.process_scan import running_processes
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.process import cgroup
 
 #: Seconds between two looks that a share of a processor is computed from.
@@ -37,6 +38,19 @@ class Usage:
 
     cpu: float
     memory: int
+
+
+def use_of(process: ProcessState, usage: Mapping[int, Usage]) -> Usage | None:
+    """
+    Return what a process uses, as far as that is known.
+
+    :param usage: What the process groups of this machine use
+    """
+    if process.machine is None:
+        return None if process.pid is None else usage.get(process.pid)
+    if process.cpu is None or process.memory is None:
+        return None
+    return Usage(process.cpu, process.memory)
 
 
 def usage_of(

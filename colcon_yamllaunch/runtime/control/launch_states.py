@@ -54,6 +54,11 @@ class ProcessState:
       `talker.py-2`; None where that is not known
     :param lifecycle: The state of its lifecycle node, such as `active`;
       `unknown` until that is heard of, None for any other process
+    :param machine: The name of the machine that it runs on, where its process
+      id is one, or None for this one
+    :param cpu: The share of one processor that it takes there, 1.0 for all of
+      it, as far as that is known; None for one that runs here
+    :param memory: Its memory there in bytes, likewise
     """
 
     label: str
@@ -69,6 +74,14 @@ class ProcessState:
     terminal: bool
     name: str | None = None
     lifecycle: str | None = None
+    machine: str | None = None
+    cpu: float | None = None
+    memory: int | None = None
+
+    @property
+    def local_pid(self) -> int | None:
+        """Its process id, if it runs on this machine."""
+        return self.pid if self.machine is None else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +102,7 @@ class ComponentState:
       the launch's processes
     :param log: The path of the container's log, if it has one
     :param lifecycle: As that of a process
+    :param machine: The name of the machine that it is on, None for this one
     """
 
     label: str
@@ -102,6 +116,22 @@ class ComponentState:
     process: str | None
     log: str | None
     lifecycle: str | None
+    machine: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class MachineState:
+    """
+    A machine that parts of a launch run on.
+
+    :param link: `up`, `lost` while nothing is heard of it, `gone` when that
+      is for good, `done` when its part has ended
+    :param reason: Why it is lost or gone, as a part of a sentence; or empty
+    """
+
+    name: str
+    link: str
+    reason: str = ''
 
 
 #: What a launch consists of, and what has a name.
@@ -124,6 +154,7 @@ class LaunchState(About):
     :param watch_failed: Whether that failed
     :param watch_paused: Whether nothing follows from changes for the time
       being
+    :param machines: The machines that parts of it run on, besides this one
     """
 
     pid: int
@@ -135,6 +166,7 @@ class LaunchState(About):
     watch: str | None = None
     watch_failed: bool = False
     watch_paused: bool = False
+    machines: tuple[MachineState, ...] = ()
 
     def parts(self) -> Iterator[Part]:
         """Iterate over all that has a name, components below containers."""
@@ -170,6 +202,10 @@ def from_json(data: object) -> LaunchState:
         launch['components'] = tuple(
             ComponentState(**_known(ComponentState, c))
             for c in launch.get('components', ())
+        )
+        launch['machines'] = tuple(
+            MachineState(**_known(MachineState, m))
+            for m in launch.get('machines', ())
         )
         return LaunchState(**launch)
     except (AttributeError, KeyError, TypeError) as error:

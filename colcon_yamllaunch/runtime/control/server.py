@@ -49,8 +49,9 @@ def serve(
 
     def note(event: Event) -> None:
         if isinstance(event, Planned):
-            parts = [p for p in event.parts if isinstance(p, Process)]
-            tasks = [supervisor.task(p.label) for p in parts]
+            labels = {p.label for p in event.parts if isinstance(p, Process)}
+            # others run on another machine
+            tasks = [t for t in supervisor.tasks if t.process.label in labels]
             record.note((task, service.state_of(task)) for task in tasks)
 
     engine.listen(note)

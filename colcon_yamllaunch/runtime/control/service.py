@@ -12,6 +12,7 @@ from typing import Any
 from typing import Protocol
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.acts.acts import Acts
 from colcon_yamllaunch.runtime.control import protocol
 from colcon_yamllaunch.runtime.control.backlog import Backlog
@@ -19,6 +20,7 @@ from colcon_yamllaunch.runtime.control.backlog import Cursor
 from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
+from colcon_yamllaunch.runtime.control.launch_states import MachineState
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.control.launch_states import UNKNOWN
 from colcon_yamllaunch.runtime.control.protocol import ProtocolError
@@ -26,10 +28,13 @@ from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.core.tasks import Task
+from colcon_yamllaunch.runtime.course.elsewhere import Done
+from colcon_yamllaunch.runtime.course.elsewhere import in_order
 from colcon_yamllaunch.runtime.course.engine import Engine
 
 if TYPE_CHECKING:
-    # most launches have no components
+    # most launches have no components, and few are asked for them
+    from colcon_yamllaunch.runtime.acts.description import Description
     from colcon_yamllaunch.runtime.components.component_task import (
         ComponentTask,
     )
@@ -70,6 +75,7 @@ class Service:
         self._acts = acts
         self._supervisor = engine.supervisor
         self._terminals = engine.terminals
+        self._elsewhere = engine.elsewhere
         self._log_folder = log_folder
         self._log_files = log_files
         self._clock = clock
@@ -117,19 +123,22 @@ class Service:
         try:
             match message.get('request'):
                 case 'status':
-                    answer = protocol.success(launch=asdict(self.state()))
+                    self._measured(
+                        lambda: reply(
+                            protocol.success(launch=asdict(self.state()))
+                        )
+                    )
+                    return None
                 case 'shutdown':
-                    self._supervisor.stop('requested', drop_timers=True)
-                case 'stop':
-                    self._acts.stop(_name(message))
-                case 'restart':
-                    self._acts.restart(_name(message))
-                case 'kill':
-                    self._acts.kill(_name(message))
-                case 'debug':
-                    self._acts.debug(_name(message))
+                    self._engine.stop('requested')
+                case 'stop' | 'restart' | 'kill' | 'debug' as action:
+                    self._acts.act(action, _name(message), _answering(reply))
+                    return None
                 case 'describe':
-                    answer = self._description(_name(message))
+                    self._acts.describe_to(
+                        _name(message), lambda told: reply(_description(told))
+                    )
+                    return None
                 case 'tree':
                     tree = [asdict(branch) for branch in self._acts.tree()]
                     answer = protocol.success(tree=tree)
@@ -143,9 +152,8 @@ class Service:
                         raise RefusedError(
                             'who has subscribed attaches by another connection'
                         )
-                    task = self._may_attach(_name(message))
-                    granted = task.process.label
-                    answer = protocol.success(pid=task.group)
+                    granted, pid = self._may_attach(_name(message))
+                    answer = protocol.success(pid=pid)
                 case 'subscribe':
                     granted = self.backlog.cursor(
                         message.get('since'),
@@ -174,17 +182,22 @@ class Service:
             log_folder=None
             if self._log_folder is None
             else str(self._log_folder),
-            processes=tuple(map(self.state_of, self._supervisor.tasks)),
+            processes=self._processes(),
             components=self._components(),
             watch=self._watch(),
             watch_failed=self._watched is not None and self._watched.failed,
             watch_paused=self._acts.is_watch_paused,
+            machines=()
+            if self._elsewhere is None
+            else tuple(
+                MachineState(**told)
+                for told in self._elsewhere.machine_states()
+            ),
         )
 
     def state_of(self, task: Task) -> ProcessState:
         """Return the state of a process."""
         process = task.process
-        log = self._log_files.get(process.label)
         return ProcessState(
             process.label,
             self._supervisor.phase(task),
@@ -195,7 +208,7 @@ class Service:
             os.path.basename(str(process.argv[0])),
             process.node_name,
             process.package,
-            None if log is None else str(log),
+            self._log_of(process.label),
             self._terminals.has_keyboard(process.label),
             process.ros_name,
             self._lifecycle_of(process.label),
@@ -209,22 +222,32 @@ class Service:
         """Show a process to somebody who got leave to attach."""
         self._viewers.setdefault(label, []).append(viewer)
         self._terminals.add_sink(label, viewer.show)
-        self._engine.tell(
-            events.Attached(self._supervisor.task(label).process)
-        )
+        self._engine.tell(events.Attached(self._process(label)))
 
     def detach(self, label: str, viewer: Viewer) -> None:
         """Show a process to somebody no more."""
         self._viewers[label].remove(viewer)
         self._terminals.remove_sink(label, viewer.show)
-        self._engine.tell(
-            events.Detached(self._supervisor.task(label).process)
-        )
+        self._engine.tell(events.Detached(self._process(label)))
 
-    def _description(self, name: str) -> dict[str, Any]:
-        description = asdict(self._acts.describe(name))
-        description['environment'] = dict(description['environment'])
-        return protocol.success(description=description)
+    def _process(self, name: str) -> Process:
+        """
+        Return a process, wherever it runs.
+
+        :raises RefusedError: when there is none
+        """
+        if self._elsewhere is not None and self._elsewhere.has(name):
+            part = self._elsewhere.part(name)
+            if isinstance(part, Process):
+                return part
+        return self._supervisor.task(name).process
+
+    def _measured(self, then: Callable[[], None]) -> None:
+        """Do something when it is known what other machines are used for."""
+        if self._elsewhere is None:
+            then()
+        else:
+            self._elsewhere.measure(then)
 
     def _watch(self) -> str | None:
         if not self._engine.is_changed:
@@ -240,43 +263,60 @@ class Service:
         if transition not in TRANSITIONS:
             known = ', '.join(TRANSITIONS)
             raise ProtocolError(f"the 'transition' is one of {known}")
+        if self._elsewhere is not None and self._elsewhere.has(name):
+            self._elsewhere.change_state(name, transition, _answering(reply))
+            return
         composition = self._engine.composition
         if composition is None:
             raise RefusedError(f"there is no lifecycle node '{name}'")
+        composition.change_state(name, transition, _answering(reply))
 
-        def tell(reason: str | None) -> None:
-            """Answer once the node has done it (None), or has not."""
-            reply(
-                protocol.success()
-                if reason is None
-                else protocol.failure(reason)
-            )
-
-        composition.change_state(name, transition, tell)
-
-    def _may_attach(self, name: str) -> Task:
-        """Return a process that somebody may be attached to."""
-        task = self._supervisor.task(name)
-        label = task.process.label
+    def _may_attach(self, name: str) -> tuple[str, int | None]:
+        """Return label and pid of a process to be attached to."""
+        process = self._process(name)
+        label = process.label
         # under a debugger, others have one, too
-        if not (
-            task.process.emulate_tty or self._terminals.has_keyboard(label)
-        ):
+        if not (process.emulate_tty or self._terminals.has_keyboard(label)):
             raise RefusedError(
                 f'{label} has no keyboard, as it has no terminal: give it '
                 "'emulate_tty: true' in the launch file, or start the "
                 f'launch with --attach {label}'
             )
-        return task
+        states = self._processes()
+        return label, next((p.pid for p in states if p.label == label), None)
+
+    def _processes(self) -> tuple[ProcessState, ...]:
+        states = [self.state_of(task) for task in self._supervisor.tasks]
+        elsewhere = self._elsewhere
+        if elsewhere is not None:
+            states += [
+                ProcessState(**{**told, 'log': self._log_of(told['label'])})
+                for told in elsewhere.process_states()
+            ]
+            states = in_order(states, elsewhere.order, lambda s: s.label)
+        return tuple(states)
+
+    def _log_of(self, label: str | None) -> str | None:
+        log = None if label is None else self._log_files.get(label)
+        return None if log is None else str(log)
 
     def _components(self) -> tuple[ComponentState, ...]:
-        composition = self._engine.composition
-        if composition is None:
-            return ()
-        return tuple(
-            self._component_state(composition, task)
-            for task in composition.tasks
-        )
+        composition, elsewhere = self._engine.composition, self._elsewhere
+        states: list[ComponentState] = []
+        if composition is not None:
+            states += [
+                self._component_state(composition, task)
+                for task in composition.tasks
+            ]
+        if elsewhere is not None:
+            states += [
+                ComponentState(
+                    **{**told, 'log': self._log_of(told['process'])}
+                )
+                for told in elsewhere.component_states()
+            ]
+            states = in_order(states, elsewhere.order, lambda s: s.label)
+        return tuple(states)
 
     def _component_state(
         self, composition: 'Composition', task: 'ComponentTask'
@@ -284,7 +324,6 @@ class Service:
         component = task.component
         container = composition.container_process(task)
         process = None if container is None else container.label
-        log = None if process is None else self._log_files.get(process)
         return ComponentState(
             component.label,
             task.phase,
@@ -295,7 +334,7 @@ class Service:
             component.package,
             component.container,
             process,
-            None if log is None else str(log),
+            self._log_of(process),
             self._lifecycle_of(component.label),
         )
 
@@ -304,6 +343,26 @@ class Service:
         if composition is None or not composition.is_lifecycle(label):
             return None
         return composition.state(label) or UNKNOWN
+
+
+def _answering(reply: Reply) -> Done:
+    """Return what answers once something is done or begun, or is not."""
+
+    def done(reason: str | None) -> None:
+        reply(
+            protocol.success() if reason is None else protocol.failure(reason)
+        )
+
+    return done
+
+
+def _description(told: 'Description | str') -> Mapping[str, Any]:
+    """Return the answer with a description, or why there is none."""
+    if isinstance(told, str):
+        return protocol.failure(told)
+    description = asdict(told)
+    description['environment'] = dict(description['environment'])
+    return protocol.success(description=description)
 
 
 def _flag(message: Mapping[str, Any], name: str) -> bool:

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import os
 from typing import Any
 from typing import Protocol
+from typing import TypeVar
 
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
@@ -26,8 +27,23 @@ from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.streams.watches import Watches
 
+_Part = TypeVar('_Part')
 #: Takes None when something has been done or begun, or else why it was not.
 Done = Callable[[str | None], None]
+
+
+def in_order(
+    parts: Iterable[_Part],
+    order: Mapping[str, int],
+    label_of: Callable[[_Part], str],
+) -> list[_Part]:
+    """
+    Return parts of several machines in the order of the whole plan.
+
+    :param order: See `Elsewhere.order`
+    """
+    last = len(order)
+    return sorted(parts, key=lambda part: order.get(label_of(part), last))
 
 
 class LaunchHere(Protocol):
@@ -144,12 +160,24 @@ class Elsewhere(Protocol):
 
     # who and what
 
+    @property
+    def order(self) -> Mapping[str, int]:
+        """The place of each label in the whole plan; later ones are last."""
+
     def has(self, name: str) -> bool:
         """
         Tell whether a part of the plan runs elsewhere.
 
         :param name: Its label, what ROS 2 calls it, or the full name of the
           node of a component
+        """
+
+    def part(self, name: str) -> Process | Component:
+        """
+        Return a process or component as it is planned now.
+
+        :param name: As for :meth:`has`
+        :raises RefusedError: when there is none
         """
 
     def cpu_shares(self) -> Mapping[str, float]:

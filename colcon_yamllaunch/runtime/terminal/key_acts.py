@@ -5,6 +5,7 @@
 
 from collections.abc import Callable
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.runtime.acts.acts import Acts
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
@@ -14,6 +15,10 @@ from colcon_yamllaunch.runtime.keys.keys import DOWN
 from colcon_yamllaunch.runtime.keys.keys import Keys
 from colcon_yamllaunch.runtime.status.board import Board
 from colcon_yamllaunch.runtime.terminal.attachment import Attachment
+
+if TYPE_CHECKING:
+    # few launches are asked
+    from colcon_yamllaunch.runtime.acts.description import Description
 
 
 class KeyActs:
@@ -48,14 +53,10 @@ class KeyActs:
             self._keys.tell(f'{label} does not run')
         try:
             match act.action:
-                case 'stop':
-                    self._acts.stop(label)
-                case 'restart':
-                    self._acts.restart(label)
-                case 'kill':
-                    self._acts.kill(label)
+                case 'stop' | 'restart' | 'kill' as action:
+                    self._acts.act(action, label, self._done)
                 case 'debug':
-                    self._acts.debug(label)
+                    self._acts.act('debug', label, self._done)
                     self._attachment.await_start(label)
                 case 'attach':
                     if not self._attachment.attach(label):
@@ -63,9 +64,9 @@ class KeyActs:
                 case 'detach':
                     self._attachment.detached(label)
                 case 'log':
-                    self._page(label, self._acts.describe(label).log)
+                    self._acts.describe_to(label, self._page_described)
                 case 'describe':
-                    self._describe(label)
+                    self._acts.describe_to(label, self._describe)
         except RefusedError as error:
             self._keys.tell(str(error))
 
@@ -76,13 +77,26 @@ class KeyActs:
         except RefusedError as error:
             self._keys.tell(str(error))
 
-    def _describe(self, label: str) -> None:
+    def _done(self, error: str | None) -> None:
+        if error is not None:
+            self._keys.tell(error)
+
+    def _page_described(self, told: 'Description | str') -> None:
+        if isinstance(told, str):
+            self._keys.tell(told)
+        else:
+            self._page(told.label, told.log)
+
+    def _describe(self, told: 'Description | str') -> None:
+        if isinstance(told, str):
+            self._keys.tell(told)
+            return
         # few are asked for it
         from colcon_yamllaunch.runtime.acts.description_lines import (
             description_lines,
         )
 
-        self._show(description_lines(self._acts.describe(label)))
+        self._show(description_lines(told))
 
     def _no_keyboard(self, label: str) -> str:
         row = self._board.row(label)

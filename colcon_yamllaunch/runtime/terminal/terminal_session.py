@@ -347,10 +347,10 @@ class TerminalSession:
             self._do(self._keys.settle())
         board = self.board
         if now >= self._next_look:
-            groups = board.groups()
+            groups, shares = self._groups_here(board)
             pause = max(LOOK_INTERVAL, LOOK_SHARE * len(groups))
             self._next_look = now + pause
-            board.take_cpu(self._shares.look(groups, now))
+            board.take_cpu({**shares, **self._shares.look(groups, now)})
         self._drawn_version = board.version
         size = size_of(self._foot.descriptor)
         style = Style(
@@ -389,6 +389,17 @@ class TerminalSession:
             next_modes,
         )
         return block, min(time for time in times if time is not None)
+
+    def _groups_here(
+        self, board: Board
+    ) -> tuple[Mapping[str, int], Mapping[str, float]]:
+        """Return the groups of this machine, and the shares on others."""
+        groups = board.groups()
+        elsewhere = None if self._engine is None else self._engine.elsewhere
+        if elsewhere is None:
+            return groups, {}
+        here = {k: g for k, g in groups.items() if not elsewhere.has(k)}
+        return here, elsewhere.cpu_shares()
 
     def _live(self) -> tuple[str, ...]:
         """Return the lines of output that may still change."""

@@ -12,6 +12,7 @@ from typing import Any
 
 from colcon_yamllaunch.common.table import size
 from colcon_yamllaunch.runtime.clients.resource_usage import Usage
+from colcon_yamllaunch.runtime.clients.resource_usage import use_of
 from colcon_yamllaunch.runtime.clients.subscription import Happened
 from colcon_yamllaunch.runtime.clients.subscription import Missed
 from colcon_yamllaunch.runtime.clients.subscription import News
@@ -113,7 +114,7 @@ class LaunchModel:
     def take_usage(self, usage: Mapping[int, Usage]) -> None:
         """Take what process groups use."""
         for process in self.state.processes:
-            used = None if process.pid is None else usage.get(process.pid)
+            used = use_of(process, usage)
             history = self.usage.get(process.label)
             if used is None and history is None:
                 continue

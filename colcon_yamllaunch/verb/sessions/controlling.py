@@ -130,7 +130,12 @@ def _in_each(
 def _status(candidates: Sequence[Candidate], form: str) -> int:
     states = [c.state for c in candidates]
     usage = usage_of(
-        {p.pid for s in states for p in s.processes if p.pid is not None}
+        {
+            p.local_pid
+            for s in states
+            for p in s.processes
+            if p.local_pid is not None
+        }
     )
     # what runs without a launcher is nothing that is as it should be
     code = int(any(c.is_orphaned for c in candidates))

@@ -108,7 +108,8 @@ def _namespaces(arguments: Iterable[object]) -> list[str]:
 
 
 def _namespaces_of(state: ProcessState) -> list[str]:
-    return [] if state.pid is None else _namespaces(arguments_of(state.pid))
+    pid = state.local_pid
+    return [] if pid is None else _namespaces(arguments_of(pid))
 
 
 def _domain(process: Process, environment: Mapping[str, str]) -> str:
@@ -118,5 +119,5 @@ def _domain(process: Process, environment: Mapping[str, str]) -> str:
 
 def _domain_of(state: ProcessState, launch: LaunchState) -> str:
     # one that is not started yet is going to have that of the launcher
-    pid = launch.pid if state.pid is None else state.pid
+    pid = launch.pid if state.local_pid is None else state.local_pid
     return variable_of(pid, _DOMAIN) or '0'

@@ -14,6 +14,7 @@ from colcon_yamllaunch.common.table import table_lines
 from colcon_yamllaunch.common.table import table_width
 from colcon_yamllaunch.common.table import without_end
 from colcon_yamllaunch.runtime.clients.resource_usage import Usage
+from colcon_yamllaunch.runtime.clients.resource_usage import use_of
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import LaunchState
 from colcon_yamllaunch.runtime.control.launch_states import Part
@@ -23,6 +24,8 @@ _HEADS = ('PROCESS', 'STATE', 'PID', 'UP', 'RESTARTS', 'CPU', 'MEMORY')
 _RIGHT = frozenset((2, 3, 4, 5, 6))
 _INDENT = '  '
 _SMALLEST_LABEL = 12
+# of the links to machines, those that are to be told
+_BROKEN = {'lost': 'the link is lost', 'gone': 'is gone'}
 _SMALLEST_STATE = 10
 # of the process, its state and its process id
 _LEAST_COLUMNS = 3
@@ -53,6 +56,13 @@ def table(
         lines = table_lines(rows, widths, without_end, _RIGHT)
     if width is not None:
         title = without_end(title, width)
+    for machine in launch.machines:
+        if machine.link in _BROKEN:
+            what = _BROKEN[machine.link]
+            line = one_line(f'{machine.name}: {what}: {machine.reason}')
+            lines.append(
+                line if width is None else without_end(line, width - 2)
+            )
     if launch.watch is not None:
         last = f'last change: {launch.watch}' if launch.watch else 'no change'
         line = one_line(f'watches its files; {last}')
@@ -97,7 +107,7 @@ def _rows(
 def _process_row(
     process: ProcessState, usage: Mapping[int, Usage]
 ) -> tuple[str, ...]:
-    used = None if process.pid is None else usage.get(process.pid)
+    used = use_of(process, usage)
     return (
         one_line(process.label),
         _phase(process),
