@@ -21,6 +21,7 @@ from itertools import count
 import math
 import os
 import termios
+import time
 from typing import Any
 from typing import Literal
 from typing import Protocol
@@ -47,6 +48,8 @@ from colcon_yamllaunch.runtime.streams.watches import Watches
 
 #: What becomes of the link to a machine; `done` after its part has ended.
 LinkState = Literal['up', 'lost', 'gone', 'done']
+#: Seconds after which something comes late, and has the time at which it was.
+LATE = 1.0
 #: How many requests to a machine may wait for their answers.
 MAXIMUM_REQUESTS = 1000
 
@@ -54,46 +57,16 @@ MAXIMUM_REQUESTS = 1000
 _STARTS = ('restart', 'debug')
 
 
-class LinkHandler(Protocol):
-    """What takes what comes through a link."""
-
-    def message(self, message: Mapping[str, Any]) -> None:
-        """Take a message."""
-
-    def output(
-        self, label: str, stream: str, data: bytes, seconds: float
-    ) -> None:
-        """
-        Take what a process wrote.
-
-        :param seconds: When, by the clock here
-        """
-
-    def echo(self, label: str, data: bytes) -> None:
-        """Take what the terminal of a process echoed."""
-
-    def lost(self, reason: str) -> None:
-        """Take into account that nothing is heard of the machine."""
-
-    def back(self, seconds: float) -> None:
-        """Take into account that it is heard of again, after that time."""
-
-    def gone(self, reason: str) -> None:
-        """Take into account that it is not heard of any more, for good."""
-
-
 class Link(Protocol):
-    """What leads to a machine while the launch runs."""
+    """What leads to a machine while the launch runs; see `MachineLink`."""
+
+    machine: Machine
 
     @property
-    def machine(self) -> Machine:
-        """The machine."""
+    def pids(self) -> frozenset[int]:
+        """The processes that connect, children of ours."""
 
-    @property
-    def pid(self) -> int:
-        """The process that is connected with it, a child of ours, or 0."""
-
-    def begin(self, watches: Watches, handler: LinkHandler) -> None:
+    def begin(self, watches: Watches, handler: 'RemotePart') -> None:
         """Take what comes from there from now on."""
 
     def send(self, message: Mapping[str, Any]) -> None:
@@ -121,6 +94,7 @@ class RemotePart:
 
     :param plan: It, with the paths of this computer
     :param localised: Returns a plan with the paths of that machine
+    :param clock: Returns seconds that never go back
     """
 
     def __init__(
@@ -128,6 +102,7 @@ class RemotePart:
         link: Link,
         plan: Plan,
         localised: Callable[[Plan], Plan] = lambda plan: plan,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._link = link
         self._localised = localised
@@ -136,7 +111,7 @@ class RemotePart:
         self._successors: dict[str, Process | Component] = {}
         self._by_name: dict[str, str] = {}
         #: The states that it tells.
-        self.states = PartStates()
+        self.states = PartStates(clock)
         self._learn(plan.entries)
         self._ids = count(1)
         self._requests: dict[int, Callable[[Mapping[str, Any]], None]] = {}
@@ -151,17 +126,13 @@ class RemotePart:
         # by label, what to say of the terminal that it reads from
         self._modes: dict[str, int] = {}
         self._debugged: set[str] = set()
-        self._guarded = 0
+        # the processes of the link that the guard knows
+        self._guarded: frozenset[int] = frozenset()
 
     @property
     def machine(self) -> Machine:
         """The machine."""
         return self._link.machine
-
-    @property
-    def pid(self) -> int:
-        """The process that is connected with it, or 0."""
-        return self._link.pid
 
     @property
     def is_over(self) -> bool:
@@ -251,9 +222,7 @@ class RemotePart:
     def close(self) -> None:
         """End the link."""
         self._link.close()
-        if self._launch is not None and self._guarded:
-            self._launch.release_group(self._guarded)
-            self._guarded = 0
+        self._mind_guard()
 
     # what it consists of
 
@@ -426,40 +395,48 @@ class RemotePart:
 
         self.ask('usage', answered)
 
-    # what comes from there; see `LinkHandler`
+    # what comes from there; see `machine_link.LinkHandler`
 
     def message(self, message: Mapping[str, Any]) -> None:
         """Take a message."""
-        if self.is_over:
+        if self.is_over or self._launch is None:
             return
+        moment = self._launch.moment
+        moment.past = _past(message.get('time'))
         try:
             self._take_message(message)
         except (EventError, StateError) as error:
+            moment.past = None
             self._give_up(f'what comes from it makes no sense: {error}')
+        finally:
+            moment.past = None
 
     def output(
         self, label: str, stream: str, data: bytes, seconds: float
     ) -> None:
-        """Take what a process wrote."""
+        """Take what a process wrote, or what its terminal echoed."""
         process = self._parts.get(label)
         if self.is_over or self._launch is None:
             return
         if not isinstance(process, Process):
             self._give_up('what comes from it makes no sense: whose output?')
             return
+        if stream == 'echo':
+            self._launch.echo(label, data)
+            return
         key: tuple[str, events.Stream] = (
             (label, 'stderr') if stream == 'stderr' else (label, 'stdout')
         )
-        self._launch.take_output(process, key[1], data, seconds)
+        moment = self._launch.moment
+        moment.past = _past(seconds)
+        try:
+            self._launch.take_output(process, key[1], data)
+        finally:
+            moment.past = None
         if not (self._launch.accepts(key) or self._launch.is_stopping):
             if not self._held:
                 self._link.hold(True)
             self._held.add(key)
-
-    def echo(self, label: str, data: bytes) -> None:
-        """Take what the terminal of a process echoed."""
-        if label in self._parts and self._launch is not None:
-            self._launch.echo(label, data)
 
     def lost(self, reason: str) -> None:
         """Take into account that nothing is heard of the machine."""
@@ -677,19 +654,28 @@ class RemotePart:
         self._link.close()
 
     def _mind_guard(self) -> None:
-        """Have the process of the link end with the launcher."""
-        pid = self._link.pid
-        if self._launch is None or pid == self._guarded:
+        """Have the processes of the link end with the launcher."""
+        pids = self._link.pids
+        if self._launch is None or pids == self._guarded:
             return
-        if self._guarded:
-            self._launch.release_group(self._guarded)
-        if pid:
+        for pid in self._guarded - pids:
+            self._launch.release_group(pid)
+        for pid in pids - self._guarded:
             self._launch.guard_group(pid)
-        self._guarded = pid
+        self._guarded = pids
 
     def seconds_to_wait(self) -> float | None:
         """Return the seconds until :meth:`advance` is to be called again."""
         return self._link.seconds_to_wait()
+
+
+def _past(seconds: object) -> float | None:
+    """Return when something happened, None for now."""
+    if not isinstance(seconds, int | float):
+        return None
+    # what comes as fast as it can has the time of here, so that times grow
+    is_late = 0 < seconds < time.time() - LATE
+    return float(seconds) if is_late else None
 
 
 def soonest(waits: Iterable[float | None]) -> float | None:

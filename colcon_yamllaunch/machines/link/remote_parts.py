@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
+from functools import partial
 from itertools import chain
 import os
 import time
@@ -76,7 +77,8 @@ class RemoteParts:
             self._parts[name] = RemotePart(
                 link,
                 placed.parts.get(name, Plan()),
-                lambda plan, name=name: localise(name, plan),  # type: ignore[misc]
+                partial(localise, name),
+                clock,
             )
         # those who wait for figures: until when, and how many machines
         self._measured = -FRESH
@@ -91,7 +93,7 @@ class RemoteParts:
     @property
     def pids(self) -> Collection[int]:
         """The processes of the links, children of ours."""
-        return {part.pid for part in self.parts if part.pid}
+        return frozenset().union(*(part.link.pids for part in self.parts))
 
     def whole(self, plan: Plan) -> Plan:  # noqa: ARG002
         """Return the plan with all parts, as it is shown."""
@@ -142,7 +144,7 @@ class RemoteParts:
     def ended(self, pid: int, outcome: Outcome) -> None:
         """Take into account that the process of a link ended."""
         for part in self.parts:
-            if part.pid == pid:
+            if pid in part.link.pids:
                 part.link.ended(pid, outcome)
                 return
 

@@ -24,6 +24,7 @@ from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core.moment import Moment
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.streams.watches import Watches
 
@@ -53,6 +54,10 @@ class LaunchHere(Protocol):
     watches: Watches
 
     @property
+    def moment(self) -> Moment:
+        """When what is told happened."""
+
+    @property
     def is_stopping(self) -> bool:
         """Whether everything is being stopped."""
 
@@ -60,17 +65,9 @@ class LaunchHere(Protocol):
         """Tell everybody who listens what happened."""
 
     def take_output(
-        self,
-        process: Process,
-        stream: events.Stream,
-        data: bytes,
-        seconds: float | None = None,
+        self, process: Process, stream: events.Stream, data: bytes
     ) -> None:
-        """
-        Take what a process wrote, as if it had been read here.
-
-        :param seconds: When it was read, by the time of day; None for now
-        """
+        """Take what a process wrote, as if it had been read here."""
 
     def end_lines(self, label: str) -> None:
         """Take the last line of a process as whole, as the process ended."""

@@ -391,20 +391,16 @@ class Engine:
         """Begin to end the launch, as an entry of its plan would."""
         self.supervisor.stop(reason)
 
+    @property
+    def moment(self) -> Moment:
+        """When what is told happened."""
+        return self._settings.moment
+
     def take_output(
-        self,
-        process: Process,
-        stream: events.Stream,
-        data: bytes,
-        seconds: float | None = None,
+        self, process: Process, stream: events.Stream, data: bytes
     ) -> None:
         """Take what a process wrote, as if it had been read here."""
-        moment = self._settings.moment
-        moment.past = seconds
-        try:
-            self._relay.feed(process, stream, data)
-        finally:
-            moment.past = None
+        self._relay.feed(process, stream, data)
 
     def end_lines(self, label: str) -> None:
         """Take the last line of a process as whole, as the process ended."""

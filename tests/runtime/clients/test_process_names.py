@@ -67,6 +67,28 @@ def test_a_label_means_one_process_only(pattern, meant):
     assert meant_by(pattern, known) == meant
 
 
+@pytest.mark.parametrize(
+    ('pattern', 'meant'),
+    [
+        ('driver', [0, 2]),
+        ('arm│driver', [0]),
+        ('arm/driver', [0]),
+        ('gpu/driver', [2]),
+        ('gpu/*', [1, 2]),
+        ('arm│*', [0]),
+        ('d*r', [0, 2]),
+        ('planner', [1]),
+    ],
+)
+def test_processes_on_machines_are_known_with_them_and_without(pattern, meant):
+    known = [
+        ProcessNames('arm│driver', 'cam.py-1', 'cam.py', None),
+        ProcessNames('gpu│planner', 'planner-2', 'planner', None),
+        ProcessNames('gpu│driver', 'cam.py-3', 'cam.py', None),
+    ]
+    assert meant_by(pattern, known) == meant
+
+
 def test_a_launch_has_the_names_of_its_parts():
     process = SimpleNamespace(
         label='driver', ros_name='cam.py-2', argv=('cam',), node_name='/a/cam'
@@ -74,6 +96,7 @@ def test_a_launch_has_the_names_of_its_parts():
     component = SimpleNamespace(plugin='demo::Talker', node_name='/b/talker')
     part = SimpleNamespace(label='talker', component=component, full_name=None)
     engine = SimpleNamespace(
+        elsewhere=None,
         supervisor=SimpleNamespace(tasks=[SimpleNamespace(process=process)]),
         composition=SimpleNamespace(tasks=[part]),
     )

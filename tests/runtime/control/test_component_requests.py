@@ -52,6 +52,7 @@ class Controlled:
             remove_sink=lambda *_: None,
         )
         engine = SimpleNamespace(
+            elsewhere=None,
             changes=None,
             is_changed=False,
             blocks=BLOCKS,

@@ -1,0 +1,426 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+import base64
+import os
+import termios
+
+from colcon_yamllaunch.language.plan.plan import Component
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan_json import plan_from_json
+from colcon_yamllaunch.machines.deployment.placement import Placed
+from colcon_yamllaunch.machines.link.remote_parts import MEASURING
+from colcon_yamllaunch.machines.link.remote_parts import RemoteParts
+from colcon_yamllaunch.runtime.control.launch_states import ComponentState
+from colcon_yamllaunch.runtime.control.launch_states import MachineState
+from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.core.tasks import RefusedError
+import pytest
+from support.played_machine import plan
+from support.played_machine import PlayedLaunch
+from support.played_machine import PlayedLink
+from support.played_machine import POSITION
+from support.played_machine import process
+
+LABEL = 'arm│driver'
+DRIVER = process(LABEL, name='driver-1', node_name='/driver')
+HELPER = process('arm│helper', emulate_tty=True)
+TALKER = Component('arm│talker', 'demo', 'demo::Talker', '/box', POSITION)
+SIZE = os.terminal_size((120, 40))
+
+
+class Played:
+    """Parts on one machine, or several, with both ends played."""
+
+    def __init__(self, *links, entries=(DRIVER, HELPER, TALKER), **fields):
+        self.now = 100.0
+        self.link, *self.others = links or (PlayedLink(),)
+        whole = Plan(entries)
+        parts = {
+            self.link.machine.name: whole,
+            **{
+                one.machine.name: plan(one.machine.name + '│x')
+                for one in self.others
+            },
+        }
+        self.parts = RemoteParts(
+            (self.link, *self.others),
+            Placed(whole, Plan(), parts),
+            clock=lambda: self.now,
+            **fields,
+        )
+        self.launch = PlayedLaunch()
+        self.launch.parts = self.parts
+        self.parts.begin(self.launch, SIZE)
+
+    def states(self):
+        told = self.parts.process_states()
+        return {t['label']: ProcessState(**t) for t in told}
+
+
+@pytest.fixture
+def played():
+    return Played()
+
+
+def test_what_happens_there_is_told_here(played):
+    event = events.Started(DRIVER, 77)
+    played.link.tells(event)
+    assert played.launch.told == [event]
+    assert played.link.asked('resize') == [
+        {'do': 'resize', 'rows': 40, 'columns': 120}
+    ]
+
+
+def test_output_comes_before_the_exit(played):
+    played.link.tells(events.Started(DRIVER, 77))
+    played.link.handler.output(LABEL, 'stderr', b'half a li', 0.0)
+    played.link.tells(events.Exited(DRIVER, 77, Outcome(0), 1.0, False, False))
+    assert played.launch.output == [
+        (LABEL, 'stderr', b'half a li'),
+        (LABEL, 'end', b''),
+    ]
+
+
+def test_what_comes_late_has_the_time_at_which_it_was(played):
+    played.link.handler.output(LABEL, 'stdout', b'line\n', 500.0)
+    played.link.handler.message(
+        {
+            'time': 501.0,
+            'event': {'event': 'Warned', 'text': 'oh'},
+        }
+    )
+    assert played.launch.times == [500.0, 501.0]
+    assert played.launch.moment() == 1000.0
+    assert played.launch.told == [events.Warned('arm: oh')]
+
+
+def test_a_full_screen_holds_the_machine_until_it_takes_more(played):
+    played.launch.full.add(LABEL)
+    played.link.handler.output(LABEL, 'stdout', b'line\n', 0.0)
+    assert played.link.is_held
+    played.parts.advance()
+    assert played.link.is_held
+    played.launch.full.clear()
+    played.parts.advance()
+    assert not played.link.is_held
+
+
+def test_a_full_screen_holds_nobody_while_all_is_stopped(played):
+    played.launch.full.add(LABEL)
+    played.link.handler.output(LABEL, 'stdout', b'line\n', 0.0)
+    played.launch.is_stopping = True
+    played.parts.advance()
+    assert not played.link.is_held
+
+
+def test_echo_goes_to_who_is_attached(played):
+    played.link.handler.output(LABEL, 'echo', b'keys', 0.0)
+    assert played.launch.echoed == [(LABEL, b'keys')]
+    assert not played.launch.output
+
+
+def test_ctrl_c_once_twice_and_sigterm(played):
+    played.launch.is_stopping = True
+    played.launch.tell(events.ShuttingDown('interrupted', True))
+    played.parts.hurry()
+    played.parts.drop_timers()
+    assert played.link.sent[1:] == [
+        {
+            'do': 'stop',
+            'reason': 'interrupted',
+            'interactive': True,
+            'drop_timers': False,
+        },
+        {'do': 'hurry'},
+        {
+            'do': 'stop',
+            'reason': '',
+            'interactive': False,
+            'drop_timers': True,
+        },
+    ]
+
+
+def test_a_shutdown_there_ends_everything_once(played):
+    played.link.tells(events.ShuttingDown('arm│driver ended'))
+    played.link.tells(events.ShuttingDown('arm│driver ended'))
+    assert played.launch.told == [events.ShuttingDown('arm│driver ended')]
+    assert len(played.link.asked('stop')) == 1
+
+
+def test_the_launch_waits_until_each_machine_is_done(played):
+    assert played.parts.is_waiting()
+    played.link.says(idle=True)
+    assert not played.parts.is_waiting()
+    assert not played.link.asked('finish')
+    played.launch.is_stopping = True
+    assert played.parts.is_waiting()
+    assert played.parts.is_waiting()
+    assert len(played.link.asked('finish')) == 1
+    played.link.says(ended=0)
+    assert not played.parts.is_waiting()
+    # the end of its link is no loss
+    played.link.handler.gone('it has ended')
+    assert played.launch.told == []
+
+
+def test_what_is_asked_for_has_to_be_answered_first(played):
+    played.link.says(idle=True)
+    played.parts.act('restart', 'driver-1', lambda _: None)
+    assert played.parts.is_waiting()
+    played.link.answers('act')
+    assert not played.parts.is_waiting()
+
+
+def test_acts_are_answered(played):
+    answers = []
+    played.parts.act('stop', LABEL, answers.append)
+    (asked,) = played.link.asked('act')
+    assert (asked['action'], asked['name']) == ('stop', LABEL)
+    played.link.answers('act', error='it has \x1b[1mnot been started yet')
+    assert answers == ['it has not been started yet']
+    with pytest.raises(RefusedError, match='no process'):
+        played.parts.act('stop', 'other', answers.append)
+    played.launch.is_stopping = True
+    with pytest.raises(RefusedError, match='being stopped'):
+        played.parts.act('stop', LABEL, answers.append)
+
+
+def test_states_follow_what_happens(played):
+    assert played.states()[LABEL].phase == 'waiting'
+    played.link.tells(events.Started(DRIVER, 77))
+    played.now += 2.0
+    state = played.states()[LABEL]
+    assert (state.phase, state.pid, state.seconds) == ('running', 77, 2.0)
+    assert (state.machine, state.local_pid) == ('arm', None)
+    played.link.tells(
+        events.Exited(DRIVER, 77, Outcome(3), 2.0, False, True, 1.0)
+    )
+    state = played.states()[LABEL]
+    assert (state.phase, state.pid) == ('respawn', None)
+    assert state.ending == 'exited with code 3'
+    played.link.tells(events.Started(DRIVER, 78))
+    assert played.states()[LABEL].restarts == 1
+    played.link.tells(events.Loaded(TALKER, '/box/talker', 1, 0.1))
+    (told,) = played.parts.component_states()
+    component = ComponentState(**told)
+    assert (component.phase, component.node) == ('loaded', '/box/talker')
+    assert played.parts.has('/box/talker')
+
+
+def test_rows_of_the_machine_are_taken(played):
+    row = {
+        'label': LABEL,
+        'phase': 'stopping',
+        'pid': 5,
+        'seconds': 1.5,
+        'restarts': 2,
+        'ending': '',
+        'lifecycle': 'active',
+        'terminal': False,
+    }
+    played.link.says(states={'processes': [row]})
+    state = played.states()[LABEL]
+    assert (state.phase, state.pid, state.restarts) == ('stopping', 5, 2)
+    assert (state.seconds, state.lifecycle) == (1.5, 'active')
+
+
+@pytest.mark.parametrize(
+    'message',
+    [
+        {'event': {'event': 'Started', 'process': 'nobody', 'pid': 1}},
+        {'event': 7},
+        {'states': 'none'},
+        {'states': {'processes': [{'label': LABEL, 'phase': 'odd'}]}},
+        {'states': {'processes': [7]}},
+        {'modes': {'label': LABEL}},
+        {'dropped': 'much'},
+        {'something': 'else'},
+        {},
+    ],
+)
+def test_a_machine_that_talks_nonsense_is_given_up_once(played, message):
+    played.link.handler.message(message)
+    played.link.handler.message(message)
+    (event,) = played.launch.told
+    assert isinstance(event, events.MachineGone)
+    assert 'makes no sense' in event.reason
+    assert played.link.is_closed
+
+
+def test_output_of_nobody_is_nonsense(played):
+    played.link.handler.output('nobody', 'stdout', b'text', 0.0)
+    (event,) = played.launch.told
+    assert isinstance(event, events.MachineGone)
+
+
+def test_what_ran_on_a_machine_that_is_gone_is_lost(played):
+    played.link.tells(events.Started(DRIVER, 77))
+    played.now += 3.0
+    played.launch.told.clear()
+    played.link.handler.gone('it was started anew')
+    gone, exited = played.launch.told
+    assert gone == events.MachineGone('arm', 'it was started anew', (LABEL,))
+    assert exited == events.Exited(
+        DRIVER, 77, Outcome(lost='arm'), 3.0, False, True
+    )
+    assert exited.lines() == ()
+    assert played.states()[LABEL].ending == 'lost with arm'
+    assert not played.parts.is_waiting()
+    with pytest.raises(RefusedError, match='arm is gone: it was started'):
+        played.parts.act('stop', LABEL, lambda _: None)
+
+
+def test_what_must_run_ends_the_launch_when_it_is_lost():
+    must_run = process('arm│must', on_exit_shutdown=True)
+    played = Played(entries=(must_run,))
+    played.link.tells(events.Started(must_run, 77))
+    played.link.handler.gone('no connection')
+    assert played.launch.is_stopping
+
+
+def test_a_lost_link_is_told_and_so_is_its_return(played):
+    answers = []
+    played.parts.act('restart', LABEL, answers.append)
+    played.link.handler.lost('nothing was heard of it')
+    assert answers == ['the link to arm is lost: nothing was heard of it']
+    (state,) = (MachineState(**t) for t in played.parts.machine_states())
+    assert (state.link, state.reason) == ('lost', 'nothing was heard of it')
+    with pytest.raises(RefusedError, match='is lost'):
+        played.parts.act('stop', LABEL, answers.append)
+    played.link.handler.back(2.5)
+    assert played.launch.told == [
+        events.LinkLost('arm', 'nothing was heard of it', False),
+        events.LinkBack('arm', 2.5),
+    ]
+    played.parts.act('stop', LABEL, answers.append)
+
+
+def test_who_hurries_does_not_wait_for_a_lost_machine(played):
+    played.link.handler.lost('nothing was heard of it')
+    played.launch.is_stopping = True
+    assert played.parts.is_waiting()
+    played.parts.hurry()
+    assert not played.parts.is_waiting()
+    assert isinstance(played.launch.told[-1], events.MachineGone)
+
+
+def test_figures_are_waited_for_but_not_for_long():
+    played = Played(PlayedLink(), PlayedLink('gpu'))
+    known = []
+    played.link.tells(events.Started(DRIVER, 77))
+    played.parts.measure(lambda: known.append(True))
+    played.link.answers('usage', usage={LABEL: [0.5, 1000], 'odd': 3})
+    assert not known
+    played.now += MEASURING
+    played.parts.advance()
+    assert known == [True]
+    state = played.states()[LABEL]
+    assert (state.cpu, state.memory) == (0.5, 1000)
+    assert played.parts.cpu_shares() == {LABEL: 0.5}
+
+
+def test_figures_that_all_have_told_are_there_at_once(played):
+    known = []
+    played.parts.measure(lambda: known.append(True))
+    played.link.answers('usage', usage={})
+    assert known == [True]
+
+
+def test_keys_and_modes(played):
+    label = HELPER.label
+    assert not played.parts.has_keyboard(label)
+    played.link.tells(events.Started(HELPER, 77))
+    assert played.parts.has_keyboard(label)
+    assert played.parts.input_modes(label) is None
+    played.link.says(modes={'label': label, 'lines': False, 'echo': True})
+    assert played.parts.input_modes(label) == termios.ECHO
+    played.parts.type(label, b'\x1b[A')
+    (typed,) = played.link.asked('type')
+    assert base64.b64decode(typed['keys']) == b'\x1b[A'
+    played.parts.attach(label)
+    played.parts.detach(label)
+    assert played.link.asked('attach') == [{'do': 'attach', 'label': label}]
+    assert played.link.asked('detach') == [{'do': 'detach', 'label': label}]
+
+
+def test_a_process_under_a_debugger_has_a_keyboard(played):
+    played.parts.act('debug', LABEL, lambda _: None)
+    played.link.answers('act')
+    played.link.tells(events.Started(DRIVER, 77))
+    assert played.parts.has_keyboard(LABEL)
+
+
+def test_suspend_and_size_go_to_all():
+    played = Played(PlayedLink(), PlayedLink('gpu'))
+    played.parts.suspend(True)
+    played.parts.suspend(False)
+    played.parts.resize(os.terminal_size((80, 24)))
+    for link in (played.link, *played.others):
+        assert [m['do'] for m in link.sent[1:]] == [
+            'suspend',
+            'continue',
+            'resize',
+        ]
+
+
+def test_processes_of_links_are_guarded(played):
+    assert played.launch.guarded == {4711}
+    assert set(played.parts.pids) == {4711}
+    played.link.pids = frozenset({4712})
+    played.parts.advance()
+    assert played.launch.guarded == {4712}
+    played.parts.ended(4712, Outcome(0))
+    assert played.link.reaped == [4712]
+    played.parts.close()
+    assert played.launch.guarded == set()
+
+
+def test_more_of_the_plan_goes_to_its_machine():
+    more = process('arm│more')
+    here = process('here')
+
+    def place_more(entries):
+        return Placed(
+            Plan(tuple(entries)), Plan((here,)), {'arm': Plan((more,))}
+        )
+
+    played = Played(place_more=place_more)
+    assert played.parts.extend((more, here)) == (here,)
+    (asked,) = played.link.asked('extend')
+    assert plan_from_json(asked['entries']).entries == (more,)
+    assert played.parts.has('arm│more')
+    with pytest.raises(ValueError, match='already'):
+        played.parts.extend((more,))
+
+
+def test_changes_of_the_plan_are_routed_by_label(played):
+    changed = process(LABEL, name='driver-1', respawn=True)
+    played.parts.revise(changed, at_once=False)
+    (asked,) = played.link.asked('revise')
+    assert plan_from_json(asked['plan']).entries == (changed,)
+    assert played.parts.part(LABEL) == changed
+    assert played.parts.restart({LABEL, 'here'}) == ()
+    played.link.tells(events.Started(DRIVER, 77))
+    assert played.parts.restart({LABEL, 'here'}) == (LABEL,)
+    # it is another one when it starts
+    played.link.tells(events.Planned((DRIVER,)))
+    assert played.launch.told[-1] == events.Planned((changed,))
+    played.parts.drop(LABEL)
+    played.link.tells(events.Dropped(DRIVER))
+    assert not played.parts.has(LABEL)
+
+
+def test_what_is_kept_stopped_is_not_restarted_by_a_change(played):
+    played.link.tells(events.Started(DRIVER, 77))
+    played.link.tells(events.Requested(DRIVER, 'stop'))
+    assert played.parts.restart({LABEL}) == ()
+
+
+def test_output_that_did_not_fit_is_told(played):
+    played.link.says(dropped=3_000_000)
+    (event,) = played.launch.told
+    assert 'arm: 3 MB of output are missing' in event.text

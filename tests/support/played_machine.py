@@ -1,0 +1,129 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A machine that only plays its part, and a launch that listens to it."""
+
+from typing import Any
+
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.machines.deployment.machine import Machine
+from colcon_yamllaunch.machines.wire.event_codec import event_to_json
+from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.runtime.core.moment import Moment
+from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.runtime.streams.watches import Watches
+
+POSITION = Position('/ws/demo.yaml', 3, 5)
+
+
+def process(label: str, **fields: Any) -> Process:
+    """Return a process with a label."""
+    return Process(label, ('program',), '/', POSITION, **fields)
+
+
+class PlayedLink:
+    """A link whose other end is the test."""
+
+    def __init__(self, name: str = 'arm', **fields: Any) -> None:
+        self.machine = Machine(name, 'ssh', ('robot@arm',), **fields)
+        self.pids = frozenset({4711})
+        self.sent: list[dict[str, Any]] = []
+        self.handler: Any = None
+        self.is_held = False
+        self.is_closed = False
+        self.reaped: list[int] = []
+
+    def begin(self, watches: Watches, handler: Any) -> None:
+        self.handler = handler
+
+    def send(self, message: Any) -> None:
+        self.sent.append(dict(message))
+
+    def advance(self) -> None:
+        return
+
+    def seconds_to_wait(self) -> float | None:
+        return 0.5
+
+    def hold(self, held: bool) -> None:
+        self.is_held = held
+
+    def ended(self, pid: int, outcome: Outcome) -> None:
+        self.reaped.append(pid)
+
+    def close(self) -> None:
+        self.is_closed = True
+        self.pids = frozenset()
+
+    # the other end
+
+    def tells(self, event: events.Event) -> None:
+        """Tell an event, as the machine does."""
+        self.handler.message({'event': event_to_json(event)})
+
+    def says(self, **message: Any) -> None:
+        """Send a message."""
+        self.handler.message(message)
+
+    def asked(self, what: str) -> list[dict[str, Any]]:
+        """Return what was asked for by messages of one kind."""
+        return [m for m in self.sent if m['do'] == what]
+
+    def answers(self, what: str, **answer: Any) -> None:
+        """Answer the last message of a kind."""
+        number = self.asked(what)[-1]['id']
+        self.handler.message({'reply': number, 'error': None, **answer})
+
+
+class PlayedLaunch:
+    """A launch that notes what it is told."""
+
+    def __init__(self) -> None:
+        self.watches: Any = None
+        self.moment = Moment(lambda: 1000.0)
+        self.is_stopping = False
+        self.told: list[events.Event] = []
+        self.output: list[tuple[str, str, bytes]] = []
+        self.echoed: list[tuple[str, bytes]] = []
+        self.guarded: set[int] = set()
+        self.full: set[str] = set()
+        self.times: list[float] = []
+        self.parts: Any = None
+
+    def tell(self, event: events.Event) -> None:
+        self.times.append(self.moment())
+        self.told.append(event)
+        if self.parts is not None:
+            self.parts.handle(event)
+
+    def take_output(
+        self, process: Process, stream: events.Stream, data: bytes
+    ) -> None:
+        self.times.append(self.moment())
+        self.output.append((process.label, stream, data))
+
+    def end_lines(self, label: str) -> None:
+        self.output.append((label, 'end', b''))
+
+    def echo(self, label: str, data: bytes) -> None:
+        self.echoed.append((label, data))
+
+    def accepts(self, key: tuple[str, events.Stream]) -> bool:
+        return key[0] not in self.full
+
+    def shut_down(self, reason: str) -> None:
+        self.is_stopping = True
+        self.tell(events.ShuttingDown(reason))
+
+    def guard_group(self, group: int) -> None:
+        self.guarded.add(group)
+
+    def release_group(self, group: int) -> None:
+        self.guarded.discard(group)
+
+
+def plan(*labels: str, **fields: Any) -> Plan:
+    """Return a plan of processes."""
+    return Plan(tuple(process(label, **fields) for label in labels))
