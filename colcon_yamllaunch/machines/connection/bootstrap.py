@@ -32,13 +32,15 @@ _PYTHONS = ('python3', *(f'python3.{minor}' for minor in range(14, 9, -1)))
 # that is too old looks for a younger one itself
 _PROGRAM = """\
 import os, sys
-p, h, n = sys.argv[1:4]
+h, n = sys.argv[1:3]
 def say(t):
     os.write(1, b"\\1colcon" + b"-launch " + t.encode() + b"\\n")
 if sys.version_info < (3, 10):
+    with open("/proc/self/cmdline", encoding="utf-8") as f:
+        p = f.read().split("\\0")[4]
     for q in n.split():
         try:
-            os.execvp(q, [q, "-I", "-S", "-c", p, p, h, ""])
+            os.execvp(q, [q, "-I", "-S", "-c", p, h, ""])
         except OSError:
             pass
     say("old " + sys.version.split()[0])
@@ -96,7 +98,7 @@ else:
         except OSError:
             pass
 sys.path.insert(0, t or d)
-from colcon_yamllaunch.machines.agent.relay import main
+from colcon_yamllaunch.machines.agent.machine_agent import main
 main(t)
 """
 
@@ -106,7 +108,7 @@ _SCRIPT = """\
 p='{program}'
 for n in {pythons}; do
 if command -v "$n" >/dev/null 2>&1; then
-exec "$n" -I -S -c "$p" "$p" {digest} '{younger}'
+exec "$n" -I -S -c "$p" {digest} '{younger}'
 fi
 done
 printf '\\001colcon%s\\n' '-launch none'
@@ -122,8 +124,9 @@ Failure = Literal['none', 'old', 'full', 'noise']
 
 class Bootstrap:
     """
-    The launcher's side of the first words; it is given what comes, and waits
-    for nothing.
+    The launcher's side of the first words.
+
+    It is given what comes, and waits for nothing.
 
     :param python: The Python there, None to search for one
     """

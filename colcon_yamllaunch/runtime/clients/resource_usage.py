@@ -6,6 +6,7 @@
 from collections import Counter
 from collections.abc import Callable
 from collections.abc import Collection
+from collections.abc import Iterable
 from collections.abc import Mapping
 from dataclasses import dataclass
 import os
@@ -65,19 +66,45 @@ def usage_of(
     """
     if not groups:
         return {}
-    cgroups = {group: cgroup.process_folder(group) for group in groups}
-    begin = clock()
-    first, _ = _totals(cgroups)
+    begin = look(groups, clock)
     sleep(INTERVAL)
-    seconds, sizes = _totals(cgroups)
-    passed = max(clock() - begin, INTERVAL)
+    return usage_between(begin, look(groups, clock))
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """
+    What processes had used at one moment.
+
+    :param moment: The seconds of a clock
+    :param seconds: The seconds of processors by process group
+    :param sizes: The bytes of memory, likewise
+    """
+
+    moment: float
+    seconds: Mapping[int, float]
+    sizes: Mapping[int, int]
+
+
+def look(
+    groups: Iterable[int], clock: Callable[[], float] = time.monotonic
+) -> Look:
+    """Look what process groups have used until now."""
+    moment = clock()
+    cgroups = {group: cgroup.process_folder(group) for group in groups}
+    return Look(moment, *_totals(cgroups))
+
+
+def usage_between(first: Look, second: Look) -> dict[int, Usage]:
+    """Return what those that ran at a second look used since the first."""
+    passed = max(second.moment - first.moment, INTERVAL)
     return {
         group: Usage(
             # a process that ended meanwhile took its time with it
-            max(0.0, now - first.get(group, now)) / passed,
-            sizes[group],
+            max(0.0, now - first.seconds.get(group, now)) / passed,
+            second.sizes[group],
         )
-        for group, now in seconds.items()
+        for group, now in second.seconds.items()
     }
 
 

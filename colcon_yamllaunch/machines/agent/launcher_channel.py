@@ -1,0 +1,132 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The launcher, to those on the other machine who answer its requests."""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+import os
+import select
+import time
+from typing import Any
+
+from colcon_yamllaunch.machines.wire import frames
+from colcon_yamllaunch.machines.wire.frames import Frame
+from colcon_yamllaunch.machines.wire.frames import FrameReader
+
+#: Seconds without a word after which the launcher is gone; it says one each
+#: second.
+SILENCE = 30.0
+
+_READ = 256 * 1024
+
+#: What a line is said with.
+Say = Callable[[str], None]
+
+
+class LauncherGoneError(Exception):
+    """Nobody is at the other end any more."""
+
+
+class LauncherChannel:
+    """What comes from the launcher, by our standard input."""
+
+    def __init__(self) -> None:
+        self._reader = FrameReader()
+        self._frames: list[Frame] = []
+        self._heard = time.monotonic()
+
+    def poll(
+        self, others: Mapping[int, int], seconds: float | None
+    ) -> set[int]:
+        """
+        Wait for the launcher, and for others; return who is ready of these.
+
+        :param others: Descriptors with what they are waited for
+        :raises LauncherGoneError: when the launcher is
+        """
+        poll = select.poll()
+        poll.register(0, select.POLLIN)
+        for descriptor, mask in others.items():
+            poll.register(descriptor, mask)
+        left = self._heard + SILENCE - time.monotonic()
+        wait = left if seconds is None else min(left, seconds)
+        ready = {d for d, _ in poll.poll(max(0.0, wait) * 1000)}
+        if 0 in ready:
+            self._read()
+        elif time.monotonic() - self._heard > SILENCE:
+            raise LauncherGoneError
+        return ready - {0}
+
+    def taken_frames(self) -> list[Frame]:
+        """Return the frames that have come and nobody has taken."""
+        taken, self._frames = self._frames, []
+        return taken
+
+    @property
+    def unread(self) -> bytes:
+        """What has come and nobody has taken, as it came."""
+        whole = (
+            frames.encode(f.kind, f.body, f.number)
+            for f in self.taken_frames()
+        )
+        return b''.join((*whole, self._reader.rest))
+
+    def next_frame(self, idle: Callable[[], None]) -> Frame:
+        """
+        Return what comes next.
+
+        :param idle: Is called if nothing has come yet
+        :raises FrameError: when something else comes
+        :raises LauncherGoneError: when the launcher is gone
+        """
+        if not self._frames:
+            self.poll({}, 0.0)
+        if not self._frames:
+            idle()
+        while not self._frames:
+            self.poll({}, None)
+        return self._frames.pop(0)
+
+    def _read(self) -> None:
+        data = os.read(0, _READ)
+        if not data:
+            raise LauncherGoneError
+        self._heard = time.monotonic()
+        self._frames += self._reader.feed(data)
+
+
+def send(content: Mapping[str, Any], descriptor: int = 1) -> None:
+    """
+    Tell the launcher something.
+
+    :raises LauncherGoneError: when it is gone
+    """
+    write(frames.message(content), descriptor)
+
+
+def write(data: bytes, descriptor: int = 1) -> None:
+    """
+    Write to the launcher.
+
+    :raises LauncherGoneError: when it is gone
+    """
+    view = memoryview(data)
+    while view:
+        try:
+            view = view[os.write(descriptor, view) :]
+        except BlockingIOError:
+            poll = select.poll()
+            poll.register(descriptor, select.POLLOUT)
+            poll.poll()
+        except OSError as error:
+            raise LauncherGoneError from error
+
+
+def say_through(descriptor: int) -> Say:
+    """Return what tells the launcher lines that go with a request."""
+
+    def say(text: str) -> None:
+        send({'line': text}, descriptor)
+
+    return say

@@ -1,0 +1,116 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A program that the launcher speaks with through the connection."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+import os
+import select
+import subprocess
+from typing import Any
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.machines.agent import launcher_channel
+from colcon_yamllaunch.machines.agent.launcher_channel import LauncherChannel
+from colcon_yamllaunch.machines.wire import frames
+from colcon_yamllaunch.runtime.stopping.launch_scan import LAUNCH_ID_VARIABLE
+from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
+
+_READ = 256 * 1024
+#: Bytes that may wait for a program that does not read.
+_WAITING = 4 * 1024 * 1024
+_TIMEOUTS = Timeouts(1.0, 1.0)
+
+
+def run_program(
+    launcher: LauncherChannel, content: Mapping[str, Any]
+) -> dict[str, Any]:
+    """
+    Run a program whose standard streams are the launcher's.
+
+    :raises LauncherGoneError: when the launcher is gone, and it is ended
+    :raises UserError: when it cannot be started
+    """
+    argv = [str(word) for word in content['argv']]
+    cwd = os.path.expanduser(content.get('cwd') or '~')
+    identity = new_identity()
+    variables = {**os.environ, **(content.get('env') or {})}
+    variables[LAUNCH_ID_VARIABLE] = f'{identity}.0'
+    try:
+        process = subprocess.Popen(
+            argv,
+            cwd=cwd,
+            env=variables,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+    except OSError as error:
+        raise UserError(f'{argv[0]}: {error.strerror}') from error
+    try:
+        _pass_on(launcher, process)
+        code = process.wait()
+    except launcher_channel.LauncherGoneError:
+        from colcon_yamllaunch.machines.agent.left_processes import (
+            end_what_is_left,
+        )
+
+        end_what_is_left(identity, leader=process.pid, timeouts=_TIMEOUTS)
+        raise
+    return {'code': code if code >= 0 else 128 - code}
+
+
+def _pass_on(
+    launcher: LauncherChannel, process: 'subprocess.Popen[bytes]'
+) -> None:
+    assert process.stdin and process.stdout and process.stderr
+    stdin = process.stdin.fileno()
+    os.set_blocking(stdin, False)
+    readers = {process.stdout.fileno(): True, process.stderr.fileno(): False}
+    waiting = bytearray()
+    at_end = False
+    while readers:
+        masks = dict.fromkeys(readers, select.POLLIN)
+        if waiting:
+            masks[stdin] = select.POLLOUT
+        if len(waiting) < _WAITING:
+            ready = launcher.poll(masks, None)
+        else:
+            # the launcher waits meanwhile
+            ready = _poll(masks)
+        for frame in launcher.taken_frames():
+            if frame.kind == frames.STREAM:
+                waiting += frame.body
+                at_end = at_end or not frame.body
+        if waiting and stdin in ready:
+            try:
+                del waiting[: os.write(stdin, waiting)]
+            except BlockingIOError:
+                pass
+            except OSError:
+                # it reads no more
+                waiting.clear()
+                at_end = True
+        if at_end and not waiting and not process.stdin.closed:
+            with suppress(OSError):
+                process.stdin.close()
+        for descriptor in ready & readers.keys():
+            data = os.read(descriptor, _READ)
+            if not data:
+                del readers[descriptor]
+            elif readers[descriptor]:
+                launcher_channel.write(frames.encode(frames.STREAM, data))
+            else:
+                launcher_channel.send(
+                    {'errors': data.decode(errors='replace')}
+                )
+
+
+def _poll(masks: Mapping[int, int]) -> set[int]:
+    poll = select.poll()
+    for descriptor, mask in masks.items():
+        poll.register(descriptor, mask)
+    return {descriptor for descriptor, _ in poll.poll()}

@@ -1,0 +1,49 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""How far the clock of another machine is ahead of ours."""
+
+from collections import deque
+from collections.abc import Callable
+import time
+
+#: Heartbeats that are looked back at; the fastest of them tells most.
+_LOOKED_AT = 30
+
+
+class ClockDifference:
+    """
+    Estimated from heartbeats, as the Network Time Protocol does (RFC 5905, 8).
+
+    :param ahead: Seconds, as far as is known before
+    """
+
+    def __init__(
+        self, ahead: float = 0.0, now: Callable[[], float] = time.time
+    ) -> None:
+        self._now = now
+        # the seconds that each took, and the difference that follows
+        self._seen: deque[tuple[float, float]] = deque(maxlen=_LOOKED_AT)
+        #: How many seconds it is ahead of ours.
+        self.ahead = ahead
+
+    def note(self, sent: float, age: float, theirs: float) -> None:
+        """
+        Take the answer to a heartbeat.
+
+        :param sent: When that was sent, by our clock
+        :param age: For how many seconds it lay there
+        :param theirs: When it was answered, by the other clock
+        """
+        now = self._now()
+        took = now - sent - age
+        if took < 0:
+            # one of the clocks was set meanwhile
+            self._seen.clear()
+            return
+        self._seen.append((took, theirs + took / 2 - now))
+        self.ahead = min(self._seen)[1]
+
+    def here(self, seconds: float) -> float:
+        """Return a time of the other clock by ours."""
+        return seconds - self.ahead
