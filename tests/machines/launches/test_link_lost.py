@@ -1,0 +1,79 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A link that is cut, for a while or for good."""
+
+import re
+import sys
+import time
+
+import pytest
+from support.deployer import Deployer
+from support.deployer import HERE
+from support.sshd import Sshd
+
+pytestmark = pytest.mark.xdist_group('link_lost')
+
+#: Seconds after which a lost link has been told, and a busy machine's more.
+TOLD_AFTER = 5.0
+LATE = 10.0
+#: Prints numbered lines for some seconds.
+COUNTING = """\
+import sys, time
+for number in range(int(sys.argv[1])):
+    print('line', number, flush=number % 50 == 0)
+    if number % 50 == 0:
+        time.sleep(float(sys.argv[2]))
+print('all printed', flush=True)
+"""
+
+
+def test_a_part_stops_by_itself(deployer: Deployer, sshd: Sshd) -> None:
+    deployer.places(
+        {
+            'stubborn': ('arm', (*deployer.talker, 'ignores')),
+            'other': ('gpu', deployer.talker),
+            'own': (HERE, deployer.talker),
+        },
+        sync='none',
+    )
+    launch = deployer.deploys()
+    for name in ('stubborn', 'other', 'own'):
+        launch.wait_for(rf'{name}\S*: up')
+    begin = time.monotonic()
+    sshd['arm'].link.hold()
+    launch.wait_for(r'(?i)\barm\b.*\blost\b')
+    assert time.monotonic() - begin < TOLD_AFTER + LATE
+    sshd.wait_until_empty('arm')
+    assert sshd.left('gpu')
+    launch.interrupt()
+    sshd.wait_until_empty()
+    assert 'Traceback' not in launch.output
+
+
+@pytest.mark.parametrize('broken', [False, True])
+def test_a_part_runs_on_and_nothing_is_lost(
+    deployer: Deployer, sshd: Sshd, broken: bool
+) -> None:
+    script = deployer.write('counting.py', COUNTING)
+    count = 20_000
+    command = (sys.executable, str(script), str(count), '0.02')
+    deployer.places(
+        {'counts': ('arm', command), 'stays': ('arm', deployer.talker)},
+        sync='none',
+        on_lost='keep',
+    )
+    launch = deployer.deploys()
+    launch.wait_for('line 1000')
+    link = sshd['arm'].link
+    if broken:
+        link.break_off()
+    else:
+        link.hold()
+        launch.wait_for(r'(?i)\barm\b.*\blost\b')
+        link.release()
+    launch.wait_for(r'all printed')
+    launch.interrupt()
+    sshd.wait_until_empty()
+    lines = re.findall(r'line (\d+)$', deployer.logged('counts'), re.M)
+    assert list(map(int, lines)) == [*range(count)]
