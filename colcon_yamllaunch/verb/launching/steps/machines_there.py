@@ -18,23 +18,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from colcon_yamllaunch.language.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.machines.connection.connection_errors import (
-    ConnectError,
-)
-from colcon_yamllaunch.machines.connection.foreground import has_terminal
 from colcon_yamllaunch.machines.connection.machine_connection import Facts
-from colcon_yamllaunch.machines.connection.machine_connection import (
-    MachineConnection,
-)
 from colcon_yamllaunch.machines.deployment.deployment import Deployment
 from colcon_yamllaunch.machines.deployment.machine import Machine
 from colcon_yamllaunch.machines.deployment.placement import Placed
 from colcon_yamllaunch.machines.deployment.placement import Placer
-from colcon_yamllaunch.machines.deployment.placement import SEPARATOR
 from colcon_yamllaunch.machines.deployment.remote_paths import RemotePaths
 from colcon_yamllaunch.machines.deployment.remote_paths import variables_along
+from colcon_yamllaunch.machines.link.machine_contact import MachineContact
 from colcon_yamllaunch.machines.link.machine_link import MachineLink
 from colcon_yamllaunch.machines.link.remote_parts import RemoteParts
 from colcon_yamllaunch.machines.sync.code_sync import Code
@@ -50,10 +44,6 @@ from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 PATIENCE = 15.0
 
 
-#: Makes a connection with a machine.
-MakeConnection = Callable[[Machine], MachineConnection]
-
-
 class MachinesThere:
     """
     The machines that parts of a launch run on.
@@ -66,7 +56,6 @@ class MachinesThere:
     :param mode: `none` to bring no code whatever the machines say, as with
       `--no-build`
     :param may_ask: Whether ssh may ask for a password at the terminal
-    :param make_connection: Makes a connection
     """
 
     def __init__(
@@ -80,7 +69,6 @@ class MachinesThere:
         *,
         mode: str | None = None,
         may_ask: bool = True,
-        make_connection: MakeConnection | None = None,
     ) -> None:
         self.deployment = deployment
         self._session = session
@@ -90,8 +78,7 @@ class MachinesThere:
         self._title = title
         self._mode = mode
         self._may_ask = may_ask
-        self._make_connection = make_connection or self._connection_with
-        self._connections: dict[str, MachineConnection] = {}
+        self._connections: dict[str, MachineContact] = {}
         self._paths: dict[str, PathsThere] = {}
         self._errands: Errands[Any] | None = None
         # the packages that the machines have, or are about to get
@@ -253,35 +240,43 @@ class MachinesThere:
         """
         if not names:
             return
-        connections = {
-            name: self._make_connection(self.deployment.machines[name])
-            for name in names
-        }
-        self._connections |= connections
-        errands = Errands({n: c.connect for n, c in connections.items()})
+        for name in names:
+            self._connections[name] = self._connection_with(name)
+        errands = Errands({n: self._connections[n].connect for n in names})
         errands.wait()
         facts = dict(errands.results)
-        for name, error in list(errands.errors.items()):
-            # one after the other, as each may ask at the terminal
-            if (
-                self._may_ask
-                and isinstance(error, ConnectError)
-                and error.may_be_asked
-                and has_terminal()
-            ):
-                facts[name] = connections[name].connect(may_ask=True)
+        for name in list(errands.errors):
+            # one after the other, as each asks at the terminal
+            if self._may_ask and self._connections[name].must_ask:
+                again = self._connection_with(name, may_ask=True)
+                self._connections[name] = again
+                facts[name] = again.connect()
                 errands.forgive(name)
         errands.check()
         for name in names:
             self._paths[name] = self._paths_to(name, facts[name])
 
-    def _connection_with(self, machine: Machine) -> MachineConnection:
-        return MachineConnection(
+    def _connection_with(
+        self, name: str, *, may_ask: bool = False
+    ) -> MachineContact:
+        machine = self.deployment.machines[name]
+        return MachineContact(
             machine,
+            self._places_of_workspace(machine),
             self._environment,
-            self._session.root,
-            lambda line: self._say(f'{machine.name}{SEPARATOR} {line}'),
+            may_ask=may_ask,
+            say=partial(self._say_of, name),
         )
+
+    def _places_of_workspace(self, machine: Machine) -> list[str]:
+        """Return where the workspace may be there, the last to make it."""
+        if machine.workspace is not None:
+            return [machine.workspace]
+        root = self._session.root
+        return [] if root is None else [str(root), f'~/{root.name}']
+
+    def _say_of(self, name: str, line: str) -> None:
+        self._say(f'{name}{MACHINE_SEPARATOR} {line}')
 
     def _paths_to(self, name: str, facts: Facts) -> PathsThere:
         folders: dict[str, str] = {}
@@ -313,11 +308,11 @@ class MachinesThere:
                 tuple(session.packages),
                 colcon.build_base,
                 colcon.install_base,
-                colcon.merge_install,
-                colcon.build_arguments,
-                colcon.common_settings,
-                session.environment,
-                self._title,
+                merge_install=colcon.merge_install,
+                build_arguments=colcon.build_arguments,
+                settings=colcon.common_settings,
+                environment=session.environment,
+                title=self._title,
             )
         return self._code
 
@@ -332,7 +327,7 @@ class MachinesThere:
             self._connections[name],
             code,
             needed,
-            lambda line: self._say(f'{name}{SEPARATOR} {line}'),
+            partial(self._say_of, name),
         )
 
     def _check(self, name: str, part: Plan) -> list[Diagnostic]:
@@ -351,8 +346,7 @@ class MachinesThere:
             variables=paths.folders.environment(variables),
             on_lost=machine.on_lost,
         )
-        started = self._connections[name].start(paths.plan(part), settings)
-        return MachineLink(started, self._environment)
+        return self._connections[name].start(paths.plan(part), settings)
 
     def _packages_of(self, plan: Plan) -> frozenset[str]:
         session = self._session
