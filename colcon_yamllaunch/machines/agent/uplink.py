@@ -34,8 +34,9 @@ HEARTBEAT = 1.0
 LOST_AFTER = 10.0
 #: Seconds that the launcher gets to take what it has not, at the end.
 LAST_PATIENCE = 5.0
-#: Bytes that are handed to the socket at once.
-_BATCH = 256 * 1024
+#: Seconds that a part which has ended waits for a launcher that is away, if it
+#: is to be kept.
+KEPT_FOR = 3600.0
 #: Seconds between two looks at the state of all processes.
 _LOOK = 0.05
 _CALM_LOOK = 1.0
@@ -188,13 +189,14 @@ class Uplink:
         if self._orders is not None:
             self._look(time.monotonic())
         self._tell({'ended': exit_code})
-        deadline = time.monotonic() + LAST_PATIENCE
+        # who keeps it for a launcher that is away waits for that
+        is_kept = self._keeps and not self._finished
+        patience = KEPT_FOR if is_kept else LAST_PATIENCE
+        deadline = time.monotonic() + patience
         while not self._outbox.is_empty and time.monotonic() < deadline:
             if self._socket is None and not self._keeps:
                 # a lost part leaves nothing behind
                 break
-            if self._keeps:
-                deadline = time.monotonic() + LAST_PATIENCE
             self._exchange()
         if self._socket is not None:
             self._socket.close()
@@ -318,9 +320,13 @@ class Uplink:
             return
         if self._socket is not None:
             self._drop(self._socket)
-        if not (self._keeps or self._is_lost) and self._engine is not None:
+        if self._is_lost or self._engine is None:
+            return
+        if not self._keeps:
             self._is_lost = True
             self._engine.stop('the link to the launcher is lost')
+        elif self._told_idle and self._silence() >= KEPT_FOR:
+            self._is_lost = True
 
     # what is told and done
 

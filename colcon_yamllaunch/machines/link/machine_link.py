@@ -374,6 +374,9 @@ class MachineLink:
             try:
                 if frame.kind == frames.MESSAGE:
                     handler.message(self._with_time(frame.content()))
+                    if self._is_over:
+                        # it waits for that
+                        self._beat(time.monotonic())
                 else:
                     label, stream, data, seconds = frames.read_output(
                         frame.body
