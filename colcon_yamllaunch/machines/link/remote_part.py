@@ -414,15 +414,12 @@ class RemotePart:
     def output(
         self, label: str, stream: str, data: bytes, seconds: float
     ) -> None:
-        """Take what a process wrote, or what its terminal echoed."""
+        """Take what a process wrote."""
         process = self._parts.get(label)
         if self.is_over or self._launch is None:
             return
         if not isinstance(process, Process):
             self._give_up('what comes from it makes no sense: whose output?')
-            return
-        if stream == 'echo':
-            self._launch.echo(label, data)
             return
         key: tuple[str, events.Stream] = (
             (label, 'stderr') if stream == 'stderr' else (label, 'stdout')
@@ -437,6 +434,11 @@ class RemotePart:
             if not self._held:
                 self._link.hold(True)
             self._held.add(key)
+
+    def echo(self, label: str, data: bytes) -> None:
+        """Take what the terminal of a process echoed."""
+        if label in self._parts and self._launch is not None:
+            self._launch.echo(label, data)
 
     def lost(self, reason: str) -> None:
         """Take into account that nothing is heard of the machine."""

@@ -62,7 +62,9 @@ class LaunchRecord:
         :param tasks: The processes of the launch, in the order of its states
         """
         self._content |= {n: getattr(launch, n) for n in _LAUNCH}
-        for task, state in zip(tasks, launch.processes, strict=True):
+        # others are not to be found on this machine
+        states = [p for p in launch.processes if p.machine is None]
+        for task, state in zip(tasks, states, strict=True):
             self._note(task, state)
         for folder in folders(environment):
             # why there is no socket there is said with that

@@ -117,7 +117,7 @@ def test_a_full_screen_holds_nobody_while_all_is_stopped(played):
 
 
 def test_echo_goes_to_who_is_attached(played):
-    played.link.handler.output(LABEL, 'echo', b'keys', 0.0)
+    played.link.handler.echo(LABEL, b'keys')
     assert played.launch.echoed == [(LABEL, b'keys')]
     assert not played.launch.output
 
