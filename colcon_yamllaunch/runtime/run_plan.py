@@ -212,9 +212,13 @@ def run_plan(
             stack.callback(logs.close)
             guard.logs(log_folder / COMMON_LOG, logs.combined_files)
         log_files = {} if logs is None else logs.combined_files
+        is_elsewhere = _nowhere if elsewhere is None else elsewhere.has
         failures = Failures(
             log_files,
-            _adviser(environment, owner_of, buffering, parameters_of),
+            _adviser(
+                environment, owner_of, buffering, parameters_of, is_elsewhere
+            ),
+            is_elsewhere,
         )
         terminal = OwnTerminal(
             present(presentation, screen, whole, display, stack),
@@ -330,6 +334,7 @@ def _adviser(
     owner_of: OwnerOf,
     buffering: LineBuffering,
     parameters_of: ParametersOf,
+    is_elsewhere: Callable[[str], bool],
 ) -> Callable[[events.Exited, Sequence[str]], str | None]:
     """Return what tells why a process failed, and what to do about that."""
 
@@ -338,11 +343,20 @@ def _adviser(
         from colcon_yamllaunch.runtime.record import failure_advice
 
         advisor = failure_advice.Advisor(
-            environment, owner_of, buffering.holds_back, parameters_of
+            environment,
+            owner_of,
+            buffering.holds_back,
+            parameters_of,
+            is_elsewhere,
         )
         return advisor.advise(event, tail)
 
     return advise
+
+
+def _nowhere(label: str) -> bool:  # noqa: ARG001
+    """Nothing runs on another machine."""
+    return False
 
 
 def _recorder(logs: Logs | None, companion: Companion | None) -> Recorder:

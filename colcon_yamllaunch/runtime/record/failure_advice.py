@@ -48,6 +48,8 @@ class Advisor:
     :param holds_back: Tells whether a process may have held lines back, which
       went with it
     :param parameters_of: See :data:`ParametersOf`
+    :param is_elsewhere: Tells whether a process, by its label, runs on
+      another machine, whose files are not to be looked at
     """
 
     def __init__(
@@ -56,11 +58,13 @@ class Advisor:
         owner_of: OwnerOf,
         holds_back: Callable[[Process], bool] = lambda _process: False,
         parameters_of: ParametersOf = lambda process: process.parameters,
+        is_elsewhere: Callable[[str], bool] = lambda _label: False,
     ) -> None:
         self._path = environment.get('PATH', os.defpath)
         self._owner_of = owner_of
         self._holds_back = holds_back
         self._parameters_of = parameters_of
+        self._is_elsewhere = is_elsewhere
 
     def advise(self, event: Exited, tail: Sequence[str]) -> str | None:
         """
@@ -98,6 +102,8 @@ class Advisor:
                         f'add <exec_depend>{owner}</exec_depend> to the '
                         f'package.xml of {process.package}'
                     )
+                if self._is_elsewhere(process.label):
+                    return None
                 return self._missing_module(program, missing[1])
         return None
 

@@ -42,6 +42,8 @@ class Failures:
     :param log_files: The log file of a process by its label, if it has one
     :param advise: Returns the way out of a failure, if it tells one; it gets
       the last lines that the process wrote
+    :param is_elsewhere: Tells whether a process, by its label, runs on
+      another machine, where no core dump is looked for
     """
 
     def __init__(
@@ -50,15 +52,18 @@ class Failures:
         advise: Callable[[events.Exited, Sequence[str]], str | None] = (
             lambda _event, _tail: None
         ),
+        is_elsewhere: Callable[[str], bool] = lambda _label: False,
     ) -> None:
         self._advise = advise
+        self._is_elsewhere = is_elsewhere
         self._log_files = log_files
         self._failures: dict[str, Failure] = {}
         self._tails: dict[str, bytes] = {}
         self._core_dumps: dict[str, str | None] = {}
         # what failed that is no process, component or node
         self._others: list[str] = []
-        self._left_behind: dict[int, events.LeftBehind] = {}
+        self._lost: list[events.Exited] = []
+        self._left_behind: dict[tuple[str, int], events.LeftBehind] = {}
         # how many lines of ours were shown after the last output of a
         # process, in all and until something was told about whom
         self._lines_after = 0
@@ -79,8 +84,9 @@ class Failures:
                 self._failures.pop(event.process.label, None)
                 self._tails.pop(event.process.label, None)
             case events.Exited(outcome=outcome) if outcome.lost:
-                # the machine that is gone is the failure
-                return
+                # that the machine is gone is said once
+                if not event.asked:
+                    self._lost.append(event)
             case events.Exited(failed=True) | events.StartFailed():
                 self._failures[event.process.label] = event
                 self._look_for_core_dump(event)
@@ -103,7 +109,8 @@ class Failures:
             case events.PlanFailed():
                 self._others.append(event.problems[0])
             case events.LeftBehind():
-                self._left_behind[event.pid] = event
+                key = event.process.label, event.pid
+                self._left_behind[key] = event
             case _:
                 return
 
@@ -123,6 +130,15 @@ class Failures:
                 f'SIGKILL; pid {event.pid} is left behind',
             )
             for event in self._left_behind.values()
+        ]
+        reports += [
+            events.FailureReport(
+                event.process,
+                f'{event.process.label} was {event.outcome}',
+                tuple(self._tail(event.process.label)),
+                self._log_files.get(event.process.label),
+            )
+            for event in self._lost
         ]
         reports += [events.FailureReport(None, text) for text in self._others]
         return tuple(reports)
@@ -184,7 +200,12 @@ class Failures:
         self, event: events.Exited | events.StartFailed
     ) -> None:
         found = None
-        if isinstance(event, events.Exited) and event.outcome.core_dumped:
+        is_here = not self._is_elsewhere(event.process.label)
+        if (
+            isinstance(event, events.Exited)
+            and event.outcome.core_dumped
+            and is_here
+        ):
             cwd = event.process.cwd
             found = find_core_dump(event.pid, cwd, event.seconds)
         self._core_dumps[event.process.label] = found

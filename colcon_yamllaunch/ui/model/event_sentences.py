@@ -28,6 +28,9 @@ SENTENCES: Mapping[str, str] = {
     'state_changed': '{state}',
     'transition_failed': "the transition '{transition}' failed: {reason}",
     'ros_lost': '{reason}; no component is loaded any more',
+    'link_lost': '{machine}: the link is lost: {reason}',
+    'link_back': '{machine}: the link is back after {seconds:.1f} s',
+    'machine_gone': '{machine} is gone: {reason}',
     'watched': '{text}',
     'plan_failed': '{text}',
     'host_lost': 'the host of launch files in Python {reason}',
@@ -47,6 +50,7 @@ _FAILURES = frozenset(
         'host_lost',
         'left_behind',
         'load_failed',
+        'machine_gone',
         'plan_failed',
         'ros_lost',
         'start_failed',
@@ -99,6 +103,9 @@ def _ending(fields: Mapping[str, Any]) -> str:
         text = f'died by {fields["signal"]}'
     elif fields['exit_code']:
         text = f'exited with code {fields["exit_code"]}'
+    elif fields['exit_code'] is None:
+        # nobody knows how, as it ran on a machine that is gone
+        text = 'lost'
     else:
         text = 'finished'
     if fields['asked'] and not fields['failed']:

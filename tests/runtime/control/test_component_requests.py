@@ -53,6 +53,7 @@ class Controlled:
         )
         engine = SimpleNamespace(
             elsewhere=None,
+            stop=self.history.supervisor.stop,
             changes=None,
             is_changed=False,
             blocks=BLOCKS,
