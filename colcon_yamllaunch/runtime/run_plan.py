@@ -32,8 +32,8 @@ from colcon_yamllaunch.runtime.course.elsewhere import Companion
 from colcon_yamllaunch.runtime.course.elsewhere import Elsewhere
 from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.course.engine import no_guard
-from colcon_yamllaunch.runtime.course.engine import Settings
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
+from colcon_yamllaunch.runtime.course.launch_settings import Settings
 from colcon_yamllaunch.runtime.process.descriptors import keep_to_ourselves
 from colcon_yamllaunch.runtime.process.line_buffering import LineBuffering
 from colcon_yamllaunch.runtime.process.own_files import Place

@@ -130,7 +130,7 @@ class Acts:
         self._refuse_component(name, 'debugged')
         task = self._supervisor.task(name)
         process = task.successor or task.process
-        environment = self._engine.environment_of(process)
+        environment = self._engine.starter.environment_of(process)
         once = debugged(process, environment)
         self._supervisor.restart_process(name, once)
 
@@ -180,7 +180,7 @@ class Acts:
         task = self._supervisor.task(name)
         process = task.successor or task.process
         try:
-            argv = self._engine.command_line(task.number, process)
+            argv = self._engine.starter.command_line(task.number, process)
         except StartError as error:
             raise RefusedError(f'{process.label}: {error}') from error
         return process_description(

@@ -8,25 +8,17 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import field
-from dataclasses import replace
-import errno
 import os
-from pathlib import Path
 import select
 import signal
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import send
 from colcon_yamllaunch.common.escalation import Target
 from colcon_yamllaunch.common.escalation import Timeouts
-from colcon_yamllaunch.common.escalation import WHOLE
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import is_alive
-from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.language.plan.plan import Block
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
@@ -41,29 +33,16 @@ from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.course.elsewhere import Companion
 from colcon_yamllaunch.runtime.course.elsewhere import Elsewhere
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
+from colcon_yamllaunch.runtime.course.launch_settings import Settings
+from colcon_yamllaunch.runtime.course.process_starter import ProcessStarter
+from colcon_yamllaunch.runtime.course.strays import Strays
 from colcon_yamllaunch.runtime.course.supervisor import Supervisor
-from colcon_yamllaunch.runtime.process.cgroup import CGROUP_VARIABLE
-from colcon_yamllaunch.runtime.process.cgroup import LaunchCgroup
 from colcon_yamllaunch.runtime.process.children import ended_children
 from colcon_yamllaunch.runtime.process.children import suspended_children
-from colcon_yamllaunch.runtime.process.descriptors import DescriptorLimit
-from colcon_yamllaunch.runtime.process.line_buffering import LineBuffering
 from colcon_yamllaunch.runtime.process.line_buffering import SilenceWatch
 from colcon_yamllaunch.runtime.process.parameter_files import ParameterFiles
-from colcon_yamllaunch.runtime.process.spawn import Spawn
-from colcon_yamllaunch.runtime.process.spawn import spawn_process
-from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
-from colcon_yamllaunch.runtime.stopping.launch_scan import Adopter
-from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
-from colcon_yamllaunch.runtime.stopping.launch_scan import Known
-from colcon_yamllaunch.runtime.stopping.launch_scan import LAUNCH_ID_VARIABLE
-from colcon_yamllaunch.runtime.stopping.launch_stop import timeouts_of
-from colcon_yamllaunch.runtime.streams.channels import Channel
-from colcon_yamllaunch.runtime.streams.channels import close
-from colcon_yamllaunch.runtime.streams.channels import open_channels
 from colcon_yamllaunch.runtime.streams.channels import size_of
-from colcon_yamllaunch.runtime.streams.channels import writer_link
 from colcon_yamllaunch.runtime.streams.relay import Recorder
 from colcon_yamllaunch.runtime.streams.relay import Relay
 from colcon_yamllaunch.runtime.streams.signals import received
@@ -80,43 +59,9 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
     from colcon_yamllaunch.runtime.course.plan_feed import PlanFeed
 
-_STREAMS = ('stdout', 'stderr')
 _GONE = select.EPOLLERR | select.EPOLLHUP
 # how long the guard lets the process that speaks with ROS end by itself
 _CLIENT_TIMEOUTS = Timeouts(0.5, 0.5)
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """
-    What holds for a whole launch.
-
-    :param identity: Its identity, see `launch_scan`
-    :param environment: The environment that processes change for themselves
-    :param screen: The descriptor of the screen, whose size terminals for
-      processes have, or -1
-    :param clock: Returns seconds that never go back
-    :param spawn: Starts a program as :func:`os.posix_spawn` does
-    :param adoption: The children that others started
-    :param buffering: What lets programs show a line when it ends
-    :param client_log: The file for what the process that speaks with ROS
-      writes to standard error, if the launch needs one, or None
-    :param tty: Whether each process gets a terminal
-    :param size: The size of such terminals at first, if the screen has none
-    :param moment: When what is told happened, by the time of day
-    """
-
-    identity: str
-    environment: Mapping[str, str]
-    screen: int
-    clock: Callable[[], float]
-    spawn: Spawn
-    adoption: Adoption
-    buffering: LineBuffering
-    client_log: Path | None = None
-    tty: bool = False
-    size: os.terminal_size | None = None
-    moment: Moment = field(default_factory=Moment)
 
 
 class Engine:
@@ -156,11 +101,6 @@ class Engine:
         self._conditions = conditions
         self._settings = settings
         self._guard = guard
-        self._files = files
-        self._cgroup = LaunchCgroup(
-            settings.identity,
-            wanted=settings.environment.get(CGROUP_VARIABLE) != '0',
-        )
         self._writer = writer
         self._publish = publish
         #: All that the loop waits for.
@@ -189,24 +129,22 @@ class Engine:
         #: Tell whether the plan may still grow, though nothing runs.
         self.reasons_to_wait: list[Callable[[], bool]] = []
         self._changes: PlanChanges | None = None
-        self._variables = settings.environment
         self._adapt: Callable[[Mapping[str, str]], Mapping[str, str]] = dict
         #: The course of the launch.
         self.supervisor = Supervisor(
             plan, self, settings.clock, self.composition
         )
         self._feed = None if source is None else self._plan_feed(source)
-        self._limit = DescriptorLimit(len(self.supervisor.tasks))
-        self._session = os.getsid(0)
-        own = read_process(os.getpid())
-        self._birth = 0 if own is None else own.birth
-        self._elders: set[tuple[str, int]] = set()
-        # whose output each descriptor has
-        self._outputs: dict[int, int] = {}
-        self._relay.closing = self._forget_output
-        self.terminals.closing = self._forget_output
-        self._known: Known = {}
-        self._looked = settings.clock()
+        #: Starts processes.
+        self.starter = ProcessStarter(
+            settings,
+            guard,
+            files,
+            self._relay,
+            self.terminals,
+            len(self.supervisor.tasks),
+        )
+        self._strays = Strays(settings, guard, self.starter)
         # whether this turn is more than time that has passed
         self._has_news = True
         self._last_stop = -limits.SIGNAL_ECHO
@@ -354,7 +292,7 @@ class Engine:
 
     def renew_environment(self, variables: Mapping[str, str]) -> None:
         """Give processes that start from now on other variables."""
-        self._variables = self._adapt(variables)
+        self.starter.variables = self._adapt(variables)
         if self.elsewhere is not None:
             self.elsewhere.renew_environment(variables)
 
@@ -491,7 +429,7 @@ class Engine:
         self._end_feed()
         if self.elsewhere is not None:
             self.elsewhere.close()
-        self._cgroup.remove()
+        self.starter.remove_cgroup()
         self._relay.close()
         self._conditions.end()
 
@@ -515,39 +453,12 @@ class Engine:
             self.elsewhere.close()
         self.terminals.close()
         self.watches.close()
-        self._limit.restore()
+        self.starter.close()
 
     def start(self, number: int, process: Process) -> int:
         """Start a process; see `supervisor.Host`."""
-        argv = self.command_line(number, process)
-        size = None
-        if process.emulate_tty:
-            size = self._terminal_size()
-        try:
-            channels = open_channels(size)
-        except OSError as error:
-            raise StartError(_no_channel(error)) from error
-        stdout, stderr = channels
-        try:
-            with self.terminals.stdin_of(process, size) as stdin:
-                group = self._spawn(
-                    number, process, argv, stdin, stdout, stderr
-                )
-        except BaseException:
-            close(stdout)
-            close(stderr)
-            raise
-        os.close(stdout.writer)
-        os.close(stderr.writer)
-        self._relay.add(group, process, stdout.reader, stderr.reader)
-        self._guard.started(number, group, timeouts_of(process))
-        for stream, channel in zip(_STREAMS, channels, strict=True):
-            self._outputs[channel.reader] = number
-            self._guard.output(number, process, stream, channel.reader)
-        keyboard = self.terminals.keyboard_of(process.label)
-        if keyboard is not None:
-            self._guard.output(number, process, None, keyboard)
-        return group
+        size = self._terminal_size() if process.emulate_tty else None
+        return self.starter.start(number, process, size)
 
     def release(self, group: int) -> bool:
         """Tell whether a group ended with its leader."""
@@ -566,31 +477,16 @@ class Engine:
 
     def kill(self, number: int) -> None:
         """Kill all that belongs to a process of the plan, if possible."""
-        self._cgroup.kill(number)
+        self.starter.kill(number)
 
     def orphans(
         self, groups: Mapping[int, int], with_leader: Collection[int]
     ) -> list[Orphan]:
         """Find processes of the launch."""
-        found = find_orphans(
-            self._settings.identity,
-            self._session,
-            groups,
-            with_leader,
-            known=self._known,
-            adopter=self._adopter(),
-            since=self._birth,
-            elders=self._elders,
-        )
         numbers = {task.number for task in self.supervisor.tasks}
-        helpers = self._helpers()
-        # what a helper that has ended left behind, or who was dropped
-        return [
-            orphan
-            if orphan.number in numbers or orphan.group in helpers
-            else replace(orphan, number=WHOLE)
-            for orphan in found
-        ]
+        return self._strays.orphans(
+            groups, with_leader, numbers, self._helpers()
+        )
 
     def is_alive(self, orphan: Orphan) -> bool:
         """Tell whether a process still runs."""
@@ -631,63 +527,6 @@ class Engine:
         for listener in self._listeners:
             listener(event)
 
-    def command_line(self, number: int, process: Process) -> list[str]:
-        """
-        Return the command line of a process as it is started.
-
-        :param number: Its number in the plan
-        :raises StartError: when its parameter file cannot be written
-        """
-        try:
-            return self._files.command_line(number, process)
-        except (OSError, ValueError) as error:
-            raise StartError(
-                f'its parameter file cannot be written: {error}'
-            ) from error
-
-    def environment_of(self, process: Process) -> dict[str, str]:
-        """Return the variables of a process as the plan has them."""
-        environment = dict(self._variables)
-        for name, value in process.environment:
-            if value is None:
-                environment.pop(name, None)
-            else:
-                environment[name] = value
-        return environment
-
-    def _spawn(
-        self,
-        number: int,
-        process: Process,
-        argv: list[str],
-        stdin: int,
-        stdout: Channel,
-        stderr: Channel,
-    ) -> int:
-        environment = self.environment_of(process)
-        buffering = self._settings.buffering
-        environment |= buffering.variables(process, argv, environment)
-        streams = stdin, stdout.writer, stderr.writer
-        return self._spawn_in(number, argv, environment, process.cwd, streams)
-
-    def _spawn_in(
-        self,
-        number: int,
-        argv: list[str],
-        environment: dict[str, str],
-        cwd: str,
-        streams: tuple[int, int, int],
-    ) -> int:
-        environment[LAUNCH_ID_VARIABLE] = f'{self._settings.identity}.{number}'
-        with self._cgroup.entered(number):
-            return spawn_process(
-                argv,
-                environment,
-                cwd,
-                streams,
-                self._limit.wrapped(self._settings.spawn),
-            )
-
     def _ros_link(self, plan: Plan) -> 'RosLink':
         # few launches need it
         from colcon_yamllaunch.runtime.components.ros_link import RosLink
@@ -695,7 +534,9 @@ class Engine:
         def start(argv: list[str], streams: tuple[int, int, int]) -> int:
             environment = dict(self._settings.environment)
             number = self.supervisor.client_number
-            group = self._spawn_in(number, argv, environment, '/', streams)
+            group = self.starter.start_helper(
+                number, argv, environment, '/', streams
+            )
             self._guard.started(number, group, _CLIENT_TIMEOUTS)
             return group
 
@@ -733,7 +574,7 @@ class Engine:
 
     def _expect(self, more: Plan) -> None:
         """Prepare for what comes to the plan."""
-        self._limit.expect(sum(1 for _ in more.processes()))
+        self.starter.expect(sum(1 for _ in more.processes()))
         if self._ros is not None:
             self._ros.expect(more, is_late=True)
         elif more.needs_ros:
@@ -770,17 +611,6 @@ class Engine:
             self._ros.close()
             self._guard.ended(group)
 
-    def _adopter(self) -> Adopter:
-        """Return what is known of our children."""
-        links = {writer_link(d) or '': n for d, n in self._outputs.items()}
-        is_exact = self._settings.adoption.is_exact
-        others = self._helpers() if is_exact else None
-        return Adopter(os.getpid(), links, others)
-
-    def _forget_output(self, descriptor: int) -> None:
-        self._outputs.pop(descriptor, None)
-        self._guard.closed(descriptor)
-
     def _children_of_ours(self) -> set[int]:
         return {*self.supervisor.groups, *self._helpers()} - {0}
 
@@ -792,24 +622,15 @@ class Engine:
         links = () if self.elsewhere is None else self.elsewhere.pids
         return {self._guard.pid, client, host, *changes, *links, *self.helpers}
 
+    def _adopted(self) -> set[int]:
+        """Return the children that we adopted."""
+        return self._strays.adopted(self._children_of_ours(), self._helpers())
+
     def _mind_changes(self, changes: 'PlanChanges') -> None:
         if self.supervisor.is_stopping:
             changes.hang_up()
         else:
             changes.advance()
-
-    def _look_for_adopted(self) -> set[int]:
-        """Return the children that we adopted, and tell the guard of them."""
-        self._looked = self._settings.clock()
-        ours = self._children_of_ours()
-        adopted, new = self._settings.adoption.look(ours)
-        if new:
-            adopter = self._adopter()
-            for child in filter(None, map(read_process, new)):
-                number = adopter.number_of(child)
-                if number is not None:
-                    self._guard.adopted(child.pid, child.birth, number)
-        return adopted
 
     def _mind_conditions(self) -> None:
         reason = self._conditions.reason_to_stop()
@@ -847,8 +668,8 @@ class Engine:
         pause = limits.ADOPTION_PAUSE
         if self._has_news:
             pause = limits.ADOPTION_INTERVAL
-        if now - self._looked >= pause:
-            self._look_for_adopted()
+        if now - self._strays.looked >= pause:
+            self._adopted()
         self._guard.flush()
         more = not self.supervisor.is_starting and self._publish()
         self._writer.flush()
@@ -942,7 +763,7 @@ class Engine:
                 os.kill(orphan.pid, number)
 
     def _reap(self) -> None:
-        adopted = self._look_for_adopted()
+        adopted = self._adopted()
         ours = self._children_of_ours()
         for pid, number in suspended_children(ours):
             if pid in self.helpers:
@@ -994,10 +815,3 @@ def no_guard(error: OSError) -> str:
 
 def _without_guard(reason: str) -> str:
     return f'{reason}; if the launcher is killed, its processes go on'
-
-
-def _no_channel(error: OSError) -> str:
-    cure = ''
-    if error.errno == errno.EMFILE:
-        cure = '; allow more of them: ulimit -n'
-    return f'there is no pipe for its output: {error.strerror}{cure}'
