@@ -7,6 +7,7 @@ from collections.abc import Callable
 from collections.abc import Mapping
 import os
 import select
+import shutil
 import time
 from typing import Any
 
@@ -22,6 +23,23 @@ _READ = 256 * 1024
 
 #: What a line is said with.
 Say = Callable[[str], None]
+
+
+class Program:
+    """Our own modules here, which may have to be removed."""
+
+    def __init__(self) -> None:
+        #: Their folder if it is to be removed, or an empty text.
+        self.folder = ''
+
+    def remove(self) -> None:
+        """Remove them, at the end of whoever uses them last."""
+        if self.folder:
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+
+#: Those that this process uses.
+PROGRAM = Program()
 
 
 class LauncherGoneError(Exception):

@@ -19,6 +19,7 @@ ends with `_there`, which takes the `arguments` and what a line is said with.
 from collections.abc import Mapping
 from contextlib import suppress
 import os
+from pathlib import Path
 import pwd
 import shutil
 import signal
@@ -27,6 +28,7 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.machines.agent import launcher_channel
 from colcon_yamllaunch.machines.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.machines.agent.launcher_channel import LauncherGoneError
 from colcon_yamllaunch.machines.agent.launcher_channel import send
@@ -49,12 +51,12 @@ def main(temporary: str) -> None:
     for number in (signal.SIGHUP, signal.SIGINT, signal.SIGPIPE):
         signal.signal(number, signal.SIG_IGN)
     _complete_environment()
+    launcher_channel.PROGRAM.folder = temporary
     try:
         _end_what_others_left()
         _serve(LauncherChannel())
     finally:
-        if temporary:
-            shutil.rmtree(temporary, ignore_errors=True)
+        launcher_channel.PROGRAM.remove()
 
 
 def _serve(launcher: LauncherChannel) -> None:
@@ -69,8 +71,25 @@ def _serve(launcher: LauncherChannel) -> None:
 
 
 def _get_ready() -> None:
-    """Import what runs a part, as that takes a while."""
+    """Do what can be done before it is asked for, as that takes a while."""
     from colcon_yamllaunch.machines.agent import part_engine  # noqa: F401
+
+    if not launcher_channel.PROGRAM.folder:
+        remove_unused_programs(Path(__file__).parents[3])
+
+
+def remove_unused_programs(used: Path) -> None:
+    """
+    Remove programs beside one that have not been used for long.
+
+    :param used: The folder of the one that is used now
+    """
+    with suppress(OSError):
+        os.utime(used)
+        oldest = time.time() - UNUSED_DAYS * 86_400
+        for folder in used.parent.iterdir():
+            if folder.lstat().st_mtime < oldest:
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 def _answer(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
@@ -126,7 +145,8 @@ def _hello(content: Mapping[str, Any]) -> dict[str, Any]:
         'executable': sys.executable,
         'system': _system(),
         'architecture': system.machine,
-        'host': system.nodename,
+        # Slurm has names of its own
+        'host': os.environ.get('SLURMD_NODENAME') or system.nodename,
         'home': os.path.expanduser('~'),
         'workspace': workspace,
         'has_workspace': found is not None,

@@ -14,6 +14,7 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.plan.plan_json import plan_from_json
 from colcon_yamllaunch.language.plan.plan_json import PlanFormatError
+from colcon_yamllaunch.machines.agent import launcher_channel
 from colcon_yamllaunch.machines.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.machines.agent.part_place import PartPlace
 from colcon_yamllaunch.machines.agent.uplink import Uplink
@@ -68,6 +69,9 @@ def start_engine(
     finally:
         os.close(ours)
     word, _, text = told.decode(errors='replace').partition(' ')
+    if word == 'ready':
+        # which is removed by the engine
+        launcher_channel.PROGRAM.folder = ''
     if word != 'ready':
         raise UserError(text or 'it broke off while it was being started')
     return text
@@ -104,6 +108,7 @@ def _run(
         if server is not None:
             server.close()
             place.remove(identity)
+            launcher_channel.PROGRAM.remove()
 
 
 def _run_part(

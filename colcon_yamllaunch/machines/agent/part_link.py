@@ -129,7 +129,7 @@ def pass_on(unread: bytes, engine: int) -> None:
             poll.register(descriptor, mask)
         for descriptor, found in poll.poll():
             if descriptor == 0:
-                _receive(0, down)
+                _receive(down, engine)
             elif descriptor == 1:
                 _write(1, up)
             else:
@@ -143,12 +143,16 @@ def pass_on(unread: bytes, engine: int) -> None:
                         _send(engine, down)
 
 
-def _receive(descriptor: int, data: bytearray) -> None:
+def _receive(data: bytearray, engine: int) -> None:
     try:
-        is_open = _take(descriptor, data)
+        is_open = _take(0, data)
     except OSError:
         is_open = False
     if not is_open:
+        with suppress(OSError):
+            # its last words, such as that all is to be stopped
+            os.set_blocking(engine, True)
+            _send(engine, data)
         raise launcher_channel.LauncherGoneError
 
 

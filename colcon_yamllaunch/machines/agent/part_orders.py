@@ -7,7 +7,9 @@ import base64
 from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import asdict
+import math
 import os
+import termios
 import time
 from typing import Any
 
@@ -19,9 +21,11 @@ from colcon_yamllaunch.runtime.clients.resource_usage import Look
 from colcon_yamllaunch.runtime.clients.resource_usage import look
 from colcon_yamllaunch.runtime.clients.resource_usage import usage_between
 from colcon_yamllaunch.runtime.control.service import Service
-from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.course.engine import Engine
+
+#: Seconds between two looks at how a terminal reads that somebody types at.
+_MODES_INTERVAL = 0.05
 
 #: Takes a message for the launcher.
 Tell = Callable[[Mapping[str, Any]], None]
@@ -41,6 +45,9 @@ class PartOrders:
         self._acts = acts
         self._service = service
         self._tell = tell
+        # who somebody is attached to, and how the terminals of these read
+        self._attached: set[str] = set()
+        self._modes: dict[str, int] = {}
         # how processors were used when somebody asked, and who it was
         self._looks: list[tuple[float, object, dict[str, int], Look]] = []
 
@@ -73,11 +80,23 @@ class PartOrders:
             }
             self._tell({'reply': number, 'error': None, 'usage': usage})
 
+        for label in self._attached:
+            modes = self._engine.terminals.input_modes(label)
+            if modes is not None and modes != self._modes.get(label):
+                self._modes[label] = modes
+                told = {
+                    'label': label,
+                    'lines': bool(modes & termios.ICANON),
+                    'echo': bool(modes & termios.ECHO),
+                }
+                self._tell({'modes': told})
+
     def seconds_to_wait(self) -> float:
         """Return the seconds until :meth:`advance` is to be called again."""
-        if not self._looks:
-            return 3600.0
-        return self._looks[0][0] - time.monotonic()
+        wait = _MODES_INTERVAL if self._attached else math.inf
+        if self._looks:
+            wait = min(wait, self._looks[0][0] - time.monotonic())
+        return wait
 
     def rows(self) -> dict[str, dict[str, Mapping[str, Any]]]:
         """Return the states of all processes and components by label."""
@@ -115,13 +134,10 @@ class PartOrders:
                 self._change_state(content)
                 return None
             case 'attach':
-                label = content['label']
-                process = engine.supervisor.task(label).process
-                engine.tell(events.Attached(process))
+                self._attached.add(content['label'])
             case 'detach':
-                label = content['label']
-                process = engine.supervisor.task(label).process
-                engine.tell(events.Detached(process))
+                self._attached.discard(content['label'])
+                self._modes.pop(content['label'], None)
             case 'type':
                 keys = base64.b64decode(content['keys'])
                 engine.terminals.type(content['label'], keys)

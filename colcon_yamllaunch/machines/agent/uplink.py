@@ -32,6 +32,11 @@ HEARTBEAT = 1.0
 #: Seconds without a word from the launcher after which its part is stopped,
 #: unless it is to be kept.
 LOST_AFTER = 10.0
+#: Seconds in which the launcher must speak first.
+FIRST_PATIENCE = 60.0
+#: Seconds for which the loop may stand still, as a machine that sleeps does,
+#: without that being silence of the launcher.
+_STANDSTILL = 2.0
 #: Seconds that the launcher gets to take what it has not, at the end.
 LAST_PATIENCE = 5.0
 #: Seconds that a part which has ended waits for a launcher that is away, if it
@@ -77,7 +82,8 @@ class Uplink:
         self._engine: Engine | None = None
         self._orders: PartOrders | None = None
         self._idle = self._told_idle = False
-        self._finished = self._is_lost = False
+        self._finished = self._is_lost = self._is_suspended = False
+        self._turned = self._heard
         self._changed = True
         self._looked = 0.0
         self._rows: dict[str, dict[str, Mapping[str, Any]]] = {
@@ -90,8 +96,11 @@ class Uplink:
 
     def wait_for_launcher(self) -> bool:
         """Wait until the launcher speaks; return whether it does."""
+        deadline = time.monotonic() + FIRST_PATIENCE
+        came = False
         while self._socket is None:
-            if self._silence() >= LOST_AFTER:
+            # it may have gone again
+            if time.monotonic() >= deadline or (came and not self._newcomers):
                 return False
             poll = select.poll()
             poll.register(self._server, select.POLLIN)
@@ -99,8 +108,7 @@ class Uplink:
                 poll.register(newcomer.descriptor, select.POLLIN)
             poll.poll(100)
             self._accept()
-            if not self._newcomers and self._socket is None:
-                continue
+            came = came or bool(self._newcomers)
             for newcomer in tuple(self._newcomers):
                 self._take(newcomer)
         return True
@@ -154,6 +162,10 @@ class Uplink:
     def advance(self) -> None:
         """Do what is due."""
         now = time.monotonic()
+        if now - self._turned > _STANDSTILL:
+            # what was said meanwhile is still to be read
+            self._heard += now - self._turned
+        self._turned = now
         self._mind_silence()
         self._tell_idle()
         assert self._orders is not None
@@ -313,6 +325,9 @@ class Uplink:
         self._outbox.packs = one.is_slow(now, _SLOW)
 
     def _silence(self) -> float:
+        if self._is_suspended and self._socket is not None:
+            # nor does the launcher do anything
+            return 0.0
         return time.monotonic() - self._heard
 
     def _mind_silence(self) -> None:
@@ -343,6 +358,8 @@ class Uplink:
             self._tell({'idle': idle})
 
     def _order(self, content: dict[str, Any]) -> None:
+        if content.get('do') in ('suspend', 'continue'):
+            self._is_suspended = content['do'] == 'suspend'
         if self._orders is None:
             self._early.append(content)
         elif content.get('do') == 'finish':

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 import os
 import select
+import signal
 import threading
 import time
 from typing import Any
@@ -315,7 +316,9 @@ class MachineConnection:
                 str(result['architecture']),
                 str(result['host']),
                 str(result['home']),
-                result['workspace'],
+                None
+                if result['workspace'] is None
+                else str(result['workspace']),
                 bool(result['has_workspace']),
                 dict(result['programs']),
                 float(result['clock']) - (sent + now) / 2,
@@ -397,6 +400,8 @@ class MachineConnection:
             process.wait(0.5)
             raise connection_errors.lost(self.machine, process.messages)
         code = process.wait(5.0)
+        if self._may_ask and code in (-signal.SIGINT, 128 + signal.SIGINT):
+            raise KeyboardInterrupt
         raise connection_errors.ended(
             self.machine,
             self._command,

@@ -5,10 +5,13 @@
 
 from collections import deque
 from collections.abc import Callable
+import math
 import time
 
 #: Heartbeats that are looked back at; the fastest of them tells most.
 _LOOKED_AT = 30
+#: The seconds of a time that still has a date (year 9999).
+_LAST = 253_402_300_799.0
 
 
 class ClockDifference:
@@ -37,6 +40,8 @@ class ClockDifference:
         """
         now = self._now()
         took = now - sent - age
+        if not math.isfinite(took) or not math.isfinite(theirs):
+            return
         if took < 0:
             # one of the clocks was set meanwhile
             self._seen.clear()
@@ -46,4 +51,6 @@ class ClockDifference:
 
     def here(self, seconds: float) -> float:
         """Return a time of the other clock by ours."""
-        return seconds - self.ahead
+        here = seconds - self.ahead
+        # whoever is to be trusted says no other
+        return here if 0 <= here < _LAST else self._now()

@@ -62,6 +62,9 @@ STOPPED_AFTER = 30.0
 MAXIMUM_HELD = 64 * 1024 * 1024
 #: Seconds that a machine gets at the end to see that nothing is left there.
 LAST_PATIENCE = 2.0
+#: Seconds for which the loop may stand still, as when the launch is suspended,
+#: without that being silence of a machine.
+_STANDSTILL = 2.0
 #: Frames of output that are passed on before others get their turn.
 _PER_TURN = 64
 _READ = 256 * 1024
@@ -128,7 +131,7 @@ class MachineLink:
         self._bootstrap: Bootstrap | None = None
         self._is_resumed = False
         self._heard = self._beaten = time.monotonic()
-        self._since = self._heard
+        self._since = self._turned = self._heard
         self._lost_at: float | None = None
         self._pause = FIRST_PAUSE
         self._retry_at = 0.0
@@ -176,6 +179,11 @@ class MachineLink:
     def advance(self) -> None:
         """Do what is due."""
         now = time.monotonic()
+        if now - self._turned > _STANDSTILL:
+            # what was said meanwhile is still to be read
+            self._heard += now - self._turned
+            self._since += now - self._turned
+        self._turned = now
         self._end_old(now)
         if self.is_gone:
             return
@@ -219,7 +227,15 @@ class MachineLink:
             self._lose(f'the connection ended ({outcome})')
 
     def close(self) -> None:
-        """End the link, and wait until nothing of it runs here."""
+        """
+        End the link, and wait until nothing of it runs here.
+
+        What still runs there is stopped, unless it is to be kept.
+        """
+        if self._is_resumed and self.machine.on_lost != 'keep':
+            stop = {'do': 'stop', 'reason': 'the launch has ended'}
+            for message in (stop, {'do': 'finish'}):
+                self.send({**message, 'drop_timers': True})
         if self._process is not None:
             self._part_with(self._process)
         deadline = time.monotonic() + LAST_PATIENCE

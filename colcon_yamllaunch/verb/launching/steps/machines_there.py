@@ -327,7 +327,7 @@ class MachinesThere:
             self._connections[name],
             code,
             needed,
-            lambda line: self._say(f'{name}{MACHINE_SEPARATOR} {line}'),
+            partial(self._say_of, name),
         )
 
     def _check(self, name: str, part: Plan) -> list[Diagnostic]:
