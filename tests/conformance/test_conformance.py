@@ -8,6 +8,11 @@ from pathlib import Path
 import shutil
 from typing import Any
 
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan_json import plan_to_json
+from colcon_yamllaunch.language.policies.evaluate import evaluate
+from colcon_yamllaunch.machines.deployment.deployment_file import deployed_on
+from colcon_yamllaunch.machines.deployment.placement import place
 import pytest
 from support.forks import Forks
 
@@ -17,6 +22,7 @@ from tests.conformance.case import launch
 from tests.conformance.outcome import outcome
 from tests.conformance.planned import ONLY_LAUNCHED
 from tests.conformance.planned import plan
+from tests.conformance.planned import request
 from tests.conformance.prefix import install_packages
 
 CASES_FOLDER = Path(__file__).with_name('cases')
@@ -64,3 +70,19 @@ def test_plan(name: str, installed: tuple[Path, Path], tmp_path: Path) -> None:
     wanted = expected(name) | {'signals': []}
     assert found == wanted, planned.output
     assert _as_json(found) == _as_json(wanted)
+
+
+@pytest.mark.parametrize('name', CASES)
+def test_plan_of_another_machine(
+    name: str, installed: tuple[Path, Path], tmp_path: Path
+) -> None:
+    wanted = evaluate(request(name, *installed, tmp_path)).plan
+    placed = place(wanted, deployed_on('x@y'))
+    # what --plan=json shows
+    assert plan_to_json(placed.whole) == plan_to_json(wanted)
+    # and nothing that it starts is lost, or stays here
+    assert not list(placed.local.processes())
+    assert not list(placed.local.components())
+    part = placed.parts.get('y', Plan())
+    assert list(part.processes()) == list(wanted.processes())
+    assert list(part.components()) == list(wanted.components())
