@@ -75,8 +75,8 @@ class LogStore:
         self._base = folder.parent
         self._own = folder.name
         self._own_number = 0
-        self._kept = kept
-        self._limit = limit
+        self.kept = kept
+        self.limit = limit
         #: The others, the oldest first.
         self._folders: list[_Folder] = []
         self._staying: set[str] = set()
@@ -99,21 +99,21 @@ class LogStore:
         :param wanted: What they are to take
         :returns: What they may take
         """
-        if self._limit is None:
+        if self.limit is None:
             return sys.maxsize
         while self.tidy():
             continue
         # nodes may keep logs of their own in the folder of the launch
         beside = max(0, _size_of(self._base / self._own) - used)
         others = beside + self._others()
-        self._delete_oldest(others + wanted - self._limit)
+        self._delete_oldest(others + wanted - self.limit)
         others = beside + self._others()
         # not more than what comes is made room for: it is not for us to
         # delete what is old because somebody else fills the disk
         short = self._shortage() + wanted - used
         self._delete_oldest(min(short, wanted - used))
         room = max(0, -self._shortage())
-        allowed = min(self._limit - others, used + room)
+        allowed = min(self.limit - others, used + room)
         return max(allowed, limits.LOG_MINIMUM)
 
     def _tidy(self) -> Iterator[bool]:
@@ -168,7 +168,7 @@ class LogStore:
 
     def _superfluous(self) -> list[_Folder]:
         """Return the folders that are too many, the oldest first."""
-        if self._kept is None:
+        if self.kept is None:
             return []
         found = []
         for ran in (True, False):
@@ -177,7 +177,7 @@ class LogStore:
                 for f in self._folders
                 if f.ran == ran and f.name not in self._staying
             ]
-            found += alike[: max(0, len(alike) - self._kept)]
+            found += alike[: max(0, len(alike) - self.kept)]
         return found
 
     def _delete_oldest(self, size: int) -> None:

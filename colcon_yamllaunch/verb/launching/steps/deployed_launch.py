@@ -14,6 +14,7 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import NoReturn
@@ -27,6 +28,7 @@ from colcon_yamllaunch.machines.deployment import deployment_file
 from colcon_yamllaunch.machines.deployment.deployment import Deployment
 from colcon_yamllaunch.machines.deployment.placement import rules_in_vain
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.launching.log_folders import log_store_of
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 
 if TYPE_CHECKING:
@@ -103,6 +105,7 @@ class DeployedLaunch:
             self._session,
             self._environment,
             self._cwd,
+            self._log_folder,
             self._session.announce,
             ' '.join(['colcon launch', *self._options.positionals]),
             mode='none' if self._options.no_build else None,
@@ -187,10 +190,15 @@ class DeployedLaunch:
         """Return what is the same for the parts on all machines."""
         from colcon_yamllaunch.machines.wire.part_settings import PartSettings
 
-        folder = self._log_folder
-        return PartSettings(
-            '',
-            log_name=None if folder is None else folder.name,
-            log_limit=self._options.log_limit,
-            tty=self._options.tty,
+        settings = PartSettings(
+            '', log_limit=self._options.log_limit, tty=self._options.tty
         )
+        folder = self._log_folder
+        if folder is None:
+            return settings
+        settings = replace(settings, log_name=folder.name)
+        # that the user's wish is no number is said by who tidies up here
+        store = log_store_of(folder, self._environment, lambda _: None)
+        if store is None:
+            return settings
+        return replace(settings, kept_logs=store.kept, logs_limit=store.limit)

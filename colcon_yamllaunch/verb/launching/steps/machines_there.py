@@ -51,6 +51,7 @@ class MachinesThere:
     :param session: The workspace here, if there is one
     :param environment: The user's
     :param cwd: The folder that the launch is begun in
+    :param log_folder: The folder for the logs, or None to keep none
     :param say: Is called with a line that the user should see at once
     :param title: The command, for other launches that wait for this one
     :param mode: `none` to bring no code whatever the machines say, as with
@@ -64,6 +65,7 @@ class MachinesThere:
         session: WorkspaceSession,
         environment: Mapping[str, str],
         cwd: Path,
+        log_folder: Path | None,
         say: Callable[[str], None],
         title: str,
         *,
@@ -74,6 +76,7 @@ class MachinesThere:
         self._session = session
         self._environment = environment
         self._cwd = cwd
+        self._log_folder = log_folder
         self._say = say
         self._title = title
         self._mode = mode
@@ -289,12 +292,16 @@ class MachinesThere:
             }
             if install_base.is_relative_to(session.colcon.root):
                 del folders[str(install_base)]
+        if self._log_folder is not None:
+            base = facts.workspace if session.root else f'{facts.home}/.ros'
+            logs = f'{base}/log/{self._log_folder.name}'
+            folders[str(self._log_folder)] = logs
         machine = self.deployment.machines[name]
         return PathsThere(
             machine,
             RemotePaths(folders),
             str(self._cwd),
-            facts.workspace if folders else None,
+            facts.workspace if session.root else None,
             facts.home,
             session.locator,
         )
