@@ -6,88 +6,75 @@
 from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
+import os
 from pathlib import Path
+import platform
 from typing import Any
-from typing import Protocol
 
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.machines.sync.build_words import build_words
+from colcon_yamllaunch.machines.sync.build_words import path_there
+from colcon_yamllaunch.machines.sync.remote_connection import Connection
+from colcon_yamllaunch.machines.sync.remote_connection import Say
+from colcon_yamllaunch.machines.sync.source_listing import Digests
+from colcon_yamllaunch.machines.sync.source_listing import DIGESTS_NAME
+from colcon_yamllaunch.machines.sync.source_listing import place_of
+from colcon_yamllaunch.machines.sync.source_listing import source_trees
+from colcon_yamllaunch.machines.sync.tree_bringing import bring
+from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
+from colcon_yamllaunch.workspace.environment.underlays import sourced_underlays
+from colcon_yamllaunch.workspace.packages.closure import closure
 from colcon_yamllaunch.workspace.packages.package import Package
 
-#: What is said while it goes on, a line a call; the caller puts `arm│` before.
-Say = Callable[[str], None]
+_BOOT_ID = Path('/proc/sys/kernel/random/boot_id')
 
 
-class ProgramThere(Protocol):
-    """A program that runs there; what `connection.stream` returns."""
-
-    @property
-    def stdin(self) -> int:
-        """A descriptor here: what is written to it the program reads."""
-
-    @property
-    def stdout(self) -> int:
-        """A descriptor here that gives what the program writes."""
-
-    def wait(self) -> int:
-        """Wait for its end, and return its exit code (128 + a signal)."""
-
-    def close(self) -> None:
-        """Close the descriptors, and end it if it runs."""
-
-
-class Connection(Protocol):
-    """What is used of a `MachineConnection`, before its launch starts."""
-
-    def ask(
-        self,
-        request: str,
-        arguments: Mapping[str, Any],
-        on_line: Say | None = None,
-    ) -> dict[str, Any]:
-        """
-        Have a function called there, and return what it returns.
-
-        :param request: Its module and name, as `sources_there.compare`: a
-          function of a `*_there.py` module, which takes the arguments and
-          what a line is said with
-        :param on_line: Is called with each line that it says meanwhile
-        :raises UserError: what it raises there, or as the connection is lost
-        """
-
-    def stream(
-        self,
-        argv: Sequence[str],
-        cwd: str | None = None,
-        env: Mapping[str, str] | None = None,
-    ) -> ProgramThere:
-        """Start a program there."""
-
-
-@dataclass(frozen=True, slots=True)
 class Code:
     """
-    The workspace here, as far as a machine needs it.
+    The workspace here, as far as machines need it; one for all of them.
 
     :param root: The root of the workspace
     :param packages: All packages of the workspace
-    :param needed: The names of the packages that the parts there use; those
-      that these need come along, those of underlays are only looked for
     :param build_base: Where packages are built
     :param install_base: Where they are installed
     :param merge_install: Whether all packages are installed into one prefix
     :param build_arguments: Further arguments for `colcon build`
     :param settings: The arguments that packages are built with, as
       `BuildArguments.settings` has them
+    :param environment: The user's variables
+    :param title: The command, for those who wait for it there
     """
 
-    root: Path
-    packages: Sequence[Package]
-    needed: frozenset[str]
-    build_base: Path
-    install_base: Path
-    merge_install: bool
-    build_arguments: Sequence[str]
-    settings: Mapping[str, str]
+    def __init__(
+        self,
+        root: Path,
+        packages: Sequence[Package],
+        build_base: Path,
+        install_base: Path,
+        *,
+        merge_install: bool,
+        build_arguments: Sequence[str],
+        settings: Mapping[str, str],
+        environment: Mapping[str, str],
+        title: str,
+    ) -> None:
+        self.root = root
+        self.packages = tuple(packages)
+        self.build_base = build_base
+        self.install_base = install_base
+        self.merge_install = merge_install
+        self.build_arguments = tuple(build_arguments)
+        self.settings = settings
+        self.environment = environment
+        self.title = title
+        #: The digests of its files.
+        self.digests = Digests(build_base / DIGESTS_NAME)
+
+    @property
+    def origin(self) -> str:
+        """What tells this workspace from those of others."""
+        return f'{platform.node()}:{os.path.realpath(self.root)}'
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +96,7 @@ def sync_code(
     workspace_there: str,
     connection: Connection,
     code: Code | None,
+    needed: frozenset[str],
     say: Say,
 ) -> Synced:
     """
@@ -122,8 +110,104 @@ def sync_code(
     :param workspace_there: The root of the workspace there, absolute or
       with a leading `~/`
     :param code: The workspace here, or None: then there is nothing to do
+    :param needed: The names of the packages that the parts there use; those
+      that these need come along, those of underlays do not
     :param say: Is called with a line that the user should see at once
     :raises UserError: when the parts there cannot run with it; it names the
       machine and the way out
     """
-    raise NotImplementedError
+    if code is None:
+        return Synced()
+    modes: dict[str, Callable[[_Sync], Synced]] = {
+        'build': _Sync.build,
+    }
+    sync = _Sync(machine, workspace_there, connection, code, needed, say)
+    try:
+        return modes[mode](sync)
+    except UserError as e:
+        raise UserError(f'{machine}: {e}') from e
+
+
+class _Sync:
+    """Bringing code to one machine."""
+
+    def __init__(
+        self,
+        machine: str,
+        workspace_there: str,
+        connection: Connection,
+        code: Code,
+        needed: frozenset[str],
+        say: Say,
+    ) -> None:
+        self._machine = machine
+        self._workspace_there = workspace_there
+        self._connection = connection
+        self._code = code
+        self._say = say
+        names = frozenset(closure(code.packages, needed))
+        self._packages = [p for p in code.packages if p.name in names]
+
+    def build(self) -> Synced:
+        """Bring the sources, and build them there."""
+        if not self._packages:
+            return Synced()
+        code = self._code
+        trees = source_trees(self._packages, code.root, code.digests)
+        begun = self._begin({tree.place: tree.digest for tree in trees})
+        holder, transferred = begun['holder'], 0
+        if begun['changed']:
+            transferred = bring(
+                self._connection,
+                begun['root'],
+                code.origin,
+                trees,
+                [place_of(package, code.root) for package in code.packages],
+                begun['changed'],
+                lambda: source_trees(self._packages, code.root, code.digests),
+                self._say,
+            )
+            words = self._build_arguments() | {'root': begun['root']}
+            begun = self._ask('build_there.build', words)
+        self._ask('lock_there.release', {'holder': holder})
+        return Synced(transferred, frozenset(begun['built']))
+
+    def _begin(self, digests: Mapping[str, str]) -> dict[str, Any]:
+        code = self._code
+        return self._ask(
+            'build_there.begin',
+            {
+                'workspace': self._workspace_there,
+                'build_base': path_there(code.build_base, code.root),
+                'title': f'{code.title} ({platform.node()})',
+                'launcher': [_boot_id(), os.getpid()],
+                'digests': digests,
+                'build': self._build_arguments(),
+            },
+        )
+
+    def _build_arguments(self) -> dict[str, Any]:
+        code = self._code
+        underlays = [
+            *chained_underlays(code.install_base),
+            *sourced_underlays(code.environment, code.install_base),
+        ]
+        return {
+            'needed': sorted(package.name for package in self._packages),
+            'arguments': build_words(
+                code.build_arguments, code.settings, code.merge_install
+            ),
+            'here': str(code.root),
+            'underlays': list(dict.fromkeys(map(str, underlays))),
+            'distro': code.environment.get('ROS_DISTRO', ''),
+        }
+
+    def _ask(self, request: str, values: Mapping[str, Any]) -> dict[str, Any]:
+        return self._connection.ask(request, values, self._say)
+
+
+def _boot_id() -> str:
+    try:
+        return _BOOT_ID.read_text().strip()
+    except OSError:
+        return ''

@@ -13,8 +13,10 @@ from typing import Any
 
 from colcon_yamllaunch.verb.cli.messages import ForgivingOutput
 from colcon_yamllaunch.verb.cli.messages import say_line
-from colcon_yamllaunch.verb.launching.build_interruption import interruption
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
+from colcon_yamllaunch.workspace.building.build_interruption import (
+    interruption,
+)
 from colcon_yamllaunch.workspace.building.build_report import after_build
 from colcon_yamllaunch.workspace.building.build_report import after_failure
 from colcon_yamllaunch.workspace.building.build_report import explanation

@@ -21,8 +21,8 @@ from types import FrameType
 from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.escalation import Escalation
 from colcon_yamllaunch.common.escalation import Timeouts
-from colcon_yamllaunch.verb.cli.messages import INTERRUPTED
 from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
+from colcon_yamllaunch.workspace.colcon.build_result import INTERRUPTED
 
 #: What asks a build to end.
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)

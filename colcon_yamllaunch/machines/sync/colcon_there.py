@@ -1,0 +1,163 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The program that builds on the machine, run by the Python of its colcon.
+
+It decides as launches there do, with the records that these write, too.
+"""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+import json
+import os
+from pathlib import Path
+import signal
+import sys
+import threading
+from typing import Any
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.workspace.building.build_interruption import (
+    interruption,
+)
+from colcon_yamllaunch.workspace.building.build_lock import WorkspaceLock
+from colcon_yamllaunch.workspace.building.build_report import after_failure
+from colcon_yamllaunch.workspace.building.update import bring_up_to_date
+from colcon_yamllaunch.workspace.building.update import BuildRequest
+from colcon_yamllaunch.workspace.building.update import Update
+from colcon_yamllaunch.workspace.environment.sourcing import Environment
+from colcon_yamllaunch.workspace.environment.sourcing import source
+from colcon_yamllaunch.workspace.environment.underlays import build_environment
+from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
+from colcon_yamllaunch.workspace.environment.underlays import sourced_underlays
+from colcon_yamllaunch.workspace.packages.manifest import invalid_manifest
+from colcon_yamllaunch.workspace.packages.trust import Trust
+
+#: Where ROS 2 is installed by packages of the system.
+_ROS = Path('/opt/ros')
+
+
+class _HeldLock(WorkspaceLock):
+    """The lock of the workspace, which who waits for this has."""
+
+    def take(self, build_base: Path, announce: Callable[[str], None]) -> bool:  # noqa: ARG002
+        return False
+
+
+def main() -> int:
+    """
+    Build, and write what came of it to a descriptor, as JSON.
+
+    Standard input has the request, as JSON: `root`; `needed`, the names of
+    the packages; `arguments`, those of `colcon build`; `underlays`, those of
+    the workspace that the code comes from; `distro`, the ROS 2 there; `life`,
+    a descriptor that ends when nobody waits for the build any more; and
+    `result`, the descriptor for what came of it.
+    """
+    request = json.loads(sys.stdin.buffer.read())
+    threading.Thread(
+        target=_end_with, args=(int(request['life']),), daemon=True
+    ).start()
+    try:
+        answer = _build(request)
+    except UserError as e:
+        answer = {'error': str(e)}
+    except ImportError as e:
+        answer = {
+            'error': f'the colcon there, of {sys.executable}, cannot be used: '
+            f"{e}. Install it anew, with 'colcon-common-extensions'"
+        }
+    with suppress(OSError), open(int(request['result']), 'wb') as file:
+        file.write(json.dumps(answer).encode())
+    return 0
+
+
+def _end_with(life: int) -> None:
+    """End as by Ctrl-C when a descriptor does."""
+    with suppress(OSError):
+        while os.read(life, 1):
+            pass
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
+def _build(request: Mapping[str, Any]) -> dict[str, Any]:
+    # what imports colcon
+    from colcon_yamllaunch.workspace.colcon.bare_colcon import set_up_colcon
+    from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
+
+    set_up_colcon()
+    root = Path(request['root'])
+    needed = frozenset(request['needed'])
+    colcon = CachedColcon(root, request['arguments'])
+    Trust(os.environ).check(
+        colcon.root, colcon.build_base, colcon.install_base
+    )
+    packages = colcon.packages()
+    for package in packages:
+        reason = invalid_manifest(package) if package.name in needed else None
+        if reason is not None:
+            raise UserError(reason)
+    environment = _environment(request, colcon.install_base)
+    with interruption() as interrupted:
+        update = bring_up_to_date(
+            colcon,
+            BuildRequest(needed & {package.name for package in packages}),
+            environment,
+            _say,
+            lock=_HeldLock(),
+        )
+    if interrupted.returncode is not None:
+        update = replace(update, returncode=interrupted.returncode)
+    sys.stdout.flush()
+    if update.returncode:
+        raise UserError(f'the build failed there: {_failure(update)}')
+    return {
+        'built': sorted(update.built),
+        'fresh': len(update.decisions) - len(update.stale),
+    }
+
+
+def _environment(
+    request: Mapping[str, Any], install_base: Path
+) -> Environment:
+    """
+    Return what packages are built in.
+
+    A machine that is reached by ssh has sourced nothing; the underlays are
+    those that the workspace was built on top of, or else those of the
+    workspace here, or ROS 2 itself.
+    """
+    environment: Mapping[str, str] = dict(os.environ) | {'COLCON': '1'}
+    if chained_underlays(install_base) or sourced_underlays(
+        environment, install_base
+    ):
+        return build_environment(environment, install_base)
+    scripts = [Path(path, 'local_setup.bash') for path in request['underlays']]
+    scripts = [script for script in scripts if script.is_file()]
+    if not scripts:
+        known = sorted(_ROS.glob('*/local_setup.bash'))
+        named = [s for s in known if s.parent.name == request['distro']]
+        scripts = named or (known if len(known) == 1 else [])
+    for script in scripts:
+        environment = source(script, environment).variables
+    if not scripts:
+        return Environment(environment)
+    used = ', '.join(str(script.parent) for script in scripts)
+    return Environment(environment, notes=(f'building on top of {used}',))
+
+
+def _failure(update: Update) -> str:
+    stale = [name for name, _ in update.stale]
+    done = update.built | update.failed
+    return after_failure(
+        [name for name in stale if name in update.failed],
+        [name for name in stale if name in update.built],
+        [name for name in stale if name not in done],
+    )
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)

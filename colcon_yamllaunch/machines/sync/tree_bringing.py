@@ -1,0 +1,138 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Trees of files brought to a machine, as far as they are not there."""
+
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Mapping
+from collections.abc import Sequence
+from typing import Any
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.machines.sync.file_transfer import is_installed
+from colcon_yamllaunch.machines.sync.file_transfer import transfer
+from colcon_yamllaunch.machines.sync.remote_connection import Connection
+from colcon_yamllaunch.machines.sync.remote_connection import Say
+from colcon_yamllaunch.machines.sync.source_listing import SourceTree
+from colcon_yamllaunch.machines.sync.tree_entries import packed
+from colcon_yamllaunch.machines.sync.tree_entries import shown
+from colcon_yamllaunch.machines.sync.tree_entries import unpacked
+
+#: How often what is changed while it is brought is brought again.
+_ROUNDS = 3
+#: How many of the files that are in the way are told.
+_SHOWN = 5
+
+
+def bring(
+    connection: Connection,
+    root: str,
+    origin: str,
+    trees: Sequence[SourceTree],
+    places: Collection[str],
+    changed: Collection[str],
+    look_again: Callable[[], Sequence[SourceTree]],
+    say: Say,
+) -> int:
+    """
+    Bring trees, and return how many files were brought or deleted.
+
+    :param root: The workspace there
+    :param origin: What tells the workspace here from others
+    :param trees: What is to be there
+    :param places: The folders of all packages here
+    :param changed: The places of the trees that are not there
+    :param look_again: Returns the trees as they are, when they were changed
+      meanwhile
+    :raises UserError: when it cannot be done; then nothing is built
+    """
+    count = 0
+    for _ in range(_ROUNDS):
+        wanted = [tree for tree in trees if tree.place in changed]
+        done, differ = _bring(connection, root, origin, wanted, places, say)
+        count += done
+        if not differ:
+            return count
+        trees = look_again()
+        changed = {tree.place for tree in trees}
+    raise UserError(
+        f'{shown(differ[0])} was changed each time that it was brought: '
+        'launch again when that has ended'
+    )
+
+
+def _bring(
+    connection: Connection,
+    root: str,
+    origin: str,
+    trees: Sequence[SourceTree],
+    places: Collection[str],
+    say: Say,
+) -> tuple[int, list[str]]:
+    entries = {tree.place: tree.entries for tree in trees}
+    answer = connection.ask(
+        'sources_there.prepare',
+        {
+            'root': root,
+            'origin': origin,
+            'trees': packed(entries),
+            'places': list(places),
+        },
+        say,
+    )
+    conflicts = unpacked(answer['conflicts'])
+    if conflicts:
+        raise UserError(_in_the_way(conflicts, root))
+    wanted: Mapping[str, list[str]] = unpacked(answer['wanted'])
+    count = sum(map(len, wanted.values()))
+    if not count:
+        return int(answer['deleted']), []
+    _tell(count, answer, say)
+    by_place = {tree.place: tree for tree in trees}
+    for place, paths in wanted.items():
+        transfer(
+            connection,
+            by_place[place].folder,
+            paths,
+            f'{root}/{place}' if place else root,
+            by_rsync=bool(answer['rsync']),
+        )
+    finished = connection.ask(
+        'sources_there.finish',
+        {
+            'root': root,
+            'trees': packed({place: entries[place] for place in wanted}),
+        },
+        say,
+    )
+    return count + int(answer['deleted']), unpacked(finished['differ'])
+
+
+def _tell(count: int, answer: Mapping[str, Any], say: Say) -> None:
+    files = 'one file' if count == 1 else f'{count} files'
+    where = [
+        name
+        for name, has in (('here', is_installed()), ('there', answer['rsync']))
+        if not has
+    ]
+    how = ''
+    if where:
+        how = (
+            f' without rsync, which is not installed {" and ".join(where)}: '
+            "'sudo apt install rsync' makes it faster"
+        )
+    say(f'bringing {files}{how}')
+
+
+def _in_the_way(conflicts: Sequence[str], root: str) -> str:
+    paths = ''.join(f'\n  {shown(path)}' for path in conflicts[:_SHOWN])
+    more = len(conflicts) - _SHOWN
+    if more > 0:
+        paths += f'\n  and {more} more'
+    return (
+        f'in {root} there is something else that no launch has brought, or '
+        f'that was changed there since:{paths}\n'
+        'Nothing was changed. Save there what is to be kept and delete these '
+        'files, or leave the code there to somebody else by `sync: none`'
+    )

@@ -1,0 +1,152 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+A machine that is a folder here, reached by processes instead of ssh.
+
+Each request is answered by a process of its own, which has the standard
+library and our modules and nothing else, as on a machine.
+"""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from collections.abc import Sequence
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+from typing import Any
+
+import colcon_yamllaunch
+from colcon_yamllaunch.common.errors import UserError
+
+_ANSWER = """\
+import sys
+sys.path.insert(0, sys.argv[1])
+import importlib, json, os
+from colcon_yamllaunch.common.errors import UserError
+module, _, name = sys.argv[2].partition('.')
+found = importlib.import_module('colcon_yamllaunch.machines.sync.' + module)
+arguments = json.loads(sys.stdin.buffer.read())
+os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+out = os.dup(1)
+os.dup2(2, 1)
+def tell(**message):
+    os.write(out, json.dumps(message).encode() + b'\\n')
+try:
+    tell(result=getattr(found, name)(arguments, lambda line: tell(line=line)))
+except UserError as e:
+    tell(error=str(e))
+"""
+_LIBRARY = str(Path(colcon_yamllaunch.__file__).parent.parent)
+
+
+class ProgramHere:
+    """A program that was started through the connection."""
+
+    def __init__(self, process: 'subprocess.Popen[bytes]') -> None:
+        self._process = process
+        assert process.stdin is not None and process.stdout is not None
+        self.stdin = process.stdin.fileno()
+        self.stdout = process.stdout.fileno()
+
+    def end_input(self) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+
+    def wait(self) -> int:
+        code = self._process.wait()
+        return code if code >= 0 else 128 - code
+
+    def close(self) -> None:
+        for stream in (self._process.stdin, self._process.stdout):
+            assert stream is not None
+            stream.close()
+        if self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+
+
+class MachineHere:
+    """
+    A machine, which is its own connection.
+
+    :param home: The home folder there; it is made
+    :param programs: Where its programs are
+    """
+
+    def __init__(self, home: Path, programs: str | None = None) -> None:
+        home.mkdir(exist_ok=True)
+        self.home = home
+        self.root = home / 'ws'
+        path = programs or os.pathsep.join(
+            [str(Path(sys.executable).parent), os.environ['PATH']]
+        )
+        self.environment = {'HOME': str(home), 'PATH': path}
+        #: The requests and programs that it was asked for.
+        self.asked: list[str] = []
+        self._running: list[subprocess.Popen[bytes]] = []
+
+    def ask(
+        self,
+        request: str,
+        arguments: Mapping[str, Any],
+        on_line: Callable[[str], None] | None = None,
+    ) -> dict[str, Any]:
+        self.asked.append(request)
+        with subprocess.Popen(
+            [sys.executable, '-I', '-S', '-c', _ANSWER, _LIBRARY, request],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            cwd=self.home,
+            env=self.environment,
+            start_new_session=True,
+        ) as process:
+            self._running.append(process)
+            assert process.stdin is not None and process.stdout is not None
+            process.stdin.write(json.dumps(arguments).encode())
+            process.stdin.close()
+            for line in process.stdout:
+                message = json.loads(line)
+                if 'line' in message:
+                    assert on_line is not None
+                    on_line(message['line'])
+                elif 'error' in message:
+                    raise UserError(message['error'])
+                else:
+                    result: dict[str, Any] = message['result']
+                    return result
+        raise UserError('the connection is lost')
+
+    def stream(
+        self,
+        argv: Sequence[str],
+        cwd: str | None = None,
+        env: Mapping[str, str] | None = None,
+    ) -> ProgramHere:
+        self.asked.append(argv[0])
+        return ProgramHere(
+            subprocess.Popen(
+                argv,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                cwd=cwd or self.home,
+                env={**self.environment, **(env or {})},
+            )
+        )
+
+    def write(self, path: str, text: str, mode: int = 0o644) -> Path:
+        """Write a file in the workspace there."""
+        file = self.root / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+        file.chmod(mode)
+        return file
+
+    def close(self) -> None:
+        """End what still runs of requests."""
+        for process in self._running:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
