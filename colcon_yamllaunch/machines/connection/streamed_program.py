@@ -76,6 +76,10 @@ class StreamedProgram:
         """What it wrote last to standard error."""
         return self._errors.decode(errors='replace')
 
+    def end_input(self) -> None:
+        """Let the program see the end of what it reads."""
+        self._close('_stdin')
+
     def wait(self) -> int:
         """
         Wait for its end, and return its exit code (128 + a signal).
@@ -90,14 +94,17 @@ class StreamedProgram:
 
     def close(self) -> None:
         """Close the descriptors, so that it ends, and wait for that."""
-        for name in ('_stdin', '_stdout'):
-            descriptor = getattr(self, name)
-            setattr(self, name, -1)
-            if descriptor != -1:
-                with suppress(OSError):
-                    os.close(descriptor)
+        self._close('_stdin')
+        self._close('_stdout')
         self._up.join()
         self._down.join()
+
+    def _close(self, name: str) -> None:
+        descriptor = getattr(self, name)
+        setattr(self, name, -1)
+        if descriptor != -1:
+            with suppress(OSError):
+                os.close(descriptor)
 
     def _send(self, descriptor: int) -> None:
         with os.fdopen(descriptor, 'rb', 0) as file:
