@@ -6,6 +6,7 @@
 from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
+from contextlib import suppress
 import os
 from pathlib import Path
 import platform
@@ -125,6 +126,8 @@ def sync_code(
     try:
         return modes[mode](sync)
     except UserError as e:
+        if str(e).startswith(f'{machine}: '):
+            raise
         raise UserError(f'{machine}: {e}') from e
 
 
@@ -155,8 +158,9 @@ class _Sync:
         code = self._code
         trees = source_trees(self._packages, code.root, code.digests)
         begun = self._begin({tree.place: tree.digest for tree in trees})
-        holder, transferred = begun['holder'], 0
-        if begun['changed']:
+        try:
+            if not begun['changed']:
+                return Synced(built=frozenset(begun['built']))
             transferred = bring(
                 self._connection,
                 begun['root'],
@@ -168,9 +172,13 @@ class _Sync:
                 self._say,
             )
             words = self._build_arguments() | {'root': begun['root']}
-            begun = self._ask('build_there.build', words)
-        self._ask('lock_there.release', {'holder': holder})
-        return Synced(transferred, frozenset(begun['built']))
+            built = self._ask('build_there.build', words)['built']
+            return Synced(transferred, frozenset(built))
+        finally:
+            # if the connection is lost, so is the lock
+            with suppress(UserError):
+                holder = {'holder': begun['holder']}
+                self._ask('lock_there.release', holder)
 
     def _begin(self, digests: Mapping[str, str]) -> dict[str, Any]:
         code = self._code

@@ -169,15 +169,20 @@ def _serve(connection: Connection, rsync: socket.socket) -> None:
         command = json.loads(message)
         with closing(connection.stream(command)) as program:
             copier = _Thread(lambda: _copy_in(from_rsync, program))
-            _copy(program.stdout, to_rsync)
-            # rsync here may be about to say something still
-            os.close(to_rsync)
-            to_rsync = -1
-            code = program.wait()
-            # rsync ends by this, and so does what the copier reads
-            with suppress(OSError):
-                rsync.send(str(code).encode())
-            copier.end()
+            try:
+                _copy(program.stdout, to_rsync)
+                # rsync is to see the end of that
+                os.close(to_rsync)
+                to_rsync = -1
+                rsync.send(str(program.wait()).encode())
+            except OSError:
+                # it has ended already
+                pass
+            finally:
+                # rsync ends by this, and so does what the copier reads, who
+                # must not write to a descriptor that is closed
+                rsync.shutdown(socket.SHUT_RDWR)
+                copier.end()
     finally:
         for descriptor in (from_rsync, to_rsync):
             if descriptor != -1:
@@ -195,6 +200,9 @@ class _Thread:
 
     def end(self) -> None:
         self._thread.join()
+
+    def check(self) -> None:
+        self.end()
         if self._error is not None:
             raise self._error
 
@@ -237,7 +245,7 @@ def _by_archive(
             _send(folder, paths, program.stdin)
         program.end_input()
         code = program.wait()
-        reader.end()
+        reader.check()
     if code:
         text = said.decode(errors='replace')
         raise _failure('the transfer', code, text.splitlines())
