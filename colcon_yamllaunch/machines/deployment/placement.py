@@ -41,6 +41,10 @@ class Placed:
     parts: Mapping[str, Plan] = field(default_factory=dict)
     machines: Mapping[str, str] = field(default_factory=dict)
 
+    def part(self, machine: str) -> Plan:
+        """Return what runs on a machine."""
+        return self.parts.get(machine) or Plan((), self.whole.blocks)
+
 
 def place(plan: Plan, deployment: Deployment) -> Placed:
     """Cut a plan into what runs here and what runs elsewhere."""

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 import json
+import logging
 import os
 from pathlib import Path
 import signal
@@ -88,6 +89,10 @@ def _build(request: Mapping[str, Any]) -> dict[str, Any]:
     from colcon_yamllaunch.workspace.colcon.bare_colcon import set_up_colcon
     from colcon_yamllaunch.workspace.colcon.colcon_cache import CachedColcon
 
+    # colcon finds the extensions of a colcon-yamllaunch that is installed
+    # there, and this one, which is in its place, has none
+    logger = logging.getLogger('colcon.colcon_core.extension_point')
+    logger.addFilter(lambda r: "'colcon_yamllaunch." not in r.getMessage())
     set_up_colcon()
     root = Path(request['root'])
     needed = frozenset(request['needed'])

@@ -131,11 +131,15 @@ class DeployedLaunch:
         if found:
             self._fail(found)
         placed = self.machines.place(evaluation.plan)
-        needed = self.machines.needed(placed, frozenset(named))
+        needed = self.machines.needed(
+            placed,
+            frozenset(named),
+            is_growing=evaluation.growing is not None,
+        )
         # what was run here may need any of them
         if not evaluation.has_run_programs:
             self.only_there = self.machines.only_there(placed, needed)
-        self.machines.begin(placed, needed)
+        self.machines.begin(needed)
 
     def bring_code_of(self, plan: Plan) -> None:
         """

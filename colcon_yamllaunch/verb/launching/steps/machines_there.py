@@ -97,15 +97,19 @@ class MachinesThere:
         return self._placer.place(plan)
 
     def needed(
-        self, placed: Placed, all_needed: frozenset[str]
+        self, placed: Placed, named: frozenset[str], *, is_growing: bool
     ) -> dict[str, frozenset[str]]:
         """
         Return the packages of the workspace that the machines need.
 
-        :param all_needed: Those that the launch names
+        :param named: Those that the launch names
+        :param is_growing: Whether more may come while it runs, for machines
+          that have nothing yet, too
         """
+        if is_growing:
+            return dict.fromkeys(self._meant_machines(), named)
         if self.deployment.everything_on is not None:
-            return dict.fromkeys(placed.parts, all_needed)
+            return dict.fromkeys(placed.parts, named)
         return {
             name: self._packages_of(part)
             for name, part in placed.parts.items()
@@ -118,9 +122,7 @@ class MachinesThere:
         there = frozenset[str]().union(*needed.values())
         return there - self._packages_of(placed.local)
 
-    def begin(
-        self, placed: Placed, needed: Mapping[str, frozenset[str]]
-    ) -> None:
+    def begin(self, needed: Mapping[str, frozenset[str]]) -> None:
         """
         Connect with the machines, and begin to bring the code there.
 
@@ -129,7 +131,7 @@ class MachinesThere:
         :param needed: The packages of the workspace that the machines need
         :raises UserError: when a machine cannot be reached
         """
-        self._connect([n for n in placed.parts if n not in self._connections])
+        self._connect([n for n in needed if n not in self._connections])
         wanted = {
             name: names | self._brought.get(name, frozenset())
             for name, names in needed.items()
@@ -154,8 +156,9 @@ class MachinesThere:
 
         :raises UserError: when a machine cannot be reached
         """
+        packages = self._packages_of(plan)
         placed = self.place(plan)
-        self.begin(placed, self.needed(placed, self._packages_of(plan)))
+        self.begin(self.needed(placed, packages, is_growing=False))
 
     def wait(self) -> None:
         """
@@ -176,8 +179,8 @@ class MachinesThere:
         """Find what the parts name and the machines do not have."""
         errands = Errands(
             {
-                name: partial(self._check, name, part)
-                for name, part in placed.parts.items()
+                name: partial(self._check, name, placed.part(name))
+                for name in self._connections
             }
         )
         errands.wait()
@@ -199,23 +202,22 @@ class MachinesThere:
         :param is_growing: Whether more may come for any machine
         :raises UserError: when a part cannot be started
         """
-        names = list(placed.parts)
-        if is_growing:
-            names += [n for n in self._rule_machines() if n not in names]
-            self._connect([n for n in names if n not in self._connections])
+        names = list(self._connections)
+        if not is_growing:
+            names = list(placed.parts)
         errands = Errands(
             {
-                name: partial(
-                    self._start, name, placed.parts.get(name, Plan()), settings
-                )
+                name: partial(self._start, name, placed.part(name), settings)
                 for name in names
             }
         )
         errands.wait()
         errands.check()
         links = [errands.results[name] for name in names]
-        # from here on they are the launch's
-        self._connections.clear()
+        for name in names:
+            # from here on it is the launch's
+            del self._connections[name]
+        self.close()
         return RemoteParts(
             links, placed, self._placer.place_more, self.localised
         )
@@ -229,11 +231,11 @@ class MachinesThere:
             self._errands.wait(PATIENCE)
             self._errands = None
 
-    def _rule_machines(self) -> list[str]:
-        machines = self.deployment.machines
-        return [
-            r.machine for r in self.deployment.rules if r.machine in machines
-        ]
+    def _meant_machines(self) -> list[str]:
+        """Return the machines that anything may run on."""
+        meant = {rule.machine for rule in self.deployment.rules}
+        meant.add(self.deployment.everything_on or '')
+        return [name for name in self.deployment.machines if name in meant]
 
     def _connect(self, names: Sequence[str]) -> None:
         """
@@ -346,10 +348,14 @@ class MachinesThere:
         machine = self.deployment.machines[name]
         paths = self._paths[name]
         variables = variables_along(self._environment, machine.env)
+        workspace = paths.workspace or machine.workspace
+        if not paths.has_setup and not self._brought.get(name):
+            # what needs no package does without
+            workspace = None
         settings = replace(
             settings,
             machine=name,
-            workspace=paths.workspace or machine.workspace,
+            workspace=workspace,
             variables=paths.folders.environment(variables),
             on_lost=machine.on_lost,
         )

@@ -63,9 +63,10 @@ class PathsThere:
         self._cwd = cwd
         self.workspace = workspace
         self._locator = locator
-        # where processes run that run where the launch is begun: unless that
-        # is there, too, as near to it as can be
-        self._cwd_there = workspace or home
+        # where processes run that run here where the launch is begun
+        self._cwd_there = self._home = home
+        #: Whether the workspace there can be sourced.
+        self.has_setup = False
 
     def plan(self, plan: Plan) -> Plan:
         """Return a plan with the paths there."""
@@ -81,12 +82,14 @@ class PathsThere:
         """
         named = dict(self._named(part))
         asked = {path: self.folders.text(path) for path in named}
-        cwd = self.folders.text(self._cwd)
-        paths = sorted({*asked.values(), cwd})
-        answer = connection.ask(LOOK, {'paths': paths})
+        setup = f'{self.workspace}/install/setup.bash'
+        folders = [self.folders.text(self._cwd), self.workspace or self._home]
+        paths = {*asked.values(), setup, *folders}
+        answer = connection.ask(LOOK, {'paths': sorted(paths)})
         missing = set(answer.get('missing', ()))
-        if cwd not in missing:
-            self._cwd_there = cwd
+        there = (folder for folder in folders if folder not in missing)
+        self._cwd_there = next(there, self._home)
+        self.has_setup = setup not in missing
         for path, process in named.items():
             if asked[path] in missing:
                 yield from self._tell_of(path, process)
