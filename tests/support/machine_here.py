@@ -137,6 +137,18 @@ class MachineHere:
             )
         )
 
+    def forget(self, name: str) -> None:
+        """Have a program there no more."""
+        programs = self.home / 'programs'
+        programs.mkdir(exist_ok=True)
+        for folder in reversed(self.environment['PATH'].split(os.pathsep)):
+            for program in Path(folder).glob('*'):
+                link = programs / program.name
+                link.unlink(missing_ok=True)
+                link.symlink_to(program)
+        (programs / name).unlink()
+        self.environment['PATH'] = str(programs)
+
     def write(self, path: str, text: str, mode: int = 0o644) -> Path:
         """Write a file in the workspace there."""
         file = self.root / path

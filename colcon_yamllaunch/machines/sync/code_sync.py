@@ -13,16 +13,22 @@ import platform
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.text_files import content_of
+from colcon_yamllaunch.machines.sync.bringing.tree_bringing import bring
 from colcon_yamllaunch.machines.sync.build_words import build_words
 from colcon_yamllaunch.machines.sync.build_words import path_there
+from colcon_yamllaunch.machines.sync.install_listing import InstallListing
+from colcon_yamllaunch.machines.sync.install_there import system
+from colcon_yamllaunch.machines.sync.presence_there import version_of
 from colcon_yamllaunch.machines.sync.remote_connection import Connection
 from colcon_yamllaunch.machines.sync.remote_connection import Say
+from colcon_yamllaunch.machines.sync.same_system import check_system
 from colcon_yamllaunch.machines.sync.source_listing import Digests
 from colcon_yamllaunch.machines.sync.source_listing import DIGESTS_NAME
 from colcon_yamllaunch.machines.sync.source_listing import place_of
 from colcon_yamllaunch.machines.sync.source_listing import source_trees
-from colcon_yamllaunch.machines.sync.tree_bringing import bring
 from colcon_yamllaunch.workspace.environment.underlays import chained_underlays
 from colcon_yamllaunch.workspace.environment.underlays import sourced_underlays
 from colcon_yamllaunch.workspace.packages.closure import closure
@@ -121,6 +127,8 @@ def sync_code(
         return Synced()
     modes: dict[str, Callable[[_Sync], Synced]] = {
         'build': _Sync.build,
+        'install': _Sync.install,
+        'none': _Sync.check,
     }
     sync = _Sync(machine, workspace_there, connection, code, needed, say)
     try:
@@ -148,6 +156,7 @@ class _Sync:
         self._connection = connection
         self._code = code
         self._say = say
+        self._needed = needed
         names = frozenset(closure(code.packages, needed))
         self._packages = [p for p in code.packages if p.name in names]
 
@@ -157,7 +166,7 @@ class _Sync:
             return Synced()
         code = self._code
         trees = source_trees(self._packages, code.root, code.digests)
-        begun = self._begin({tree.place: tree.digest for tree in trees})
+        begun = self._begin({tree.place: tree.digest for tree in trees}, True)
         try:
             if not begun['changed']:
                 return Synced(built=frozenset(begun['built']))
@@ -175,12 +184,96 @@ class _Sync:
             built = self._ask('build_there.build', words)['built']
             return Synced(transferred, frozenset(built))
         finally:
-            # if the connection is lost, so is the lock
-            with suppress(UserError):
-                holder = {'holder': begun['holder']}
-                self._ask('lock_there.release', holder)
+            self._release(begun)
 
-    def _begin(self, digests: Mapping[str, str]) -> dict[str, Any]:
+    def install(self) -> Synced:
+        """Bring what is installed here."""
+        if not self._packages:
+            return Synced()
+        code = self._code
+        listing = InstallListing(
+            code.root,
+            code.install_base,
+            [package.name for package in self._packages],
+            code.digests,
+            merged=code.merge_install,
+        )
+        underlays = list(map(str, chained_underlays(code.install_base)))
+        found = self._ask(
+            'install_there.look',
+            {
+                'workspace': self._workspace_there,
+                'interpreters': listing.interpreters,
+                'underlays': underlays,
+            },
+        )
+        check_system(system(), found['system'], listing.pythons)
+        missing = frozenset(found['missing'])
+        for underlay in underlays:
+            if underlay in missing:
+                raise UserError(
+                    f'what is built here needs {underlay}, which is not '
+                    'there: install it there, or build there by `sync: build`'
+                )
+        root = found['root']
+        trees = listing.trees(root, missing)
+        begun = self._begin({tree.place: tree.digest for tree in trees}, False)
+        try:
+            if not begun['changed']:
+                return Synced()
+            transferred = bring(
+                self._connection,
+                root,
+                code.origin,
+                trees,
+                # those of other packages are left as they are
+                None,
+                begun['changed'],
+                lambda: listing.anew().trees(root, missing),
+                self._say,
+            )
+            return Synced(transferred)
+        finally:
+            self._release(begun)
+
+    def check(self) -> Synced:
+        """Check that the packages are there."""
+        code = self._code
+        own = {package.name: package for package in self._packages}
+        names = sorted({*own, *self._needed})
+        if not names:
+            return Synced()
+        answer = self._ask(
+            'presence_there.find',
+            {
+                'workspace': self._workspace_there,
+                'install_base': path_there(code.install_base, code.root),
+                'build_base': path_there(code.build_base, code.root),
+                'names': names,
+            },
+        )
+        found = answer['found']
+        missing = [name for name in names if name not in found]
+        if missing:
+            raise UserError(
+                f'not installed there: {", ".join(missing)}; looked in '
+                f'{", ".join(answer["prefixes"]) or "no folder at all"}. '
+                'Build it there, or let launches bring it by `sync: build`'
+            )
+        for name, package in own.items():
+            line = _difference(package, *found[name])
+            if line:
+                self._say(line)
+        return Synced()
+
+    def _release(self, begun: Mapping[str, Any]) -> None:
+        # if the connection is lost, so is the lock
+        with suppress(UserError):
+            self._ask('lock_there.release', {'holder': begun['holder']})
+
+    def _begin(
+        self, digests: Mapping[str, str], builds: bool
+    ) -> dict[str, Any]:
         code = self._code
         return self._ask(
             'build_there.begin',
@@ -190,7 +283,7 @@ class _Sync:
                 'title': f'{code.title} ({platform.node()})',
                 'launcher': [_boot_id(), os.getpid()],
                 'digests': digests,
-                'build': self._build_arguments(),
+                'build': self._build_arguments() if builds else None,
             },
         )
 
@@ -212,6 +305,26 @@ class _Sync:
 
     def _ask(self, request: str, values: Mapping[str, Any]) -> dict[str, Any]:
         return self._connection.ask(request, values, self._say)
+
+
+def _difference(package: Package, digest_there: str, version: str) -> str:
+    """Tell how a package there differs from that here, if it does."""
+    try:
+        manifest = content_of(package.path / 'package.xml')
+    except OSError:
+        return ''
+    here = version_of(manifest)
+    if not digest_there or digest(manifest) == digest_there:
+        return ''
+    if version != here:
+        return (
+            f'warning: {package.name} has version {version or "none"} there, '
+            f'and {here or "none"} here'
+        )
+    return (
+        f'warning: {package.name} has another package.xml there than here, '
+        'of the same version'
+    )
 
 
 def _boot_id() -> str:

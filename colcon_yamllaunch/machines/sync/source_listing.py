@@ -11,9 +11,11 @@ what it leads to comes along, or where it leads nowhere; else what it leads to
 comes in its place.
 """
 
+from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import field
 import os
 from pathlib import Path
 import stat
@@ -41,27 +43,32 @@ from colcon_yamllaunch.workspace.packages.workspace_root import (
 
 #: The digests of the sources here, below the build folder.
 DIGESTS_NAME = '.colcon_launch.digests.json'
+#: Larger files name no path that matters (bytes).
+_TEXT_SIZE = 1024 * 1024
+_SHEBANG = b'python'
 #: To be raised when what is in that file changes.
 _VERSION = 1
 
 
 @dataclass(frozen=True, slots=True)
-class SourceTree:
+class FileTree:
     """
-    The source of one package.
+    Files that are brought to one folder of the workspace there.
 
-    :param name: The package
-    :param place: Its folder, relative to the workspace, here as there
-    :param folder: Its folder here
-    :param entries: What is in it, by paths relative to it
+    :param place: That folder, relative to the workspace
+    :param folder: Where they are here
+    :param entries: What is to be in it, by paths relative to it
     :param digest: That of the entries
+    :param elsewhere: The paths of files that are elsewhere here
+    :param contents: Of files that are to have another content than here
     """
 
-    name: str
     place: str
     folder: str
     entries: Entries
     digest: str
+    elsewhere: Mapping[str, str] = field(default_factory=dict)
+    contents: Mapping[str, bytes] = field(default_factory=dict)
 
 
 class Digests:
@@ -99,6 +106,34 @@ class Digests:
                 self._changed = True
         return found
 
+    def is_text(self, path: str, root: Path) -> bool:
+        """
+        Tell whether a file may have to change to be used elsewhere.
+
+        It is a text that names the workspace, or a program in Python.
+
+        :param root: The workspace
+        """
+        now = Fingerprint.of(os.stat(path))
+        key = f'{path}\0{root}'
+        times = [now.size, now.mtime, now.ctime, now.inode]
+        with self._lock:
+            known = self._load().get(key)
+        if known is not None and known[:4] == times:
+            return bool(known[4])
+        is_settled = now.is_settled
+        found = False
+        if now.size <= _TEXT_SIZE:
+            content = Path(path).read_bytes()
+            found = b'\0' not in content and (
+                os.fsencode(root) in content or _SHEBANG in content[:256]
+            )
+        if is_settled:
+            with self._lock:
+                self._load()[key] = [*times, found]
+                self._changed = True
+        return found
+
     def save(self) -> None:
         """Keep them for the next launch."""
         with self._lock:
@@ -106,7 +141,7 @@ class Digests:
                 files = {
                     path: known
                     for path, known in self._load().items()
-                    if os.path.lexists(path)
+                    if os.path.lexists(path.partition('\0')[0])
                 }
                 write_json(self._path, {'version': _VERSION, 'files': files})
                 self._changed = False
@@ -140,7 +175,7 @@ def place_of(package: Package, root: Path) -> str:
 
 def source_trees(
     packages: Iterable[Package], root: Path, digests: Digests
-) -> tuple[SourceTree, ...]:
+) -> tuple[FileTree, ...]:
     """
     Return the sources of packages, ordered by their places.
 
@@ -148,27 +183,32 @@ def source_trees(
     """
     packages = sorted(packages, key=lambda p: place_of(p, root))
     folders = {place_of(p, root): str(p.path) for p in packages}
-    walk = _Walk(folders, digests)
+    walk = Walk(folders, digests, _is_left_out)
     trees = []
-    for package in packages:
-        place = place_of(package, root)
+    for place, folder in folders.items():
         entries = walk.entries(place)
-        folder = folders[place]
-        trees.append(
-            SourceTree(
-                package.name, place, folder, entries, tree_digest(entries)
-            )
-        )
+        trees.append(FileTree(place, folder, entries, tree_digest(entries)))
     digests.save()
     return tuple(trees)
 
 
-class _Walk:
-    """Walks through sources that lead to one another by links."""
+class Walk:
+    """
+    Walks through folders that lead to one another by links.
 
-    def __init__(self, folders: Mapping[str, str], digests: Digests) -> None:
+    :param folders: They by their places
+    :param leaves_out: Whether what is in a folder does not belong to it
+    """
+
+    def __init__(
+        self,
+        folders: Mapping[str, str],
+        digests: Digests,
+        leaves_out: Callable[[os.DirEntry[str]], bool],
+    ) -> None:
         self._folders = folders
         self._digests = digests
+        self._leaves_out = leaves_out
         self._scanned: dict[str, Mapping[str, os.DirEntry[str]]] = {}
 
     def entries(self, place: str) -> Entries:
@@ -194,7 +234,7 @@ class _Walk:
                     raise _unreadable(entry.path, e) from e
                 if stat.S_ISDIR(status.st_mode):
                     own = _identity(status)
-                    if own not in parents and not _is_left_out(entry):
+                    if own not in parents and not self._leaves_out(entry):
                         found[inner] = FOLDER
                         pending.append(
                             (entry.path, f'{inner}/', (*parents, own))
@@ -202,10 +242,11 @@ class _Walk:
                 elif stat.S_ISREG(status.st_mode) and not is_skipped_file(
                     entry.name
                 ):
-                    found |= self._file(inner, entry.path, status)
+                    found |= self.file(inner, entry.path, status)
         return found
 
-    def _file(self, inner: str, path: str, status: os.stat_result) -> Entries:
+    def file(self, inner: str, path: str, status: os.stat_result) -> Entries:
+        """Return the entry of a file, unless it is gone."""
         try:
             found = self._digests.of(path, status)
         except UserError:
@@ -247,14 +288,18 @@ class _Walk:
         current = folder
         for part in folders:
             parent = self._scan(current).get(part)
-            if parent is None or parent.is_symlink() or _is_left_out(parent):
+            if (
+                parent is None
+                or parent.is_symlink()
+                or self._leaves_out(parent)
+            ):
                 return False
             current = parent.path
         entry = self._scan(current).get(name)
         if entry is None:
             return False
         if entry.is_dir():
-            return not _is_left_out(entry)
+            return not self._leaves_out(entry)
         return entry.is_file() and not is_skipped_file(name)
 
     def _scan(self, folder: str) -> Mapping[str, os.DirEntry[str]]:

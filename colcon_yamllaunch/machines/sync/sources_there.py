@@ -56,17 +56,19 @@ def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
     The arguments are `root`, the workspace; `origin`, what it comes from;
     `trees`, packed: the entries by place; and `places`, those of all packages
-    there are at the origin: what it brought elsewhere is deleted. Return the
-    files that are `wanted`, packed, by place; how many were `deleted`; and
-    what is in the way: the `conflicts`, with which nothing was done.
+    there are at the origin, or None: what it brought elsewhere is deleted.
+    Return the files that are `wanted`, packed, by place; how many were
+    `deleted`; and what is in the way: the `conflicts`, with which nothing was
+    done.
     """
     root = str(arguments['root'])
     origin = str(arguments['origin'])
     record = SyncRecord(root)
     trees: dict[str, Entries] = unpacked(arguments['trees'])
-    for place in record.trees:
-        is_gone = record.trees[place]['origin'] == origin
-        if is_gone and place not in arguments['places']:
+    places = arguments['places']
+    for place in () if places is None else record.trees:
+        is_ours = record.trees[place]['origin'] == origin
+        if is_ours and place not in places:
             trees.setdefault(place, {})
     works = [
         _Tree(root, place, entries, record.trees.get(place))
@@ -348,7 +350,7 @@ class _Tree:
         for path, _, files in os.walk(self._path(inner)):
             below = os.path.relpath(path, self._path(inner))
             parent = os.path.normpath(os.path.join(inner, below))
-            if parent not in gone or any(
+            if parent not in gone | {inner} or any(
                 os.path.join(parent, name) not in gone for name in files
             ):
                 return True

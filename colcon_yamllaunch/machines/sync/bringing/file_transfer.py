@@ -30,7 +30,7 @@ from typing import BinaryIO
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.machines.sync import remote_shell
+from colcon_yamllaunch.machines.sync.bringing import remote_shell
 from colcon_yamllaunch.machines.sync.remote_connection import Connection
 from colcon_yamllaunch.machines.sync.remote_connection import ProgramThere
 

@@ -5,16 +5,19 @@
 
 from collections.abc import Callable
 from collections.abc import Collection
+from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
+from pathlib import Path
+import tempfile
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.machines.sync.file_transfer import is_installed
-from colcon_yamllaunch.machines.sync.file_transfer import transfer
+from colcon_yamllaunch.machines.sync.bringing.file_transfer import is_installed
+from colcon_yamllaunch.machines.sync.bringing.file_transfer import transfer
 from colcon_yamllaunch.machines.sync.remote_connection import Connection
 from colcon_yamllaunch.machines.sync.remote_connection import Say
-from colcon_yamllaunch.machines.sync.source_listing import SourceTree
+from colcon_yamllaunch.machines.sync.source_listing import FileTree
 from colcon_yamllaunch.machines.sync.tree_entries import packed
 from colcon_yamllaunch.machines.sync.tree_entries import shown
 from colcon_yamllaunch.machines.sync.tree_entries import unpacked
@@ -29,10 +32,10 @@ def bring(
     connection: Connection,
     root: str,
     origin: str,
-    trees: Sequence[SourceTree],
-    places: Collection[str],
+    trees: Sequence[FileTree],
+    places: Collection[str] | None,
     changed: Collection[str],
-    look_again: Callable[[], Sequence[SourceTree]],
+    look_again: Callable[[], Sequence[FileTree]],
     say: Say,
 ) -> int:
     """
@@ -41,7 +44,8 @@ def bring(
     :param root: The workspace there
     :param origin: What tells the workspace here from others
     :param trees: What is to be there
-    :param places: The folders of all packages here
+    :param places: The folders of all packages here; what was brought to others
+      is deleted. None to delete nothing of others
     :param changed: The places of the trees that are not there
     :param look_again: Returns the trees as they are, when they were changed
       meanwhile
@@ -66,8 +70,8 @@ def _bring(
     connection: Connection,
     root: str,
     origin: str,
-    trees: Sequence[SourceTree],
-    places: Collection[str],
+    trees: Sequence[FileTree],
+    places: Collection[str] | None,
     say: Say,
 ) -> tuple[int, list[str]]:
     entries = {tree.place: tree.entries for tree in trees}
@@ -77,7 +81,7 @@ def _bring(
             'root': root,
             'origin': origin,
             'trees': packed(entries),
-            'places': list(places),
+            'places': None if places is None else list(places),
         },
         say,
     )
@@ -91,13 +95,17 @@ def _bring(
     _tell(count, answer, say)
     by_place = {tree.place: tree for tree in trees}
     for place, paths in wanted.items():
-        transfer(
-            connection,
-            by_place[place].folder,
-            paths,
-            f'{root}/{place}' if place else root,
-            by_rsync=bool(answer['rsync']),
-        )
+        tree = by_place[place]
+        here = [path for path in paths if not _is_staged(tree, path)]
+        staged = [path for path in paths if _is_staged(tree, path)]
+        for folder, names in _folders(tree, here, staged):
+            transfer(
+                connection,
+                folder,
+                names,
+                f'{root}/{place}' if place else root,
+                by_rsync=bool(answer['rsync']),
+            )
     finished = connection.ask(
         'sources_there.finish',
         {
@@ -107,6 +115,30 @@ def _bring(
         say,
     )
     return count + int(answer['deleted']), unpacked(finished['differ'])
+
+
+def _is_staged(tree: FileTree, path: str) -> bool:
+    return path in tree.contents or path in tree.elsewhere
+
+
+def _folders(
+    tree: FileTree, here: list[str], staged: list[str]
+) -> Iterator[tuple[str, list[str]]]:
+    """Iterate over the folders to bring files from, and these files."""
+    if here:
+        yield tree.folder, here
+    if not staged:
+        return
+    with tempfile.TemporaryDirectory(prefix='colcon-launch-') as folder:
+        for path in staged:
+            file = Path(folder, path)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            if path in tree.contents:
+                file.write_bytes(tree.contents[path])
+            else:
+                # it is followed
+                file.symlink_to(tree.elsewhere[path])
+        yield folder, staged
 
 
 def _tell(count: int, answer: Mapping[str, Any], say: Say) -> None:
