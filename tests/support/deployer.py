@@ -33,10 +33,10 @@ HERE = ''
 #: A program that says who it is, and then what it is told.
 TALKER = """\
 import os, signal, sys
+ignores = 'ignores' in sys.argv
+for number in (signal.SIGINT, signal.SIGTERM):
+    signal.signal(number, signal.SIG_IGN if ignores else signal.SIG_DFL)
 print('up', sys.argv[1:], os.getpid(), flush=True)
-if 'ignores' in sys.argv:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
 if 'reads' in sys.argv:
     for line in sys.stdin:
         print('heard', line.rstrip(), flush=True)

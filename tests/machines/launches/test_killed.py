@@ -30,8 +30,8 @@ def _begun(deployer: Deployer) -> Launch:
         sync='none',
     )
     launch = deployer.deploys()
-    launch.wait_for(r'stubborn\S*: up')
-    launch.wait_for(r'own\S*: up')
+    launch.wait_for(r'stubborn\S*\] +up')
+    launch.wait_for(r'own\S*\] +up')
     return launch
 
 

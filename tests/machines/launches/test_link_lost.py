@@ -39,7 +39,7 @@ def test_a_part_stops_by_itself(deployer: Deployer, sshd: Sshd) -> None:
     )
     launch = deployer.deploys()
     for name in ('stubborn', 'other', 'own'):
-        launch.wait_for(rf'{name}\S*: up')
+        launch.wait_for(rf'{name}\S*\] +up')
     begin = time.monotonic()
     sshd['arm'].link.hold()
     launch.wait_for(r'(?i)\barm\b.*\blost\b')

@@ -37,9 +37,9 @@ def slurm_user(deployer: Deployer, slurm: Slurm) -> Iterator[Deployer]:
 
 def test_slurm_gives_an_allocation(slurm_user: Deployer, slurm: Slurm) -> None:
     launch = slurm_user.deploys()
-    launch.wait_for(r'gpu│learns\S*: up')
+    launch.wait_for(r'gpu│learns\S*\] +up')
     assert len(slurm.queue()) == 1
-    assert launch.interrupt() == 130, launch.output
+    assert launch.interrupt() == 0, launch.output
     slurm.wait_until_empty()
     slurm_user.wait_until_empty()
 
@@ -51,7 +51,7 @@ def test_slurm_gives_a_step_of_the_present_one(
     options = ('-p', 'gpu', '--gres=gpu:1')
     argv = ('salloc', *options, 'colcon', 'launch', *words)
     launch = slurm_user.start(*argv)
-    launch.wait_for(r'gpu│learns\S*: up')
+    launch.wait_for(r'gpu│learns\S*\] +up')
     assert len(slurm.queue()) == 1
     # salloc passes no signal on to what it runs
     (launcher,) = (
@@ -69,7 +69,7 @@ def test_a_killed_launcher_leaves_no_job(
     slurm_user: Deployer, slurm: Slurm
 ) -> None:
     launch = slurm_user.deploys()
-    launch.wait_for(r'gpu│learns\S*: up')
+    launch.wait_for(r'gpu│learns\S*\] +up')
     launch.process.kill()
     slurm.wait_until_empty()
     slurm_user.wait_until_empty()
@@ -103,9 +103,9 @@ def test_a_command_leads_to_a_machine(
     docked: Deployer, namespace: NamespaceMachine
 ) -> None:
     launch = docked.deploys()
-    launch.wait_for(r'edge│stubborn\S*: up')
-    launch.wait_for(r'edge│reads\S*: up')
-    assert launch.interrupt() == 130, launch.output
+    launch.wait_for(r'edge│stubborn\S*\] +up')
+    launch.wait_for(r'edge│reads\S*\] +up')
+    assert launch.interrupt() == 0, launch.output
     namespace.wait_until_empty()
     docked.wait_until_empty()
 
@@ -114,7 +114,7 @@ def test_a_killed_launcher_leaves_nothing_behind_a_command(
     docked: Deployer, namespace: NamespaceMachine
 ) -> None:
     launch = docked.deploys()
-    launch.wait_for(r'edge│stubborn\S*: up')
+    launch.wait_for(r'edge│stubborn\S*\] +up')
     launch.process.kill()
     namespace.wait_until_empty()
     docked.wait_until_empty()
@@ -124,7 +124,7 @@ def test_a_machine_reboots(
     docked: Deployer, namespace: NamespaceMachine
 ) -> None:
     launch = docked.deploys()
-    launch.wait_for(r'edge│stubborn\S*: up')
+    launch.wait_for(r'edge│stubborn\S*\] +up')
     namespace.reboot()
     launch.wait_for(r'(?i)\bedge\b.*(lost|ended|gone|reboot)')
     launch.interrupt()

@@ -68,7 +68,7 @@ def test_the_python_is_too_old(deployer: Deployer, sshd: Sshd) -> None:
     fake.write_text(
         f'#!/bin/sh\nexec {sys.executable} -S -c "import sys; '
         "sys.version_info = (3, 8, 18); sys.version = '3.8.18 (old)'; "
-        'sys.argv[:] = sys.argv[4:]; exec(sys.argv[1])" "$@"\n'
+        'sys.argv[:] = sys.argv[4:]; exec(sys.argv.pop(1))" "$@"\n'
     )
     fake.chmod(0o755)
     output = _refused(deployer, 'arm')
@@ -81,8 +81,8 @@ def test_a_passphrase_is_asked_for_before_the_launch(
     deployer.places({'there': (LOCKED, deployer.talker)}, sync='none')
     terminal = deployer.in_terminal('--deploy', 'robot.yaml', 'plain.yaml')
     terminal.shows('passphrase for key').types(f'{PASSPHRASE}\n')
-    terminal.shows(': up ').types('\x03')
-    assert terminal.ends() == 130
+    terminal.shows('up []').types('\x03')
+    assert terminal.ends() == 0
     sshd.wait_until_empty()
 
 
@@ -95,8 +95,8 @@ def test_a_host_key_is_asked_for_before_the_launch(
     assert terminal.ends() == 1
     assert 'host key' in terminal.screen
     again = deployer.in_terminal('--deploy', 'robot.yaml', 'plain.yaml')
-    again.shows('(yes/no').types('yes\n').shows(': up ').types('\x03')
-    assert again.ends() == 130
+    again.shows('(yes/no').types('yes\n').shows('up []').types('\x03')
+    assert again.ends() == 0
     sshd.wait_until_empty()
 
 
