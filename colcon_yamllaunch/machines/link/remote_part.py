@@ -95,6 +95,7 @@ class RemotePart:
     :param plan: It, with the paths of this computer
     :param localised: Returns a plan with the paths of that machine
     :param clock: Returns seconds that never go back
+    :param tty: Whether each process gets a terminal
     """
 
     def __init__(
@@ -103,8 +104,11 @@ class RemotePart:
         plan: Plan,
         localised: Callable[[Plan], Plan] = lambda plan: plan,
         clock: Callable[[], float] = time.monotonic,
+        *,
+        tty: bool = False,
     ) -> None:
         self._link = link
+        self._tty = tty
         self._localised = localised
         self._launch: LaunchHere | None = None
         self._parts: dict[str, Process | Component] = {}
@@ -276,7 +280,8 @@ class RemotePart:
         part = self._parts.get(label)
         if self.state != 'up' or not isinstance(part, Process):
             return False
-        is_terminal = part.emulate_tty or label in self._debugged
+        has_own = part.emulate_tty or label in self._debugged
+        is_terminal = self._tty or has_own
         return is_terminal and self.states.runs(label)
 
     def input_modes(self, label: str) -> int | None:

@@ -52,6 +52,7 @@ class RemoteParts:
       here
     :param localise: Returns a plan with the paths of a machine
     :param clock: Returns seconds that never go back
+    :param tty: Whether each process gets a terminal
     """
 
     def __init__(
@@ -61,6 +62,8 @@ class RemoteParts:
         place_more: Place | None = None,
         localise: Localise = lambda _, plan: plan,
         clock: Callable[[], float] = time.monotonic,
+        *,
+        tty: bool = False,
     ) -> None:
         self._placed = placed
         self._place_more = place_more
@@ -79,6 +82,7 @@ class RemoteParts:
                 placed.parts.get(name, Plan()),
                 partial(localise, name),
                 clock,
+                tty=tty,
             )
         # those who wait for figures: until when, and how many machines
         self._measured = -FRESH

@@ -56,7 +56,9 @@ def _states(running: Running) -> dict[str, dict[str, object]]:
 
 
 def test_processes_are_told_with_their_machine(running: Running) -> None:
-    assert re.search(r'^\[arm│arm_talker\S*\] +up ', running.launch.output, re.M)
+    assert re.search(
+        r'^\[arm│arm_talker\S*\] +up ', running.launch.output, re.M
+    )
     states = _states(running)
     assert {label.rpartition('│')[0] for label in states} == {'', 'arm', 'gpu'}
     assert {one['phase'] for one in states.values()} == {'running'}

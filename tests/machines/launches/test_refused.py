@@ -17,6 +17,14 @@ from support.sshd import PASSPHRASE
 from support.sshd import Sshd
 from support.sshd import STRANGER
 
+#: A Python that passes for an old one, for a program that follows `-c`.
+OLD = """\
+import sys
+sys.version_info, sys.version = (3, 8, 18), "3.8.18 (default)"
+sys.argv = sys.argv[sys.argv.index("-c", 1) :]
+exec(sys.argv.pop(1))
+"""
+
 pytestmark = pytest.mark.xdist_group('refused')
 
 
@@ -64,12 +72,7 @@ def test_there_is_no_python(deployer: Deployer, sshd: Sshd) -> None:
 def test_the_python_is_too_old(deployer: Deployer, sshd: Sshd) -> None:
     sshd['arm'].lacks_all_but('sh', 'cat', 'uname', 'mkdir')
     fake = sshd['arm'].home / 'bin/python3'
-    # what the program sees of an old one, on a real one
-    fake.write_text(
-        f'#!/bin/sh\nexec {sys.executable} -S -c "import sys; '
-        "sys.version_info = (3, 8, 18); sys.version = '3.8.18 (old)'; "
-        'sys.argv[:] = sys.argv[4:]; exec(sys.argv.pop(1))" "$@"\n'
-    )
+    fake.write_text(f'#!/bin/sh\nexec {sys.executable} -c \'{OLD}\' "$@"\n')
     fake.chmod(0o755)
     output = _refused(deployer, 'arm')
     assert 'its Python is 3.8.18, but 3.10' in output

@@ -219,7 +219,11 @@ class MachinesThere:
             del self._connections[name]
         self.close()
         return RemoteParts(
-            links, placed, self._placer.place_more, self.localised
+            links,
+            placed,
+            self._placer.place_more,
+            self.localised,
+            tty=settings.tty,
         )
 
     def close(self) -> None:
