@@ -143,6 +143,11 @@ class MachineLink:
         self._is_over = False
 
     @property
+    def identity(self) -> str:
+        """The identity of the launch that the part is there."""
+        return self._part.identity
+
+    @property
     def pid(self) -> int:
         """The process that connects, a child of ours, or 0."""
         return 0 if self._process is None else self._process.pid
