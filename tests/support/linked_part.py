@@ -247,4 +247,3 @@ class LinkedPart:
     def cut(self) -> None:
         """Kill the connection, as it is here."""
         os.kill(self.link.pid, signal.SIGKILL)
-

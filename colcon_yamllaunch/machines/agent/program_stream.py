@@ -51,21 +51,27 @@ def run_program(
     except OSError as error:
         raise UserError(f'{argv[0]}: {error.strerror}') from error
     try:
-        _pass_on(launcher, process)
+        if not _pass_on(launcher, process):
+            _end(process, identity)
         code = process.wait()
     except launcher_channel.LauncherGoneError:
-        from colcon_yamllaunch.machines.agent.left_processes import (
-            end_what_is_left,
-        )
-
-        end_what_is_left(identity, leader=process.pid, timeouts=_TIMEOUTS)
+        _end(process, identity)
         raise
     return {'code': code if code >= 0 else 128 - code}
 
 
+def _end(process: 'subprocess.Popen[bytes]', identity: str) -> None:
+    from colcon_yamllaunch.machines.agent.left_processes import (
+        end_what_is_left,
+    )
+
+    end_what_is_left(identity, leader=process.pid, timeouts=_TIMEOUTS)
+
+
 def _pass_on(
     launcher: LauncherChannel, process: 'subprocess.Popen[bytes]'
-) -> None:
+) -> bool:
+    """Pass on its streams until they end; return False to end it before."""
     assert process.stdin and process.stdout and process.stderr
     stdin = process.stdin.fileno()
     os.set_blocking(stdin, False)
@@ -82,9 +88,11 @@ def _pass_on(
             # the launcher waits meanwhile
             ready = _poll(masks)
         for frame in launcher.taken_frames():
-            if frame.kind == frames.STREAM:
+            if frame.kind == frames.STREAM and not at_end:
                 waiting += frame.body
-                at_end = at_end or not frame.body
+                at_end = not frame.body
+            elif frame.kind == frames.CONTROL and 'end' in frame.content():
+                return False
         if waiting and stdin in ready:
             try:
                 del waiting[: os.write(stdin, waiting)]
@@ -104,9 +112,9 @@ def _pass_on(
             elif readers[descriptor]:
                 launcher_channel.write(frames.encode(frames.STREAM, data))
             else:
-                launcher_channel.send(
-                    {'errors': data.decode(errors='replace')}
-                )
+                text = data.decode(errors='replace')
+                launcher_channel.send({'errors': text})
+    return True
 
 
 def _poll(masks: Mapping[int, int]) -> set[int]:

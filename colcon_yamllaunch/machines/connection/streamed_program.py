@@ -92,10 +92,16 @@ class StreamedProgram:
             raise self._failure
         return _LOST if self._code is None else self._code
 
+    def close_stdin(self) -> None:
+        """Have its standard input end."""
+        self._close('_stdin')
+
     def close(self) -> None:
-        """Close the descriptors, so that it ends, and wait for that."""
+        """Close the descriptors, and end it if it runs."""
         self._close('_stdin')
         self._close('_stdout')
+        if self._code is None and self._failure is None:
+            self._write(frames.message({'end': self._number}))
         self._up.join()
         self._down.join()
 
