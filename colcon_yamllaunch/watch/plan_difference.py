@@ -21,6 +21,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
@@ -126,12 +127,13 @@ def _matches(
             return
         waiting: dict[Hashable, list[_One]] = {}
         for one in reversed(old):
-            waiting.setdefault(key(one), []).append(one)
+            place = _machine_of(one), key(one)
+            waiting.setdefault(place, []).append(one)
         matched: set[str] = set()
         left = []
         for other in new:
             known_by = key(other)
-            same = waiting.get(known_by)
+            same = waiting.get((_machine_of(other), known_by))
             if known_by is None or not same:
                 left.append(other)
                 continue
@@ -165,9 +167,10 @@ def _relabelled(
             names[key], labels[key] = kept[key].ros_name, kept[key].label
             continue
         name = _free(key, used) if isinstance(entry, Process) else key
-        label = entry.label if entry.label != key else name
+        machine = _machine_of(entry)
+        label = entry.label if entry.label != machine + key else machine + name
         if label in used:
-            label = name
+            label = machine + name
         if label in used:
             label = _free(label, used)
         if isinstance(entry, Component):
@@ -206,6 +209,12 @@ def _relabelled(
     )
     entries = with_names(new.entries)
     return replace(new, entries=entries, handlers=handlers), fresh
+
+
+def _machine_of(entry: Labelled) -> str:
+    """Return what the label of a part on another machine begins with."""
+    machine, separator, _ = entry.label.rpartition(MACHINE_SEPARATOR)
+    return machine + separator
 
 
 def _free(name: str, used: Collection[str]) -> str:

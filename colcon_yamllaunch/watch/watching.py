@@ -72,7 +72,7 @@ class Watching:
     :param log: The file for what the child that watches has to say, or None
     :param since_ns: When these files were read at the earliest, by the clock
       of the files
-    :param grown_from: See :class:`.Prepared`
+    :param grown_from: See :class:`.Prepared`, also for the next two
     :param clock: Returns seconds that never go back
     :param why: Whether to say of each change what follows from it, and why
     :param cwd: The folder that paths are shown from
@@ -88,6 +88,8 @@ class Watching:
         *,
         since_ns: int,
         grown_from: Mapping[str, str] | None,
+        deployment: str = '',
+        machines: frozenset[str] = frozenset(),
         clock: Callable[[], float],
         why: bool,
         cwd: str,
@@ -100,6 +102,8 @@ class Watching:
         self._watcher: WatcherLink | None = None
         self._since_ns = since_ns
         self._grown_from = grown_from
+        self._deployment = deployment
+        self._machines = machines
         self._begins_anew = False
         self._clock = clock
         self._why = why
@@ -468,7 +472,13 @@ class Watching:
         new = plan_difference(self._plan, prepared.plan, self._labels)
         is_other = prepared.grown_from != self._grown_from
         if is_other or (prepared.grown_from and not new.is_empty):
-            self._begin_anew(current)
+            self._begin_anew(current, 'there are event handlers in Python')
+            return
+        if (
+            prepared.deployment != self._deployment
+            or not prepared.machines <= self._machines
+        ):
+            self._begin_anew(current, 'it runs on other machines now')
             return
         if prepared.packages:
             seconds = self._clock() - current.since
@@ -524,15 +534,17 @@ class Watching:
             and use.packages
         }
 
-    def _begin_anew(self, current: Round) -> None:
+    def _begin_anew(self, current: Round, why: str) -> None:
         """
         End the launch, to run it anew.
 
         What has grown already, and what event handlers remember, is not to
         be told from what the other handlers would have done.
+
+        :param why: Why, as a part of a sentence
         """
-        why = 'the launch begins anew, as there are event handlers in Python'
-        text = current.line(why, self._clock())
+        line = f'the launch begins anew, as {why}'
+        text = current.line(line, self._clock())
         self._rounds.remove(current)
         self._begins_anew = True
         self._the_launch.tell(events.Watched(text))

@@ -153,6 +153,10 @@ class ConnectProcess:
         """Close the pipes, so that it ends by itself."""
         self._close()
 
+    def disown(self) -> None:
+        """Have nothing to do with it, in a fork of this process."""
+        self._close()
+
     def _close(self) -> None:
         for name in ('stdin', 'stdout', 'stderr'):
             descriptor = getattr(self, name)

@@ -231,6 +231,11 @@ class MachineLink:
         if self._process is not None:
             self._lose(f'the connection ended ({outcome})')
 
+    def disown(self) -> None:
+        """Have nothing to do with it, in a fork of this process."""
+        if self._process is not None:
+            self._process.disown()
+
     def close(self) -> None:
         """
         End the link, and wait until nothing of it runs here.

@@ -84,6 +84,9 @@ class Link(Protocol):
     def ended(self, pid: int, outcome: Outcome) -> None:
         """Take into account that the process of the link ended."""
 
+    def disown(self) -> None:
+        """Have nothing to do with it, in a fork of this process."""
+
     def close(self) -> None:
         """End it; what still runs there is stopped, but for `keep`."""
 

@@ -179,6 +179,11 @@ class RemoteParts:
             for part in self.parts:
                 part.close()
 
+    def disown(self) -> None:
+        """Have nothing to do with the links, in a fork of this process."""
+        for part in self.parts:
+            part.link.disown()
+
     # who and what
 
     def has(self, name: str) -> bool:

@@ -56,9 +56,11 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.verb.launching.steps.deployed_launch import (
         DeployedLaunch,
     )
+    from colcon_yamllaunch.watch.knowledge.build_effects import Built
 
 #: How often what a build brought may make more packages necessary.
 MAXIMUM_ROUNDS = 5
+_NONE = frozenset[str]()
 #: What is imported where it is needed, as that is behind the evaluation.
 _BEHIND = (
     'colcon_yamllaunch.verb.launching.builds',
@@ -204,9 +206,11 @@ class LaunchFlow:
             self._deployed.close()
         self._host.close()
 
-    def disown_host(self) -> None:
-        """Have nothing to do with that process, in a fork of this one."""
+    def disown(self) -> None:
+        """Have nothing to do with all of that, in a fork of this process."""
         self._host.disown()
+        if self._deployed is not None:
+            self._deployed.disown()
 
     def run_saved(self, path: Path, plan_run: PlanRun) -> int:
         """
@@ -267,6 +271,33 @@ class LaunchFlow:
             source,
             elsewhere,
         )
+
+    # what is known of other machines, for who watches files
+
+    @property
+    def deployment_digest(self) -> str:
+        """What tells which machines there are, and what is on them."""
+        return '' if self._deployed is None else self._deployed.digest
+
+    @property
+    def machine_names(self) -> frozenset[str]:
+        """The machines that parts of it run on."""
+        return _NONE if self._deployed is None else self._deployed.used
+
+    @property
+    def needed_there(self) -> frozenset[str]:
+        """The packages of the workspace that these need."""
+        return _NONE if self._deployed is None else self._deployed.needed
+
+    @property
+    def built_there(self) -> frozenset[str]:
+        """The packages that were built there."""
+        return _NONE if self._deployed is None else self._deployed.built
+
+    @property
+    def records_there(self) -> 'Built':
+        """What these builds, and earlier ones, have made."""
+        return {} if self._deployed is None else self._deployed.records
 
     def _make_deployed(self) -> 'DeployedLaunch':
         # most launches run here

@@ -3,6 +3,7 @@
 
 """What `colcon launch --watch` adds to a launch, and what its worker does."""
 
+from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import closing
 from contextlib import redirect_stdout
@@ -21,6 +22,7 @@ import time
 from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.language.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.runtime.process.cgroup import CGROUP_VARIABLE
@@ -31,6 +33,7 @@ from colcon_yamllaunch.verb.launching.launch_flow import GiveUpError
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.watch.files.watcher_link import is_installed
 from colcon_yamllaunch.watch.files.watcher_link import MISSING
+from colcon_yamllaunch.watch.knowledge.build_effects import Built
 from colcon_yamllaunch.watch.knowledge.build_effects import changed_by_build
 from colcon_yamllaunch.watch.knowledge.build_effects import records
 from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
@@ -97,17 +100,19 @@ class WatchFlow:
         log = self._log_folder and self._log_folder / WATCHER_LOG
 
         def warm_up() -> None:
-            flow.disown_host()
+            flow.disown()
             _warm_up(flow)
 
         self._watching = Watching(
             plan,
             knowledge,
-            records(flow.workspace, names),
+            _built(flow, names),
             WorkerLink(self._prepare, warm_up, _clean_up),
             log or None,
             since_ns=self._since_ns,
             grown_from=_grown_from(flow),
+            deployment=flow.deployment_digest,
+            machines=flow.machine_names,
             clock=time.monotonic,
             why=self._why,
             cwd=str(self._cwd),
@@ -160,16 +165,19 @@ class WatchFlow:
         plan, environment = flow.prepare()
         knowledge = self._knowledge_of(flow, plan, environment, job.libraries)
         names = {p.name for p in knowledge.packages} | job.built.keys()
-        built = records(flow.workspace, names)
+        built = _built(flow, names)
+        changed = changed_by_build(job.built, built)
         return Prepared(
             plan,
             environment,
             knowledge,
             built,
-            changed_by_build(job.built, built),
-            tuple(flow.builds.names),
+            {path: _package_of(name) for path, name in changed.items()},
+            tuple(dict.fromkeys((*flow.builds.names, *flow.built_there))),
             since_ns,
             _grown_from(flow),
+            flow.deployment_digest,
+            flow.machine_names,
         )
 
     def _expect_restarts(self) -> None:
@@ -189,10 +197,21 @@ class WatchFlow:
             plan,
             flow.evaluation,
             flow.workspace,
-            flow.wanted,
+            flow.wanted | flow.needed_there,
             libraries,
             environment,
         )
+
+
+def _built(flow: LaunchFlow, names: Iterable[str]) -> Built:
+    """Return what the last builds of packages made, here and elsewhere."""
+    own = [name for name in names if _package_of(name) == name]
+    return {**records(flow.workspace, own), **flow.records_there}
+
+
+def _package_of(name: str) -> str:
+    """Return the package of what a machine has built, as of `arm│my_pkg`."""
+    return name.rpartition(MACHINE_SEPARATOR)[2]
 
 
 def _grown_from(flow: LaunchFlow) -> Mapping[str, str] | None:

@@ -47,6 +47,9 @@ class Prepared:
     :param since_ns: When it began, by the clock of the files
     :param grown_from: The files that it was made from, with their contents,
       if it grows while it runs
+    :param deployment: What says which machines there are, and what is on
+      them; empty if all is here
+    :param machines: Those that parts of it run on
     """
 
     plan: Plan
@@ -57,6 +60,8 @@ class Prepared:
     packages: tuple[str, ...]
     since_ns: int
     grown_from: Mapping[str, str] | None = None
+    deployment: str = ''
+    machines: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)

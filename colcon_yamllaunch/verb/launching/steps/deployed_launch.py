@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.verb.launching.steps.machines_there import (
         MachinesThere,
     )
+    from colcon_yamllaunch.watch.knowledge.build_effects import Built
 
 
 class DeployedLaunch:
@@ -73,6 +74,12 @@ class DeployedLaunch:
         self._parts: RemoteParts | None = None
         #: The packages that are not built here, as nothing here needs them.
         self.only_there: frozenset[str] = frozenset()
+        #: The machines that parts of it run on, and the packages that they
+        #: need.
+        self.used: frozenset[str] = frozenset()
+        self.needed: frozenset[str] = frozenset()
+        #: What builds there have made, with `--watch`.
+        self.records: Built = {}
 
     @cached_property
     def deployment(self) -> Deployment:
@@ -136,6 +143,7 @@ class DeployedLaunch:
             frozenset(named),
             is_growing=evaluation.growing is not None,
         )
+        self.needed = frozenset[str]().union(*needed.values())
         # what was run here may need any of them
         if not evaluation.has_run_programs:
             self.only_there = self.machines.only_there(placed, needed)
@@ -165,7 +173,28 @@ class DeployedLaunch:
         if any(d.severity == 'error' for d in found):
             self._fail(found)
         self._report(found)
+        self.used = frozenset(placed.parts)
+        if self._options.watch is not None:
+            self.records = self.machines.records()
         return placed.whole
+
+    @property
+    def digest(self) -> str:
+        """What tells the deployment from others."""
+        # only who watches files asks
+        import hashlib
+
+        return hashlib.sha256(repr(self.deployment).encode()).hexdigest()
+
+    @property
+    def built(self) -> frozenset[str]:
+        """The packages that were built on machines."""
+        return frozenset[str]().union(*self.machines.built.values())
+
+    def disown(self) -> None:
+        """Have nothing to do with the parts, in a fork of this process."""
+        if self._parts is not None:
+            self._parts.disown()
 
     def start(
         self, plan: Plan, *, is_growing: bool

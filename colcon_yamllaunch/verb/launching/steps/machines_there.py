@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+import os.path
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,7 @@ from colcon_yamllaunch.verb.launching.steps.errands import Errands
 from colcon_yamllaunch.verb.launching.steps.needed_there import packages_of
 from colcon_yamllaunch.verb.launching.steps.paths_there import PathsThere
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
+from colcon_yamllaunch.workspace.packages.closure import closure
 
 #: Seconds that a thread may take to end once its connection is closed.
 PATIENCE = 15.0
@@ -86,6 +88,8 @@ class MachinesThere:
         self._errands: Errands[Any] | None = None
         # the packages that the machines have, or are about to get
         self._brought: dict[str, frozenset[str]] = {}
+        # those that are brought when all is built here
+        self._late: dict[str, frozenset[str]] = {}
         self._code: Code | None = None
         self._placer = Placer(deployment)
         #: The packages that were built there.
@@ -118,9 +122,16 @@ class MachinesThere:
     def only_there(
         self, placed: Placed, needed: Mapping[str, frozenset[str]]
     ) -> frozenset[str]:
-        """Return the packages that nothing here needs."""
-        there = frozenset[str]().union(*needed.values())
-        return there - self._packages_of(placed.local)
+        """Return the packages that need not be built here."""
+        there: set[str] = set()
+        here = set(self._packages_of(placed.local))
+        for name, packages in needed.items():
+            if self._mode_of(name) == 'install':
+                # what is built here is what it gets
+                here |= packages
+            else:
+                there |= packages
+        return frozenset(there - here)
 
     def begin(self, needed: Mapping[str, frozenset[str]]) -> None:
         """
@@ -140,15 +151,12 @@ class MachinesThere:
         }
         if not wanted or self._session.root is None:
             return
-        self.wait()
+        self._wait()
         self._brought |= wanted
-        code = self._code_here()
-        self._errands = Errands(
-            {
-                name: partial(self._bring, name, names, code)
-                for name, names in wanted.items()
-            }
-        )
+        late = [n for n in wanted if self._mode_of(n) == 'install']
+        # that is made here first
+        self._late |= {name: wanted.pop(name) for name in late}
+        self._bring_all(wanted)
 
     def begin_with(self, plan: Plan) -> None:
         """
@@ -164,7 +172,45 @@ class MachinesThere:
         """
         Wait until the code is there.
 
+        What is installed here is brought only then, so it is to be called
+        when all is built here.
+
         :raises UserError: when it is not
+        """
+        self._wait()
+        late, self._late = self._late, {}
+        self._bring_all(late)
+        self._wait()
+
+    def records(self) -> dict[str, dict[str, str]]:
+        """
+        Return what the last builds made on the machines, for `--watch`.
+
+        They are by the machine and package, as `arm│my_pkg`; the files by the
+        paths that they would have here.
+
+        :raises UserError: when a machine cannot be asked
+        """
+        asked = Errands(
+            {
+                name: partial(self._records_of, name, self._brought[name])
+                for name in self._connections
+                if self._brought.get(name) and self._mode_of(name) == 'build'
+            }
+        )
+        asked.wait()
+        asked.check()
+        return {
+            f'{machine}{MACHINE_SEPARATOR}{package}': files
+            for machine, packages in asked.results.items()
+            for package, files in packages.items()
+        }
+
+    def _wait(self) -> None:
+        """
+        Wait until what has been begun is done.
+
+        :raises UserError: when it has failed
         """
         if self._errands is None:
             return
@@ -329,12 +375,53 @@ class MachinesThere:
             )
         return self._code
 
+    def _mode_of(self, name: str) -> str:
+        return self._mode or self.deployment.machines[name].sync
+
+    def _bring_all(self, wanted: Mapping[str, frozenset[str]]) -> None:
+        if wanted:
+            code = self._code_here()
+            self._errands = Errands(
+                {
+                    name: partial(self._bring, name, names, code)
+                    for name, names in wanted.items()
+                }
+            )
+
+    def _records_of(
+        self, name: str, needed: frozenset[str]
+    ) -> dict[str, dict[str, str]]:
+        colcon = self._session.colcon
+        packages = sorted(closure(self._session.packages, needed))
+        install_base = os.path.realpath(colcon.install_base)
+        build_base = os.path.realpath(colcon.build_base)
+        answer = self._connections[name].ask(
+            'builds_there.tell',
+            {
+                'build_base': self._paths[name].folders.text(
+                    str(colcon.build_base)
+                ),
+                'packages': packages,
+            },
+        )
+        found = {}
+        for package, told in answer.get('packages', {}).items():
+            bases = {
+                'installed': install_base,
+                'products': f'{build_base}/{package}',
+            }
+            found[package] = {
+                f'{base}/{path}': content
+                for kind, base in bases.items()
+                for path, content in told[kind].items()
+            }
+        return found
+
     def _bring(self, name: str, needed: frozenset[str], code: Code) -> Synced:
-        machine = self.deployment.machines[name]
         workspace = self._paths[name].workspace
         assert workspace is not None
         return sync_code(
-            self._mode or machine.sync,
+            self._mode_of(name),
             name,
             workspace,
             self._connections[name],
