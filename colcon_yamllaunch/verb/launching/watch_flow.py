@@ -193,7 +193,7 @@ class WatchFlow:
         libraries: Mapping[str, frozenset[str] | None],
     ) -> Knowledge:
         assert flow.evaluation is not None
-        return knowledge_of(
+        known = knowledge_of(
             plan,
             flow.evaluation,
             flow.workspace,
@@ -201,6 +201,10 @@ class WatchFlow:
             libraries,
             environment,
         )
+        if self._options.deploy is None:
+            return known
+        deployment = os.path.realpath(self._cwd / self._options.deploy)
+        return replace(known, plan_files=known.plan_files | {deployment})
 
 
 def _built(flow: LaunchFlow, names: Iterable[str]) -> Built:
