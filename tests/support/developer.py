@@ -44,8 +44,16 @@ class Developer:
         self.write(f'src/{name}/scripts/hello.sh', hello, 0o755)
         self.write(f'src/{name}/config/hello.txt', 'hello\n')
         (self.root / f'src/{name}/launch').mkdir()
-        path = self.root / 'src' / name
-        self.packages.append(Package(name, path, 'cmake', frozenset(needs)))
+        self.add(name, f'src/{name}', 'cmake', *needs)
+
+    def add(
+        self, name: str, place: str, package_type: str, *needs: str
+    ) -> None:
+        """Have a package whose files are there."""
+        path = self.root / place
+        self.packages.append(
+            Package(name, path, package_type, frozenset(needs))
+        )
 
     def move(self, name: str, place: str) -> None:
         """Have a package elsewhere, where it was moved to."""

@@ -69,9 +69,9 @@ class InstallListing:
             for name in sorted(names):
                 self._folders[f'{base}/{name}'] = str(install_base / name)
         missing = [
-            os.path.basename(place)
-            for place, folder in self._folders.items()
-            if not os.path.isdir(folder)
+            name
+            for name in sorted(names)
+            if not (install_base if merged else install_base / name).is_dir()
         ]
         if missing:
             raise UserError(
