@@ -10,6 +10,7 @@ import subprocess
 from colcon_yamllaunch.machines.sync.code_sync import Code
 from colcon_yamllaunch.machines.sync.code_sync import sync_code
 from colcon_yamllaunch.machines.sync.code_sync import Synced
+from colcon_yamllaunch.machines.sync.remote_connection import Connection
 from colcon_yamllaunch.workspace.packages.package import Package
 from support.file_clock import let_files_settle
 from support.machine_here import MachineHere
@@ -26,6 +27,8 @@ class Developer:
     def __init__(self, folder: Path) -> None:
         self.root = folder / 'here'
         self.machine = MachineHere(folder / 'arm')
+        #: How it is reached.
+        self.connection: Connection = self.machine
         self.packages: list[Package] = []
         self.said: list[str] = []
         self.build_arguments: tuple[str, ...] = ()
@@ -83,7 +86,7 @@ class Developer:
             mode,
             'arm',
             str(self.machine.root),
-            self.machine,
+            self.connection,
             code,
             frozenset(needed),
             self.said.append,

@@ -1,0 +1,129 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Code is brought to a machine by one connection of ssh, and ends with it."""
+
+from collections.abc import Iterator
+import os
+from pathlib import Path
+import shutil
+import signal
+import sys
+import threading
+import time
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.machines.connection.machine_connection import (
+    MachineConnection,
+)
+from colcon_yamllaunch.machines.deployment.machine import Machine
+from colcon_yamllaunch.machines.sync.code_sync import Synced
+import pytest
+from support.developer import Developer
+from support.sshd import Sshd
+
+pytestmark = pytest.mark.full
+
+#: Seconds; a loaded machine needs some.
+DEADLINE = 60
+#: A build that does not end, with what it starts.
+ENDLESS = """
+execute_process(COMMAND sh -c "sleep 4000 & sleep 4001")
+"""
+
+
+@pytest.fixture
+def developer(tmp_path: Path, sshd: Sshd) -> Iterator[Developer]:
+    machine = sshd['arm']
+    machine.shell_reads(f'PATH={Path(sys.executable).parent}:$PATH')
+    developer = Developer(tmp_path)
+    developer.machine.root = machine.home / 'ws'
+    developer.package('a')
+    connection = MachineConnection(
+        Machine('arm', 'ssh', ('arm',)),
+        environment=sshd.environment(dict(os.environ)),
+    )
+    connection.connect()
+    developer.connection = connection
+    try:
+        yield developer
+    finally:
+        connection.close()
+        sshd.wait_until_empty('arm')
+        shutil.rmtree(machine.home / 'ws', ignore_errors=True)
+
+
+def build_endlessly(developer: Developer, sshd: Sshd) -> list[str]:
+    """Start a build that does not end, and return where errors come."""
+    file = developer.root / 'src/a/CMakeLists.txt'
+    file.write_text(file.read_text() + ENDLESS)
+    errors: list[str] = []
+
+    def sync() -> None:
+        try:
+            developer.sync('a')
+        except UserError as e:
+            errors.append(str(e))
+
+    threading.Thread(target=sync, daemon=True).start()
+    deadline = time.monotonic() + DEADLINE
+    while not any('sleep 4001' in line for line in sshd.left('arm')):
+        assert time.monotonic() < deadline, (sshd.left('arm'), errors)
+        time.sleep(0.05)
+    return errors
+
+
+def wait_for(errors: list[str]) -> str:
+    deadline = time.monotonic() + DEADLINE
+    while not errors:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    return errors[0]
+
+
+def test_sources_come_by_the_connection(developer: Developer) -> None:
+    odd = os.fsencode(developer.root / 'src/a/config') + b'/odd \xff\n name'
+    Path(os.fsdecode(odd)).write_bytes(os.urandom(3_000_000))
+    assert developer.sync('a') == Synced(4, frozenset({'a'}))
+    assert developer.hello('a') == 'hello from a\n'
+    assert developer.sync('a') == Synced()
+
+
+def test_who_closes_the_connection_ends_the_build(
+    developer: Developer, sshd: Sshd
+) -> None:
+    errors = build_endlessly(developer, sshd)
+    connection = developer.connection
+    assert isinstance(connection, MachineConnection)
+    connection.close()
+    assert 'arm' in wait_for(errors)
+    sshd.wait_until_empty('arm', seconds=20)
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize(
+    'doomed',
+    ['machines.sync.colcon_there', '-I -S -c', 'ssh'],
+)
+def test_no_build_outlives_who_waits_for_it(
+    developer: Developer, sshd: Sshd, doomed: str
+) -> None:
+    errors = build_endlessly(developer, sshd)
+    connection = developer.connection
+    assert isinstance(connection, MachineConnection)
+    if doomed == 'ssh':
+        process = connection._process
+        assert process is not None
+        os.kill(process.pid, signal.SIGKILL)
+    else:
+        pids = [
+            pid
+            for pid, command in sshd.processes('arm').items()
+            if doomed in command and 'sh -c' not in command
+        ]
+        assert pids
+        for pid in pids:
+            os.kill(pid, signal.SIGKILL)
+    assert wait_for(errors).startswith('arm: ')
+    connection.close()
+    sshd.wait_until_empty('arm', seconds=20)
