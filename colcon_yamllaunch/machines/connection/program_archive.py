@@ -16,6 +16,7 @@ import hashlib
 import json
 from pathlib import Path
 import re
+import threading
 import zlib
 
 import colcon_yamllaunch
@@ -39,6 +40,7 @@ _IMPORT = re.compile(
     rf'|import ({_PACKAGE}[\w.]*))',
     re.MULTILINE,
 )
+_LOCK = threading.Lock()
 # imported for annotations only
 _FOR_TYPES = re.compile(
     r'^( *)if TYPE_CHECKING:\n(?:\1 +.*\n|\n)+', re.MULTILINE
@@ -65,9 +67,14 @@ class ProgramArchive:
         return zlib.compress(self._text, 6)
 
 
-@cache
 def program_archive() -> ProgramArchive:
-    """Return what machines are sent."""
+    """Return what machines are sent; several threads may ask for it."""
+    with _LOCK:
+        return _program_archive()
+
+
+@cache
+def _program_archive() -> ProgramArchive:
     return ProgramArchive(
         {f'{_PACKAGE}/{name}': text for name, text in program_files().items()}
     )
