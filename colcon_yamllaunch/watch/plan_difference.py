@@ -21,7 +21,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.plan.labels import MACHINE_SEPARATOR
+from colcon_yamllaunch.language.plan.labels import machine_of
 from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
@@ -127,13 +127,14 @@ def _matches(
             return
         waiting: dict[Hashable, list[_One]] = {}
         for one in reversed(old):
-            place = _machine_of(one), key(one)
+            # what runs on a machine is none that runs on another one
+            place = machine_of(one.label), key(one)
             waiting.setdefault(place, []).append(one)
         matched: set[str] = set()
         left = []
         for other in new:
             known_by = key(other)
-            same = waiting.get((_machine_of(other), known_by))
+            same = waiting.get((machine_of(other.label), known_by))
             if known_by is None or not same:
                 left.append(other)
                 continue
@@ -167,7 +168,7 @@ def _relabelled(
             names[key], labels[key] = kept[key].ros_name, kept[key].label
             continue
         name = _free(key, used) if isinstance(entry, Process) else key
-        machine = _machine_of(entry)
+        machine = machine_of(entry.label)
         label = entry.label if entry.label != machine + key else machine + name
         if label in used:
             label = machine + name

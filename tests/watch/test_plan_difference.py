@@ -157,6 +157,25 @@ def test_where_a_parameter_is_set_does_not_matter() -> None:
     assert plan_difference(old, plan(file('2', 5))).differs == ('a',)
 
 
+def test_what_runs_on_a_machine_is_none_of_another_one() -> None:
+    def there(*labels: str) -> Plan:
+        return Plan(
+            tuple(
+                replace(node('a'), label=label, name=label.rpartition('│')[2])
+                for label in labels
+            )
+        )
+
+    old = there('here-1', 'arm│a-2', 'arm│b-3')
+    found = plan_difference(old, there('arm│a-1', 'here-2'))
+    assert found.gone == ('arm│b-3',)
+    assert found.same == ('arm│a-2', 'here-1')
+    # what is new keeps its machine, whatever it is called there
+    found = plan_difference(old, there('here-1', 'gpu│a-2'))
+    (new,) = found.new
+    assert (new.label, new.name) == ('gpu│a-3', 'a-3')
+
+
 def test_components() -> None:
     old = plan(component('X', 'x', 1), component('Y'), component('Y'))
     new = plan(component('Y'), component('X', 'x', 2), component('Z'))

@@ -30,6 +30,12 @@ MACHINE_SEPARATOR = '│'
 RESERVED = frozenset({'launch'})
 
 
+def machine_of(label: str) -> str:
+    """Return the machine in a label, with what follows it; or nothing."""
+    name, separator, _ = label.partition(MACHINE_SEPARATOR)
+    return name + separator if separator else ''
+
+
 class Unlabelled(NamedTuple):
     """
     Something that gets a label.
