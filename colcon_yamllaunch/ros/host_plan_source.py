@@ -3,6 +3,7 @@
 
 """The host of launch files in Python as a source of more plan."""
 
+import signal
 from typing import Any
 from typing import Protocol
 
@@ -109,6 +110,9 @@ class HostPlanSource:
                 if outcome.signal is not None:
                     # as Python's subprocess has it, and so ROS 2
                     code = -outcome.signal
+                elif outcome.lost:
+                    # ROS 2 knows of no other end that nobody has seen
+                    code = -signal.SIGKILL
                 self._tell_of(
                     event.process,
                     'exit',

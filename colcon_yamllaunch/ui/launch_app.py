@@ -141,5 +141,5 @@ class LaunchApp(App[None]):
             # a process may end in the middle of it
             with suppress(OSError):
                 model.take_usage(await asyncio.to_thread(self._measure, pids))
-            self.panes.changed()
+            self.panes.look_again()
             await asyncio.sleep(MEASURED_EVERY)

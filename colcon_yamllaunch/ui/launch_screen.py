@@ -187,6 +187,12 @@ class LaunchScreen(Screen[None]):
             due = max(loop.time(), self._drawn + DRAWN_EVERY)
             loop.call_at(due, self._draw)
 
+    def look_again(self) -> None:
+        """Draw what was measured, and ask for what others have measured."""
+        if self._link is not None:
+            self._link.look_again()
+        self.changed()
+
     # -- what a key does to one
 
     def action_stop(self) -> None:

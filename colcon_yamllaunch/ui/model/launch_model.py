@@ -112,7 +112,12 @@ class LaunchModel:
         self._taken = self._clock()
 
     def take_usage(self, usage: Mapping[int, Usage]) -> None:
-        """Take what process groups use."""
+        """
+        Take what process groups of this machine use.
+
+        What runs on other ones is part of the state of the launch.
+        """
+        self.wants_state |= any(p.machine for p in self.state.processes)
         for process in self.state.processes:
             used = use_of(process, usage)
             history = self.usage.get(process.label)

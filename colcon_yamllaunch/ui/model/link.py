@@ -119,6 +119,11 @@ class Link:
         self._missed_before = self._model.missed_bytes
         self._narrow()
 
+    def look_again(self) -> None:
+        """Ask for the state of the launch if that is wanted."""
+        if self.is_open:
+            self._settle()
+
     def _read(self) -> None:
         now = self._loop.time()
         if now - self._begin > INTERVAL:

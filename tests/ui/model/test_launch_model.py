@@ -167,6 +167,13 @@ def test_use_of_resources_is_remembered_for_a_while() -> None:
         model.take_usage({7: Usage(float(number), 1)})
     assert len(model.usage['a']) == HISTORY
     assert model.usage['a'][0].cpu == 5.0
+    assert not model.wants_state
+    # those of other machines come with the state
+    there = process('b', pid=7, machine='arm', cpu=0.25, memory=2)
+    model = model_of(there)
+    model.take_usage({7: Usage(1.0, 1)})
+    assert list(model.usage['b']) == [Usage(0.25, 2)]
+    assert model.wants_state
     assert curve([0.0, 0.5, 1.0]) == '▁▅█'
     assert curve([0.0, 0.0]) == '▁▁'
 
