@@ -11,6 +11,8 @@ import shutil
 import signal
 import time
 
+from colcon_yamllaunch.machines.connection.connection_keeper import KEEPER
+
 #: Bytes of its standard error that are kept.
 _MESSAGES = 8192
 #: Bytes that the pipes hold, so that few calls carry much.
@@ -29,6 +31,8 @@ class ConnectProcess:
     in order when somebody presses Ctrl-C.
 
     :param command: Its command line
+    :param kept: Whether it is ended if the launcher is killed, see
+      `connection_keeper`; a guard does so later
     :param asks: Whether it is to ask on the terminal; it must be given that
       then, see `foreground`, and its standard error is ours
     :raises OSError: when it cannot be started
@@ -40,6 +44,7 @@ class ConnectProcess:
         environment: Mapping[str, str],
         *,
         asks: bool = False,
+        kept: bool = False,
     ) -> None:
         path = environment.get('PATH', os.defpath)
         program = shutil.which(command[0], path=path)
@@ -71,6 +76,8 @@ class ConnectProcess:
         finally:
             for descriptor in (its_input, its_output, its_errors):
                 os.close(descriptor)
+        if kept:
+            KEEPER.keep(self.pid)
         for descriptor in (self.stdin, self.stdout):
             with suppress(OSError):
                 _enlarge(descriptor)
@@ -112,13 +119,19 @@ class ConnectProcess:
                 pid, status = os.waitpid(self.pid, os.WNOHANG)
                 if pid:
                     self.status = status
+                    self.leave_to_guard()
                     break
                 if time.monotonic() >= deadline:
                     return None
                 time.sleep(0.005)
                 continue
             self.status = 0
+            self.leave_to_guard()
         return os.waitstatus_to_exitcode(self.status)
+
+    def leave_to_guard(self) -> None:
+        """Have it ended no more if the launcher is killed."""
+        KEEPER.release(self.pid)
 
     def end(self, patience: float = _PATIENCE) -> None:
         """

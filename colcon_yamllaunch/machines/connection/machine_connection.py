@@ -173,7 +173,9 @@ class MachineConnection:
         self._command = connect_command(machine, environment, may_ask=may_ask)
         variables = connect_variables(environment, may_ask=may_ask)
         try:
-            process = ConnectProcess(self._command, variables, asks=may_ask)
+            process = ConnectProcess(
+                self._command, variables, asks=may_ask, kept=True
+            )
         except OSError as error:
             raise connection_errors.no_command(
                 machine, self._command[0], error

@@ -167,6 +167,7 @@ class MachineLink:
         self._watches, self._handler = watches, handler
         process = self._process
         assert process is not None
+        process.leave_to_guard()
         self._heard = time.monotonic()
         self._watch(process)
         self._resume()
