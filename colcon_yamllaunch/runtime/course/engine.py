@@ -116,8 +116,7 @@ class Engine:
         self.terminals = Terminals(self.watches, self._relay, elsewhere)
         if companion is not None:
             self.terminals.when_echoed = companion.echoed
-        is_cpp = settings.buffering.is_cpp
-        self._silence = SilenceWatch(is_cpp, settings.clock)
+        self._silence = SilenceWatch(self._holds_back, settings.clock)
         self._listeners = [
             *listeners,
             self.terminals.handle,
@@ -639,6 +638,14 @@ class Engine:
         silent = self._silence.overdue()
         if silent is not None:
             self.tell(silent)
+
+    def _holds_back(self, process: Process) -> bool:
+        """Tell whether a process may hold back what it writes."""
+        # who runs it elsewhere tells that
+        is_here = self.elsewhere is None or not self.elsewhere.has(
+            process.label
+        )
+        return is_here and self._settings.buffering.is_cpp(process)
 
     def _seconds_to_wait(self) -> float | None:
         waits = [

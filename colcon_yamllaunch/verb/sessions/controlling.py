@@ -21,6 +21,7 @@ from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
 from colcon_yamllaunch.runtime.clients.client import PROGRESS_INTERVAL
 from colcon_yamllaunch.runtime.clients.resource_usage import Usage
 from colcon_yamllaunch.runtime.clients.resource_usage import usage_of
+from colcon_yamllaunch.runtime.clients.resource_usage import use_of
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
 from colcon_yamllaunch.runtime.control.launch_states import Part
 from colcon_yamllaunch.runtime.control.launch_states import ProcessState
@@ -156,8 +157,9 @@ def _described(
 ) -> dict[str, Any]:
     described = asdict(candidate.state)
     described['orphaned'] = candidate.is_orphaned
-    for process in described['processes']:
-        used = usage.get(process['pid'])
+    states = candidate.state.processes
+    for process, state in zip(described['processes'], states, strict=True):
+        used = use_of(state, usage)
         process['cpu'] = None if used is None else round(used.cpu, 4)
         process['memory'] = None if used is None else used.memory
     return described
