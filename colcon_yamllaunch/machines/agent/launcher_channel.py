@@ -53,6 +53,7 @@ class LauncherChannel:
         self._reader = FrameReader()
         self._frames: list[Frame] = []
         self._heard = time.monotonic()
+        self._was_asked = False
 
     def poll(
         self, others: Mapping[int, int], seconds: float | None
@@ -94,16 +95,17 @@ class LauncherChannel:
         """
         Return what comes next.
 
-        :param idle: Is called if nothing has come yet
+        :param idle: Is called if nothing has come yet, but something before
         :raises FrameError: when something else comes
         :raises LauncherGoneError: when the launcher is gone
         """
         if not self._frames:
             self.poll({}, 0.0)
-        if not self._frames:
+        if not self._frames and self._was_asked:
             idle()
         while not self._frames:
             self.poll({}, None)
+        self._was_asked = True
         return self._frames.pop(0)
 
     def _read(self) -> None:

@@ -53,7 +53,6 @@ def main(temporary: str) -> None:
     _complete_environment()
     launcher_channel.PROGRAM.folder = temporary
     try:
-        _end_what_others_left()
         _serve(LauncherChannel())
     finally:
         launcher_channel.PROGRAM.remove()
@@ -74,6 +73,7 @@ def _get_ready() -> None:
     """Do what can be done before it is asked for, as that takes a while."""
     from colcon_yamllaunch.machines.agent import part_engine  # noqa: F401
 
+    _end_what_others_left()
     if not launcher_channel.PROGRAM.folder:
         remove_unused_programs(Path(__file__).parents[3])
 
