@@ -206,6 +206,8 @@ class RemotePart:
         self, reason: str, *, interactive: bool, drop_timers: bool
     ) -> None:
         """Begin to end all of it."""
+        if self.state == 'lost':
+            self._tell(events.Warned(f'{self.machine.name}: {self._waits()}'))
         self.send(
             'stop',
             reason=reason,
@@ -217,10 +219,10 @@ class RemotePart:
         """Take the next step of stopping at once."""
         if self.state == 'lost':
             # who asks twice does not wait until it is back
-            what = 'its processes stop there by themselves'
+            reason = self.reason or 'it is not heard of'
             if self.machine.on_lost == 'keep':
-                what = 'its processes run on there (on_lost: keep)'
-            self._give_up(f'{self.reason}; {what}')
+                reason = f'{reason}; its processes run on there'
+            self._give_up(reason)
         self.send('hurry')
 
     def finish(self) -> None:
@@ -655,6 +657,18 @@ class RemotePart:
         if self.state == 'gone':
             return f'{name} is gone: {self.reason}'
         return f'the link to {name} is lost: {self.reason}'
+
+    def _waits(self) -> str:
+        """Say what a launch that stops waits for while the link is lost."""
+        if self.machine.on_lost == 'keep':
+            return (
+                'the link is lost, so it is waited for until it can be told '
+                'to stop; Ctrl-C again leaves its processes running there'
+            )
+        return (
+            'the link is lost, so it is waited for until its processes have '
+            'stopped there by themselves; Ctrl-C again does not wait'
+        )
 
     def _refuse_all(self, why: str) -> None:
         """Answer all requests, as nobody else will."""

@@ -76,6 +76,7 @@ def test_nodes_there_are_controlled(
     # no program of it runs here
     commands = list(ros_deployer.processes().values())
     assert not any('component_container' in one for one in commands)
-    assert launch.interrupt() == 0, launch.output
+    # one component could not be loaded
+    assert launch.interrupt() == 1, launch.output
     sshd.wait_until_empty()
     ros_deployer.wait_until_empty()

@@ -345,7 +345,7 @@ class MachinesThere:
             if install_base.is_relative_to(session.colcon.root):
                 del folders[str(install_base)]
         if self._log_folder is not None:
-            base = facts.workspace if session.root else f'{facts.home}/.ros'
+            base = facts.workspace or f'{facts.home}/.ros'
             logs = f'{base}/log/{self._log_folder.name}'
             folders[str(self._log_folder)] = logs
         machine = self.deployment.machines[name]
@@ -353,7 +353,7 @@ class MachinesThere:
             machine,
             RemotePaths(folders),
             str(self._cwd),
-            facts.workspace if session.root else None,
+            facts.workspace,
             facts.home,
             session.locator,
         )
@@ -439,7 +439,7 @@ class MachinesThere:
         machine = self.deployment.machines[name]
         paths = self._paths[name]
         variables = variables_along(self._environment, machine.env)
-        workspace = paths.workspace or machine.workspace
+        workspace = paths.workspace
         if not paths.has_setup and not self._brought.get(name):
             # what needs no package does without
             workspace = None
