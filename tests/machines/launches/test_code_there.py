@@ -20,7 +20,7 @@ def _packaged(deployer: Deployer, sync: str) -> None:
     deployer.manifest('robot')
     _edit(deployer, 'first')
     deployment = {
-        'machines': {'arm': {'ssh': 'arm', 'sync': sync}},
+        'machines': {'arm': {'ssh': 'arm', 'sync': sync, 'workspace': '~/ws'}},
         'processes': [{'match': '*', 'machine': 'arm'}],
     }
     deployer.write('robot.yaml', json.dumps(deployment))
