@@ -45,6 +45,7 @@ OTHERS = {
     'COMP_LINE',  # of the shell's completion, as the next one
     'COMP_POINT',
     'LD_LIBRARY_PATH',  # passed on as it is
+    'VERSION_ID',  # of a system, in os-release
     'SC_CLK_TCK',  # of the system
     'SC_PAGE_SIZE',
 }

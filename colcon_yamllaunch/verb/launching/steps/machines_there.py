@@ -37,8 +37,8 @@ from colcon_yamllaunch.machines.sync.code_sync import sync_code
 from colcon_yamllaunch.machines.sync.code_sync import Synced
 from colcon_yamllaunch.machines.wire.part_settings import PartSettings
 from colcon_yamllaunch.verb.launching.steps.errands import Errands
+from colcon_yamllaunch.verb.launching.steps.machine_paths import PathsThere
 from colcon_yamllaunch.verb.launching.steps.needed_there import packages_of
-from colcon_yamllaunch.verb.launching.steps.paths_there import PathsThere
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.closure import closure
 
