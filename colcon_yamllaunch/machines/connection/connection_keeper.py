@@ -15,16 +15,17 @@ import signal
 import threading
 
 #: Reads lines `+ PID` and `- PID`; at their end it stops the groups that are
-#: left. SIGTERM comes first, as `ssh` leaves a terminal in order then.
+#: left. A line `.` ends it, as processes that were forked may have the pipe
+#: open. SIGTERM comes first, as `ssh` leaves a terminal in order then.
 _SCRIPT = """\
 pids=' '
 while read -r sign pid; do
   case $sign in
     +) pids="$pids$pid " ;;
     -) pids="${pids%% $pid *} ${pids#* $pid }" ;;
+    .) exit ;;
   esac
 done
-[ "$pids" = ' ' ] && exit
 for pid in $pids; do kill -s TERM -- "-$pid"; done 2>/dev/null
 sleep 2
 for pid in $pids; do kill -s KILL -- "-$pid"; done 2>/dev/null
@@ -87,6 +88,7 @@ class ConnectionKeeper:
             os.write(self._pipe, line.encode())
 
     def _end(self) -> None:
+        self._write('.\n')
         os.close(self._pipe)
         pid, self._pid, self._pipe = self._pid, 0, -1
         with suppress(ChildProcessError):
