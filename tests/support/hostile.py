@@ -61,3 +61,38 @@ def with_mounts(script: str, argv: Sequence[str]) -> list[str]:
     if command is None:
         pytest.skip('mounts of its own need root or a user namespace')
     return [*command, 'sh', '-ec', f'{script}\nexec {shlex.join(argv)}']
+
+
+class Mounts:
+    """
+    Mounts that some commands have, and nobody else; end them with `close`.
+
+    The test is skipped where neither root's rights nor a user namespace
+    allows them.
+
+    :param script: Shell commands that mount
+    """
+
+    def __init__(self, script: str) -> None:
+        self._keeper = subprocess.Popen(
+            with_mounts(f'{script}\necho', ['cat']),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
+        assert self._keeper.stdout is not None
+        assert self._keeper.stdout.readline()
+
+    @property
+    def inside(self) -> list[str]:
+        """What a command begins with that is to have them."""
+        namespaces = ['-m'] if os.getuid() == 0 else ['-U', '-m']
+        words = ['nsenter', '-t', str(self._keeper.pid), *namespaces]
+        return [*words, '--preserve-credentials', '--']
+
+    def run(self, *argv: str) -> None:
+        """Run a command that has them."""
+        subprocess.run([*self.inside, *argv], check=True)
+
+    def close(self) -> None:
+        """End them."""
+        self._keeper.communicate()

@@ -52,6 +52,11 @@ class ProgramHere:
         self.stdin = process.stdin.fileno()
         self.stdout = process.stdout.fileno()
 
+    @property
+    def errors(self) -> str:
+        assert self._process.stderr is not None
+        return self._process.stderr.read().decode(errors='replace')
+
     def end_input(self) -> None:
         assert self._process.stdin is not None
         self._process.stdin.close()
@@ -61,7 +66,8 @@ class ProgramHere:
         return code if code >= 0 else 128 - code
 
     def close(self) -> None:
-        for stream in (self._process.stdin, self._process.stdout):
+        process = self._process
+        for stream in (process.stdin, process.stdout, process.stderr):
             assert stream is not None
             stream.close()
         if self._process.poll() is None:
@@ -85,6 +91,8 @@ class MachineHere:
             [str(Path(sys.executable).parent), os.environ['PATH']]
         )
         self.environment = {'HOME': str(home), 'PATH': path}
+        #: What each of its commands begins with.
+        self.inside: list[str] = []
         #: The requests and programs that it was asked for.
         self.asked: list[str] = []
         self._running: list[subprocess.Popen[bytes]] = []
@@ -96,8 +104,9 @@ class MachineHere:
         on_line: Callable[[str], None] | None = None,
     ) -> dict[str, Any]:
         self.asked.append(request)
+        command = [sys.executable, '-I', '-S', '-c']
         with subprocess.Popen(
-            [sys.executable, '-I', '-S', '-c', _ANSWER, _LIBRARY, request],
+            [*self.inside, *command, _ANSWER, _LIBRARY, request],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             cwd=self.home,
@@ -129,9 +138,10 @@ class MachineHere:
         self.asked.append(argv[0])
         return ProgramHere(
             subprocess.Popen(
-                argv,
+                [*self.inside, *argv],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
                 cwd=cwd or self.home,
                 env={**self.environment, **(env or {})},
             )

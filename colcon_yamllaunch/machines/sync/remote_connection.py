@@ -24,6 +24,10 @@ class ProgramThere(Protocol):
     def stdout(self) -> int:
         """A descriptor here that gives what the program writes."""
 
+    @property
+    def errors(self) -> str:
+        """What it wrote last to standard error; after its end."""
+
     def end_input(self) -> None:
         """Let the program see the end of what it reads."""
 

@@ -32,6 +32,7 @@ from colcon_yamllaunch.machines.sync.tree_entries import safe_path
 from colcon_yamllaunch.machines.sync.tree_entries import shown
 from colcon_yamllaunch.machines.sync.tree_entries import tree_digest
 from colcon_yamllaunch.machines.sync.tree_entries import unpacked
+from colcon_yamllaunch.workspace.packages.trust import Trust
 
 Say = Callable[[str], None]
 
@@ -448,6 +449,7 @@ def prepared_root(workspace: str, say: Say) -> str:
     """
     root = Path(os.path.realpath(Path(workspace).expanduser()))
     if root.is_dir():
+        Trust(os.environ).check(root)
         return str(root)
     try:
         root.mkdir()

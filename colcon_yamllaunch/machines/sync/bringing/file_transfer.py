@@ -136,7 +136,7 @@ def _by_rsync(
                 env=_environment(),
             )
         try:
-            _serve(connection, ours)
+            said = _serve(connection, ours)
             ours.close()
             code = process.wait()
         finally:
@@ -146,7 +146,8 @@ def _by_rsync(
                 process.wait()
         if code not in (0, _VANISHED):
             errors.seek(0)
-            raise _failure('rsync', code, _lines(errors))
+            lines = [*_lines(errors), *said]
+            raise _failure('rsync', code, lines)
 
 
 def _environment() -> dict[str, str]:
@@ -158,12 +159,16 @@ def _environment() -> dict[str, str]:
     }
 
 
-def _serve(connection: Connection, rsync: socket.socket) -> None:
-    """Run there what rsync asks for, if it does."""
+def _serve(connection: Connection, rsync: socket.socket) -> list[str]:
+    """
+    Run there what rsync asks for, if it does.
+
+    Return what that says besides.
+    """
     message, descriptors, _, _ = socket.recv_fds(rsync, _COMMAND, 2)
     if not message:
         # it has ended
-        return
+        return []
     from_rsync, to_rsync = descriptors
     try:
         command = json.loads(message)
@@ -183,6 +188,7 @@ def _serve(connection: Connection, rsync: socket.socket) -> None:
                 # must not write to a descriptor that is closed
                 rsync.shutdown(socket.SHUT_RDWR)
                 copier.end()
+            return program.errors.splitlines()
     finally:
         for descriptor in (from_rsync, to_rsync):
             if descriptor != -1:
@@ -216,6 +222,10 @@ class _Thread:
 def _copy_in(source: int, program: ProgramThere) -> None:
     _copy(source, program.stdin)
     program.end_input()
+    # who writes what is not read any more has an answer to read, which says
+    # why
+    while os.read(source, _CHUNK):
+        pass
 
 
 def _copy(source: int, target: int) -> None:
@@ -246,8 +256,8 @@ def _by_archive(
         program.end_input()
         code = program.wait()
         reader.check()
+        text = said.decode(errors='replace') + program.errors
     if code:
-        text = said.decode(errors='replace')
         raise _failure('the transfer', code, text.splitlines())
 
 

@@ -1,0 +1,101 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Machines whose disk is full or read-only, or that others changed."""
+
+from collections.abc import Iterator
+import os
+from pathlib import Path
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.machines.sync.code_sync import Synced
+import pytest
+from support.developer import Developer
+from support.hostile import Mounts
+
+pytestmark = [pytest.mark.full, pytest.mark.hostile]
+
+
+@pytest.fixture
+def developer(tmp_path: Path) -> Iterator[Developer]:
+    developer = Developer(tmp_path)
+    developer.package('a')
+    yield developer
+    developer.machine.close()
+
+
+@pytest.fixture
+def mounts(developer: Developer) -> Iterator[Mounts]:
+    root = developer.machine.root
+    root.mkdir()
+    mounts = Mounts(f"mount -t tmpfs -o size=400k,mode=755 none '{root}'")
+    developer.machine.inside = mounts.inside
+    yield mounts
+    mounts.close()
+
+
+@pytest.mark.parametrize('with_rsync', [True, False])
+def test_a_full_disk_there(
+    developer: Developer, mounts: Mounts, with_rsync: bool
+) -> None:
+    if not with_rsync:
+        developer.machine.forget('rsync')
+    big = developer.root / 'src/a/config/big'
+    big.write_bytes(os.urandom(1_000_000))
+    with pytest.raises(UserError, match='arm: the disk is full there'):
+        developer.sync('a')
+    root = developer.machine.root
+    mounts.run('mount', '-o', 'remount,size=8m', str(root))
+    # what came before is not taken for somebody else's
+    assert developer.sync('a').built == {'a'}
+
+
+def test_a_read_only_workspace(developer: Developer, mounts: Mounts) -> None:
+    root = developer.machine.root
+    mounts.run('mount', '-o', 'remount,size=8m', str(root))
+    developer.sync('a')
+    mounts.run('mount', '-o', 'remount,ro', str(root))
+    assert developer.sync('a') == Synced()
+    developer.write('src/a/config/hello.txt', 'new')
+    with pytest.raises(UserError, match=r'arm: .*Read-only file system'):
+        developer.sync('a')
+
+
+def test_a_damaged_record(developer: Developer) -> None:
+    developer.sync('a')
+    record = developer.machine.root / '.colcon_launch.synced.json'
+    for text in ('', '[]', '{"version": 1, "trees": {"src/a": 5}}'):
+        record.write_text(text)
+        # all of it is there as it is to be
+        assert developer.sync('a').transferred == 0
+        assert developer.sync('a') == Synced()
+
+
+def test_an_interrupted_transfer_goes_on(developer: Developer) -> None:
+    programs = developer.machine.home / 'programs'
+    developer.machine.forget('rsync')
+    rsync = programs / 'rsync'
+    rsync.write_text('#!/bin/sh\nexit 12\n')
+    rsync.chmod(0o755)
+    with pytest.raises(UserError, match='arm: rsync failed with exit code 12'):
+        developer.sync('a')
+    # as if it had come to this
+    developer.machine.write('src/a/config/hello.txt', 'hello\n')
+    rsync.unlink()
+    assert developer.sync('a').built == {'a'}
+    (developer.root / 'src/a/config/hello.txt').unlink()
+    developer.sync('a')
+    there = developer.machine.root / 'src/a/config/hello.txt'
+    assert not there.exists()
+
+
+def test_a_file_in_place_of_the_workspace(developer: Developer) -> None:
+    developer.machine.root.write_text('')
+    with pytest.raises(UserError, match='arm: cannot make the workspace'):
+        developer.sync('a')
+
+
+def test_a_file_in_place_of_a_folder(developer: Developer) -> None:
+    developer.machine.write('src', 'a file')
+    with pytest.raises(UserError, match='arm: '):
+        developer.sync('a')
