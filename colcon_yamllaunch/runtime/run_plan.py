@@ -12,7 +12,6 @@ import os
 from pathlib import Path
 import sys
 import time
-from typing import Protocol
 from typing import TextIO
 from typing import TYPE_CHECKING
 
@@ -28,8 +27,6 @@ from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.plan_source import PlanSource
-from colcon_yamllaunch.runtime.course.elsewhere import Companion
-from colcon_yamllaunch.runtime.course.elsewhere import Elsewhere
 from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.course.engine import no_guard
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
@@ -62,22 +59,13 @@ from colcon_yamllaunch.runtime.terminal.own_terminal import OwnTerminal
 from colcon_yamllaunch.runtime.terminal.own_terminal import status_writer
 
 if TYPE_CHECKING:
+    from colcon_yamllaunch.runtime.course.elsewhere import Companion
+    from colcon_yamllaunch.runtime.course.elsewhere import Elsewhere
     from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
+    from colcon_yamllaunch.runtime.launch_companion import LaunchCompanion
 
 # what a launch is known by that nobody sees
 _UNKNOWN = About('', None, '', '')
-
-
-class LaunchCompanion(Companion, Protocol):
-    """What is beside a part of a launch that runs for another machine."""
-
-    def begin(self, engine: Engine, acts: Acts, service: Service) -> None:
-        """
-        Be beside an engine from now on, which runs next.
-
-        :param acts: Does what users ask for
-        :param service: Tells the states of processes and components
-        """
 
 
 def run_plan(
@@ -102,8 +90,8 @@ def run_plan(
     identity: str = '',
     changes: 'PlanChanges | None' = None,
     source: PlanSource | None = None,
-    elsewhere: Elsewhere | None = None,
-    companion: LaunchCompanion | None = None,
+    elsewhere: 'Elsewhere | None' = None,
+    companion: 'LaunchCompanion | None' = None,
     terminal_size: os.terminal_size | None = None,
 ) -> int:
     """
@@ -288,7 +276,7 @@ def run_plan(
 def _adopt(
     changes: 'PlanChanges | None',
     source: PlanSource | None,
-    elsewhere: Elsewhere | None,
+    elsewhere: 'Elsewhere | None',
     stack: ExitStack,
 ) -> Adoption:
     """Have orphans of the launch become our children, but no helpers."""
@@ -359,7 +347,7 @@ def _nowhere(label: str) -> bool:  # noqa: ARG001
     return False
 
 
-def _recorder(logs: Logs | None, companion: Companion | None) -> Recorder:
+def _recorder(logs: Logs | None, companion: 'Companion | None') -> Recorder:
     """Return what takes output before anybody else."""
     takers = []
     if logs is not None:

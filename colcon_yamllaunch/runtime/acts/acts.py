@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
-from colcon_yamllaunch.runtime.course.elsewhere import Done
-from colcon_yamllaunch.runtime.course.elsewhere import in_order
 from colcon_yamllaunch.runtime.course.engine import Engine
 from colcon_yamllaunch.runtime.process.spawn import StartError
 from colcon_yamllaunch.runtime.record.failures import ParametersOf
@@ -27,6 +25,7 @@ if TYPE_CHECKING:
         ComponentTask,
     )
     from colcon_yamllaunch.runtime.components.composition import Composition
+    from colcon_yamllaunch.runtime.course.elsewhere import Done
 
 #: What can be done with one of them.
 Act = Literal['stop', 'restart', 'kill', 'debug']
@@ -54,7 +53,7 @@ class Acts:
         self._log_files = log_files
         self._parameters_of = parameters_of
 
-    def act(self, action: Act, name: str, done: Done) -> None:
+    def act(self, action: Act, name: str, done: 'Done') -> None:
         """
         Do what one of the next methods does, wherever the part runs.
 
@@ -234,6 +233,8 @@ class Acts:
                 for t in composition.tasks
             ]
         if elsewhere is not None:
+            from colcon_yamllaunch.runtime.course.elsewhere import in_order
+
             processes = in_order(
                 [*processes, *elsewhere.processes()],
                 elsewhere.order,

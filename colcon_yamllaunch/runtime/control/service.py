@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 from typing import Protocol
 from typing import TYPE_CHECKING
+from typing import TypeVar
 
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.acts.acts import Acts
@@ -28,8 +29,6 @@ from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import ending_of
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.core.tasks import Task
-from colcon_yamllaunch.runtime.course.elsewhere import Done
-from colcon_yamllaunch.runtime.course.elsewhere import in_order
 from colcon_yamllaunch.runtime.course.engine import Engine
 
 if TYPE_CHECKING:
@@ -39,7 +38,10 @@ if TYPE_CHECKING:
         ComponentTask,
     )
     from colcon_yamllaunch.runtime.components.composition import Composition
+    from colcon_yamllaunch.runtime.course.elsewhere import Done
+    from colcon_yamllaunch.runtime.course.elsewhere import Elsewhere
 
+_State = TypeVar('_State', ProcessState, ComponentState)
 #: Takes the answer to a request.
 Reply = Callable[[Mapping[str, Any]], None]
 
@@ -293,7 +295,7 @@ class Service:
                 ProcessState(**{**told, 'log': self._log_of(told['label'])})
                 for told in elsewhere.process_states()
             ]
-            states = in_order(states, elsewhere.order, lambda s: s.label)
+            states = _in_order(states, elsewhere)
         return tuple(states)
 
     def _log_of(self, label: str | None) -> str | None:
@@ -315,7 +317,7 @@ class Service:
                 )
                 for told in elsewhere.component_states()
             ]
-            states = in_order(states, elsewhere.order, lambda s: s.label)
+            states = _in_order(states, elsewhere)
         return tuple(states)
 
     def _component_state(
@@ -345,7 +347,14 @@ class Service:
         return composition.state(label) or UNKNOWN
 
 
-def _answering(reply: Reply) -> Done:
+def _in_order(states: list[_State], elsewhere: 'Elsewhere') -> list[_State]:
+    # few launches have parts elsewhere
+    from colcon_yamllaunch.runtime.course.elsewhere import in_order
+
+    return in_order(states, elsewhere.order, lambda state: state.label)
+
+
+def _answering(reply: Reply) -> 'Done':
     """Return what answers once something is done or begun, or is not."""
 
     def done(reason: str | None) -> None:

@@ -277,7 +277,7 @@ class Companion(Protocol):
     What is beside the engine of a part that runs for another machine.
 
     It is told all events in order, after all others. None of its methods
-    waits, but the last. See `run_plan.LaunchCompanion` for what it is given.
+    waits, but the last. See `launch_companion` for what it is given.
     """
 
     def handle(self, event: events.Event) -> None:

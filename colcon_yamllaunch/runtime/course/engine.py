@@ -30,8 +30,6 @@ from colcon_yamllaunch.runtime.core.moment import Moment
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.core.plan_source import PlanSource
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
-from colcon_yamllaunch.runtime.course.elsewhere import Companion
-from colcon_yamllaunch.runtime.course.elsewhere import Elsewhere
 from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
 from colcon_yamllaunch.runtime.course.launch_settings import Settings
 from colcon_yamllaunch.runtime.course.process_starter import ProcessStarter
@@ -56,6 +54,8 @@ from colcon_yamllaunch.runtime.streams.writer import Writer
 if TYPE_CHECKING:
     from colcon_yamllaunch.runtime.components.composition import Composition
     from colcon_yamllaunch.runtime.components.ros_link import RosLink
+    from colcon_yamllaunch.runtime.course.elsewhere import Companion
+    from colcon_yamllaunch.runtime.course.elsewhere import Elsewhere
     from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
     from colcon_yamllaunch.runtime.course.plan_feed import PlanFeed
 
@@ -92,8 +92,8 @@ class Engine:
         publish: Callable[[], bool],
         conditions: ExitConditions,
         source: PlanSource | None = None,
-        elsewhere: Elsewhere | None = None,
-        companion: Companion | None = None,
+        elsewhere: 'Elsewhere | None' = None,
+        companion: 'Companion | None' = None,
     ) -> None:
         if settings.tty:
             plan = with_terminals(plan)

@@ -1,0 +1,23 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What `run_plan` has beside a part that runs for another machine."""
+
+from typing import Protocol
+
+from colcon_yamllaunch.runtime.acts.acts import Acts
+from colcon_yamllaunch.runtime.control.service import Service
+from colcon_yamllaunch.runtime.course.elsewhere import Companion
+from colcon_yamllaunch.runtime.course.engine import Engine
+
+
+class LaunchCompanion(Companion, Protocol):
+    """What is beside a part of a launch that runs for another machine."""
+
+    def begin(self, engine: Engine, acts: Acts, service: Service) -> None:
+        """
+        Be beside an engine from now on, which runs next.
+
+        :param acts: Does what users ask for
+        :param service: Tells the states of processes and components
+        """
