@@ -20,6 +20,7 @@ from dataclasses import replace
 from itertools import count
 import math
 import os
+import signal
 import termios
 import time
 from typing import Any
@@ -128,6 +129,8 @@ class RemotePart:
         self.reason = ''
         self._is_idle = False
         self._is_finishing = False
+        # which processes are held as the launch is
+        self._suspended: set[str] = set()
         # whose output the screen does not take for now
         self._held: set[tuple[str, events.Stream]] = set()
         # by label, what to say of the terminal that it reads from
@@ -224,6 +227,14 @@ class RemotePart:
                 reason = f'{reason}; its processes run on there'
             self._give_up(reason)
         self.send('hurry')
+
+    def suspend(self, is_suspended: bool) -> None:
+        """Hold all processes, or let them go on."""
+        if is_suspended:
+            # told when the launch goes on, as it hears nothing meanwhile
+            labels = (process.label for process in self.processes())
+            self._suspended |= set(filter(self.states.runs, labels))
+        self.send('suspend' if is_suspended else 'continue')
 
     def finish(self) -> None:
         """Have it end, as the launch is over."""
@@ -551,6 +562,8 @@ class RemotePart:
             case events.RosLost():
                 name = self.machine.name
                 event = events.RosLost(f'{name}: {event.reason}')
+            case events.Suspended() if self._is_ours(event):
+                return
             case events.Started():
                 self._modes.pop(event.process.label, None)
             case events.Exited():
@@ -562,6 +575,14 @@ class RemotePart:
         self._launch.tell(event)
         if isinstance(event, events.Dropped):
             self._forget(event.process.label)
+
+    def _is_ours(self, event: events.Suspended) -> bool:
+        """Tell whether a process is held, or goes on, with the launch."""
+        label = event.process.label
+        is_ours = label in self._suspended
+        if event.signal != signal.SIGSTOP:
+            self._suspended.discard(label)
+        return is_ours
 
     def _take_dropped(self, size: object) -> None:
         """

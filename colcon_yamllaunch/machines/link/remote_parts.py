@@ -165,7 +165,7 @@ class RemoteParts:
     def suspend(self, is_suspended: bool) -> None:
         """Hold all processes, or let them go on."""
         for part in self.parts:
-            part.send('suspend' if is_suspended else 'continue')
+            part.suspend(is_suspended)
 
     def resize(self, size: os.terminal_size) -> None:
         """Give all terminals another size."""

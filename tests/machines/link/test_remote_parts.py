@@ -3,6 +3,7 @@
 
 import base64
 import os
+import signal
 import termios
 
 from colcon_yamllaunch.language.plan.plan import Component
@@ -365,6 +366,22 @@ def test_suspend_and_size_go_to_all():
             'continue',
             'resize',
         ]
+
+
+def test_who_suspends_the_launch_is_not_told_of_each_process(played):
+    held = events.Suspended(DRIVER, 77, signal.SIGSTOP)
+    on = events.Suspended(DRIVER, 77, None)
+    played.link.tells(events.Started(DRIVER, 77))
+    played.launch.told.clear()
+    played.parts.suspend(True)
+    played.parts.suspend(False)
+    played.link.tells(held)
+    played.link.tells(on)
+    assert played.launch.told == []
+    # somebody else holds it
+    played.link.tells(held)
+    played.link.tells(on)
+    assert played.launch.told == [held, on]
 
 
 def test_processes_of_links_are_guarded(played):
