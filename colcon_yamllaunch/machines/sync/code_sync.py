@@ -296,7 +296,9 @@ class _Sync:
         return {
             'needed': sorted(package.name for package in self._packages),
             'arguments': build_words(
-                code.build_arguments, code.settings, code.merge_install
+                code.build_arguments,
+                code.settings,
+                merge_install=code.merge_install,
             ),
             'here': str(code.root),
             'underlays': list(dict.fromkeys(map(str, underlays))),

@@ -15,6 +15,7 @@ import json
 import logging
 import os
 from pathlib import Path
+import re
 import signal
 import sys
 import threading
@@ -53,8 +54,8 @@ def main() -> int:
     Build, and write what came of it to a descriptor, as JSON.
 
     Standard input has the request, as JSON: `root`; `needed`, the names of
-    the packages; `arguments`, those of `colcon build`; `underlays`, those of
-    the workspace that the code comes from; `distro`, the ROS 2 there; `life`,
+    the packages; `arguments`, those of `colcon build`; `here` and `underlays`,
+    root and underlays of the workspace that the code comes from; `distro`, the ROS 2 there; `life`,
     a descriptor that ends when nobody waits for the build any more; and
     `result`, the descriptor for what came of it.
     """
@@ -96,11 +97,22 @@ def _build(request: Mapping[str, Any]) -> dict[str, Any]:
     set_up_colcon()
     root = Path(request['root'])
     needed = frozenset(request['needed'])
-    colcon = CachedColcon(root, request['arguments'])
+    # that which they name here
+    here = re.compile(re.escape(request['here']) + r'(?![\w.-])')
+    colcon = CachedColcon(
+        root, [here.sub(lambda _: str(root), w) for w in request['arguments']]
+    )
     Trust(os.environ).check(
         colcon.root, colcon.build_base, colcon.install_base
     )
     packages = colcon.packages()
+    unknown = needed.difference(package.name for package in packages)
+    if unknown:
+        raise UserError(
+            f'the colcon there does not find {", ".join(sorted(unknown))} '
+            f'below {root}: is there a COLCON_IGNORE in a folder above it, '
+            'or an argument that passes it over?'
+        )
     for package in packages:
         reason = invalid_manifest(package) if package.name in needed else None
         if reason is not None:
@@ -109,7 +121,7 @@ def _build(request: Mapping[str, Any]) -> dict[str, Any]:
     with interruption() as interrupted:
         update = bring_up_to_date(
             colcon,
-            BuildRequest(needed & {package.name for package in packages}),
+            BuildRequest(needed),
             environment,
             _say,
             lock=_HeldLock(),

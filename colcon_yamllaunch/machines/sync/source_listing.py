@@ -43,6 +43,8 @@ from colcon_yamllaunch.workspace.packages.workspace_root import (
 
 #: The digests of the sources here, below the build folder.
 DIGESTS_NAME = '.colcon_launch.digests.json'
+#: Beside the packages: how they are built (colcon-metadata).
+_SETTINGS = ('colcon.meta',)
 #: Larger files name no path that matters (bytes).
 _TEXT_SIZE = 1024 * 1024
 _SHEBANG = b'python'
@@ -188,8 +190,23 @@ def source_trees(
     for place, folder in folders.items():
         entries = walk.entries(place)
         trees.append(FileTree(place, folder, entries, tree_digest(entries)))
+    if '' not in folders:
+        trees += _settings(root, digests)
     digests.save()
     return tuple(trees)
+
+
+def _settings(root: Path, digests: Digests) -> list[FileTree]:
+    """Return what colcon reads in the root of a workspace, if anything."""
+    walk = Walk({}, digests, _is_left_out)
+    entries: Entries = {}
+    for name in _SETTINGS:
+        path = root / name
+        if path.is_file():
+            entries |= walk.file(name, str(path), path.stat())
+    if not entries:
+        return []
+    return [FileTree('', str(root), entries, tree_digest(entries))]
 
 
 class Walk:

@@ -267,6 +267,36 @@ def test_build_arguments_go_along(developer: Developer) -> None:
     assert (developer.machine.root / 'install/lib/a/hello.sh').exists()
 
 
+def test_settings_of_the_workspace_go_along(developer: Developer) -> None:
+    developer.package('a')
+    meta = '{"names": {"a": {"cmake-args": ["-DMARK=meta"]}}}'
+    file = developer.write('colcon.meta', meta)
+    developer.sync('a')
+    cache = developer.machine.root / 'build/a/CMakeCache.txt'
+    assert 'MARK:UNINITIALIZED=meta' in cache.read_text()
+    file.unlink()
+    developer.write('src/a/config/hello.txt', 'new')
+    developer.sync('a')
+    assert not (developer.machine.root / 'colcon.meta').exists()
+
+
+def test_a_package_that_colcon_there_ignores(developer: Developer) -> None:
+    developer.package('a')
+    developer.machine.write('src/COLCON_IGNORE', '')
+    with pytest.raises(UserError, match=r'arm: .* does not find a below'):
+        developer.sync('a')
+
+
+def test_the_workspace_here_is_that_there(developer: Developer) -> None:
+    developer.package('a')
+    developer.machine.root = developer.root
+    assert developer.sync('a') == Synced(0, frozenset({'a'}))
+    assert developer.sync('a') == Synced()
+    (developer.root / 'src/a/config/hello.txt').unlink()
+    developer.sync('a')
+    assert developer.hello('a') == 'hello from a\n'
+
+
 def test_a_build_that_was_removed_there_is_made_again(
     developer: Developer,
 ) -> None:
