@@ -12,6 +12,8 @@ from pathlib import Path
 
 #: What names files of the user here, and is in the settings.
 _LEFT_OUT = frozenset({'--mixin', '--mixin-files'})
+#: What launches build with, and what the workspace here shows.
+_ANYWAY = ('symlink_install', 'merge_install')
 _FOLDERS = {'build_base': 'build', 'install_base': 'install'}
 
 
@@ -39,17 +41,10 @@ def build_words(
             # colcon takes a word that begins so for an option of its own
             words += [
                 option,
-                *(
-                    f' {w}' if str(w).startswith('-') else str(w)
-                    for w in value
-                ),
+                *(f' {w}' if w[:1] == '-' else w for w in map(str, value)),
             ]
-        elif value is True and name not in (
-            'symlink_install',
-            'merge_install',
-        ):
-            if option not in words:
-                words.append(option)
+        elif value is True and name not in _ANYWAY and option not in words:
+            words.append(option)
         elif name in _FOLDERS and value not in (None, _FOLDERS[name]):
             words = [*_without(words, {option}), option, str(value)]
     if merge_install and '--merge-install' not in words:

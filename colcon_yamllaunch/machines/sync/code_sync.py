@@ -175,7 +175,10 @@ class _Sync:
                 begun['root'],
                 code.origin,
                 trees,
-                [place_of(package, code.root) for package in code.packages],
+                [
+                    *(place_of(p, code.root) for p in code.packages),
+                    *(tree.place for tree in trees),
+                ],
                 begun['changed'],
                 lambda: source_trees(self._packages, code.root, code.digests),
                 self._say,

@@ -54,10 +54,10 @@ def main() -> int:
     Build, and write what came of it to a descriptor, as JSON.
 
     Standard input has the request, as JSON: `root`; `needed`, the names of
-    the packages; `arguments`, those of `colcon build`; `here` and `underlays`,
-    root and underlays of the workspace that the code comes from; `distro`, the ROS 2 there; `life`,
-    a descriptor that ends when nobody waits for the build any more; and
-    `result`, the descriptor for what came of it.
+    the packages; `arguments`, those of `colcon build`; `here`, `underlays`
+    and `distro`, the root of the workspace that the code comes from, its
+    underlays and its ROS 2; `life`, a descriptor that ends when nobody waits
+    for the build any more; and `result`, the descriptor for what came of it.
     """
     request = json.loads(sys.stdin.buffer.read())
     threading.Thread(

@@ -274,6 +274,9 @@ def test_settings_of_the_workspace_go_along(developer: Developer) -> None:
     developer.sync('a')
     cache = developer.machine.root / 'build/a/CMakeCache.txt'
     assert 'MARK:UNINITIALIZED=meta' in cache.read_text()
+    developer.write('src/a/config/hello.txt', 'edited')
+    assert developer.sync('a').transferred == 1
+    assert (developer.machine.root / 'colcon.meta').exists()
     file.unlink()
     developer.write('src/a/config/hello.txt', 'new')
     developer.sync('a')
