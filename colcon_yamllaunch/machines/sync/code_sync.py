@@ -137,6 +137,11 @@ def sync_code(
         if str(e).startswith(f'{machine}: '):
             raise
         raise UserError(f'{machine}: {e}') from e
+    except (KeyError, TypeError, ValueError, AttributeError) as e:
+        raise UserError(
+            f'{machine}: it answers what makes no sense when code is to be '
+            f'brought there: {e!r}. Is that our own program?'
+        ) from e
 
 
 class _Sync:

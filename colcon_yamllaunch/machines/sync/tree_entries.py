@@ -26,6 +26,8 @@ Entry = list[Any]
 Entries = dict[str, Entry]
 
 FOLDER: Entry = ['d']
+#: How much is unpacked at most (bytes).
+_MAXIMUM_SIZE = 512 * 1024 * 1024
 #: The digest of any file that has content is asked for (bytes).
 _ANY_SIZE = 2**62
 
@@ -70,8 +72,19 @@ def packed(values: Any) -> str:
 
 
 def unpacked(text: str) -> Any:
-    """Return what :func:`packed` was given."""
-    return json.loads(zlib.decompress(base64.b85decode(text)))
+    """
+    Return what :func:`packed` was given.
+
+    :raises ValueError: when it is damaged, or endless
+    """
+    unpacker = zlib.decompressobj()
+    try:
+        data = unpacker.decompress(base64.b85decode(text), _MAXIMUM_SIZE)
+    except zlib.error as e:
+        raise ValueError(str(e)) from e
+    if unpacker.unconsumed_tail:
+        raise ValueError('it is too long')
+    return json.loads(data)
 
 
 def shown(path: str) -> str:

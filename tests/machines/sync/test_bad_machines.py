@@ -6,12 +6,15 @@
 from collections.abc import Iterator
 import os
 from pathlib import Path
+from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.machines.sync.code_sync import Synced
+from colcon_yamllaunch.machines.sync.tree_entries import packed
 import pytest
 from support.developer import Developer
 from support.hostile import Mounts
+from support.machine_here import MachineHere
 
 pytestmark = [pytest.mark.full, pytest.mark.hostile]
 
@@ -98,4 +101,33 @@ def test_a_file_in_place_of_the_workspace(developer: Developer) -> None:
 def test_a_file_in_place_of_a_folder(developer: Developer) -> None:
     developer.machine.write('src', 'a file')
     with pytest.raises(UserError, match='arm: '):
+        developer.sync('a')
+
+
+@pytest.mark.parametrize(
+    'answer',
+    [
+        {},
+        {'root': 5, 'changed': ['src/a'], 'holder': []},
+        {'wanted': 'damaged', 'conflicts': packed([])},
+        {'wanted': packed({'/': ['etc/passwd']}), 'conflicts': packed([])},
+        {
+            'wanted': packed({'src/a': ['../../../etc/passwd']}),
+            'conflicts': packed([]),
+        },
+    ],
+)
+def test_a_hostile_machine(
+    developer: Developer, answer: dict[str, object]
+) -> None:
+    class Hostile(MachineHere):
+        def ask(self, request: str, *_: object) -> dict[str, object]:
+            first = {'root': '/', 'changed': ['src/a'], 'holder': []}
+            return answer if request != 'build_there.begin' else first | answer
+
+        def stream(self, *_: object) -> NoReturn:
+            pytest.fail('nothing may be sent')
+
+    developer.connection = Hostile(developer.machine.home)
+    with pytest.raises(UserError, match='arm: it answers what makes no sense'):
         developer.sync('a')

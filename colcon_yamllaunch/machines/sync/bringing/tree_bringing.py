@@ -50,6 +50,8 @@ def bring(
     :param look_again: Returns the trees as they are, when they were changed
       meanwhile
     :raises UserError: when it cannot be done; then nothing is built
+    :raises ValueError: when the machine answers what makes no sense, and
+      KeyError or TypeError likewise
     """
     count = 0
     for _ in range(_ROUNDS):
@@ -89,11 +91,15 @@ def _bring(
     if conflicts:
         raise UserError(_in_the_way(conflicts, root))
     wanted: Mapping[str, list[str]] = unpacked(answer['wanted'])
+    by_place = {tree.place: tree for tree in trees}
+    for place, paths in wanted.items():
+        # what a machine asks for is all that it gets
+        if any(by_place[place].entries[path][0] != 'f' for path in paths):
+            raise ValueError('it wants what is no file')
     count = sum(map(len, wanted.values()))
     if not count:
         return int(answer['deleted']), []
     _tell(count, answer, say)
-    by_place = {tree.place: tree for tree in trees}
     for place, paths in wanted.items():
         tree = by_place[place]
         here = [path for path in paths if not _is_staged(tree, path)]
