@@ -127,7 +127,7 @@ def test_slurm_gives_a_machine(jobs: Slurm) -> None:
 
 def test_slurm_gives_a_step_of_an_allocation(jobs: Slurm) -> None:
     environment = slurm_environment(jobs)
-    with allocation(environment) as job:
+    with Allocation(environment) as job:
         inner = environment | {'SLURM_JOB_ID': job}
         machine = slurm_machine()
         # two at once, though there is one node
@@ -137,14 +137,16 @@ def test_slurm_gives_a_step_of_an_allocation(jobs: Slurm) -> None:
         ):
             for part in (one, another):
                 part.wait_for(lambda part=part: part.out('gpu│a'))
-            # the step ends with it, and the allocation does not
+            # another step finds what the first one left, if Slurm has left it
             one.cut()
-            one.wait_for_told('gone')
+            one.wait_for(lambda: {'back', 'gone'} & set(one.told))
+            if one.gone_for is None:
+                one.finish()
             another.finish()
     jobs.wait_until_empty()
 
 
-class allocation:  # noqa: N801
+class Allocation:
     """An allocation of Slurm, for as long as it is needed."""
 
     def __init__(self, environment: Mapping[str, str]) -> None:
