@@ -6,7 +6,6 @@
 from collections.abc import Iterator
 from collections.abc import Mapping
 import os
-import signal
 import subprocess
 import time
 
@@ -17,6 +16,7 @@ import pytest
 from support.linked_part import LinkedPart
 from support.linked_part import process
 from support.namespaces import NamespaceMachine
+from support.slurm import PROCESSORS
 from support.slurm import Slurm
 from support.sshd import Sshd
 
@@ -208,21 +208,16 @@ def test_what_slurm_waits_for_is_told(jobs: Slurm) -> None:
         if 'queued' in line:
             raise KeyboardInterrupt
 
-    blocked = {**environment, 'SLURM_JOB_ID': ''}
-    del blocked['SLURM_JOB_ID']
-    with subprocess.Popen(
-        ['srun', '--exclusive', 'sleep', '1000'], env=environment
-    ) as first:
-        while 'sleep 1000' not in jobs.left():
-            time.sleep(0.05)
-        contact = MachineContact(
-            slurm_machine('--exclusive'), (), blocked, say=say
-        )
-        with pytest.raises(KeyboardInterrupt):
-            contact.connect()
-        assert 'queued and waiting for resources' in said[-1]
-        first.send_signal(signal.SIGKILL)
-    jobs.cancel_all()
+    words = f'--cpus-per-task={PROCESSORS}', '--wrap', 'sleep 1000'
+    done = jobs.run('sbatch', *words)
+    assert done.returncode == 0, done.stderr
+    while 'sleep 1000' not in jobs.left():
+        assert jobs.queue()
+        time.sleep(0.05)
+    contact = MachineContact(slurm_machine(), (), environment, say=say)
+    with pytest.raises(KeyboardInterrupt):
+        contact.connect()
+    assert 'queued and waiting for resources' in said[-1]
 
 
 @pytest.fixture
