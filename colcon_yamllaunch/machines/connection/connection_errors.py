@@ -107,8 +107,8 @@ class ConnectError(UserError):
 
 def described(machine: Machine) -> str:
     """Return a machine as errors begin with it."""
-    how = {'ssh': 'ssh ', 'slurm': 'srun ', 'connect': ''}[machine.kind]
-    return f'{machine.name} ({how}{shlex.join(machine.words)})'
+    how = {'ssh': ['ssh'], 'slurm': ['srun'], 'connect': []}[machine.kind]
+    return f'{machine.name} ({shlex.join([*how, *machine.words])})'
 
 
 def no_command(machine: Machine, program: str, error: OSError) -> ConnectError:

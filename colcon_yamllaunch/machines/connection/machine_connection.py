@@ -391,8 +391,10 @@ class MachineConnection:
         poll.register(process.stdout, select.POLLIN)
         if process.read_messages():
             poll.register(process.stderr, select.POLLIN)
+        self._tell_waiting(process)
         ready = poll.poll(None if seconds is None else seconds * 1000)
         if not any(d == process.stdout for d, _ in ready):
+            process.read_messages()
             self._tell_waiting(process)
             return b''
         data = os.read(process.stdout, _READ)
@@ -416,6 +418,7 @@ class MachineConnection:
         lines = process.messages.strip().splitlines()
         if (
             self._say is not None
+            and self._facts is None
             and self.machine.kind == 'slurm'
             and lines
             and lines[-1] != self._told
