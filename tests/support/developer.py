@@ -33,6 +33,7 @@ class Developer:
         self.said: list[str] = []
         self.build_arguments: tuple[str, ...] = ()
         self.merge_install = False
+        self.environment: dict[str, str] = {}
 
     def write(self, path: str, text: str, mode: int = 0o644) -> Path:
         file = self.root / path
@@ -79,7 +80,7 @@ class Developer:
             merge_install=self.merge_install,
             build_arguments=self.build_arguments,
             settings={},
-            environment={},
+            environment=self.environment,
             title='colcon launch a',
         )
         return sync_code(

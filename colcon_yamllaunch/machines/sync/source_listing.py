@@ -14,8 +14,10 @@ comes in its place.
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import field
+from itertools import pairwise
 import os
 from pathlib import Path
 import stat
@@ -185,6 +187,11 @@ def source_trees(
     """
     packages = sorted(packages, key=lambda p: place_of(p, root))
     folders = {place_of(p, root): str(p.path) for p in packages}
+    if len(folders) < len(packages):
+        raise UserError(
+            'two packages would be in one folder there: '
+            + _doubled(packages, root)
+        )
     walk = Walk(folders, digests, _is_left_out)
     trees = []
     for place, folder in folders.items():
@@ -194,6 +201,15 @@ def source_trees(
         trees += _settings(root, digests)
     digests.save()
     return tuple(trees)
+
+
+def _doubled(packages: Sequence[Package], root: Path) -> str:
+    """Tell of two packages that come to one folder."""
+    for one, other in pairwise(packages):
+        place = place_of(one, root)
+        if place == place_of(other, root):
+            return f'{one.path} and {other.path} in {place}: rename one'
+    return ''
 
 
 def _settings(root: Path, digests: Digests) -> list[FileTree]:

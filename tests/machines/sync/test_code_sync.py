@@ -4,6 +4,7 @@
 """Code is brought to a machine and built there, exactly what is needed."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 import os
 from pathlib import Path
 import shutil
@@ -14,6 +15,7 @@ from colcon_yamllaunch.machines.sync.code_sync import Synced
 import pytest
 from support.developer import Developer
 from support.developer import QUIET
+from support.install_space import InstallSpace
 
 pytestmark = pytest.mark.full
 
@@ -287,6 +289,42 @@ def test_a_package_that_colcon_there_ignores(developer: Developer) -> None:
     developer.package('a')
     developer.machine.write('src/COLCON_IGNORE', '')
     with pytest.raises(UserError, match=r'arm: .* does not find a below'):
+        developer.sync('a')
+
+
+def test_it_is_built_on_the_underlays_of_here(
+    developer: Developer, tmp_path: Path
+) -> None:
+    developer.package('a')
+    underlay = InstallSpace(tmp_path / 'under')
+    underlay.package('tool', 'set;TOOL_MARK;yes')
+    file = developer.root / 'src/a/CMakeLists.txt'
+    file.write_text(file.read_text() + 'message(NOTICE "<$ENV{TOOL_MARK}>")')
+    developer.environment['COLCON_PREFIX_PATH'] = str(underlay.path)
+    developer.sync('a')
+    said = '\n'.join(developer.said)
+    assert f'building on top of {underlay.path}' in said
+    assert '<yes>' in said
+    # as the workspace there says now
+    developer.environment.clear()
+    assert developer.sync('a') == Synced()
+    setup = developer.machine.root / 'install/setup.bash'
+    assert str(underlay.path) in setup.read_text()
+
+
+def test_packages_outside_of_the_workspace(
+    developer: Developer, tmp_path: Path
+) -> None:
+    developer.package('a')
+    shutil.move(developer.root / 'src/a', tmp_path / 'outside')
+    developer.packages = [
+        replace(package, path=tmp_path / 'outside')
+        for package in developer.packages
+    ]
+    assert developer.sync('a').built == {'a'}
+    assert (developer.machine.root / 'src/a/CMakeLists.txt').exists()
+    developer.package('a')
+    with pytest.raises(UserError, match='several packages are named'):
         developer.sync('a')
 
 

@@ -20,6 +20,8 @@ from colcon_yamllaunch.machines.deployment.machine import Machine
 from colcon_yamllaunch.machines.sync.code_sync import Synced
 import pytest
 from support.developer import Developer
+from support.marked_processes import command_of
+from support.marked_processes import descendants
 from support.sshd import Sshd
 
 pytestmark = pytest.mark.full
@@ -39,18 +41,26 @@ def developer(tmp_path: Path, sshd: Sshd) -> Iterator[Developer]:
     developer = Developer(tmp_path)
     developer.machine.root = machine.home / 'ws'
     developer.package('a')
+    connect(developer, sshd)
+    try:
+        yield developer
+    finally:
+        assert isinstance(developer.connection, MachineConnection)
+        developer.connection.close()
+        sshd.wait_until_empty('arm')
+        shutil.rmtree(machine.home / 'ws', ignore_errors=True)
+
+
+def connect(developer: Developer, sshd: Sshd) -> None:
+    """Connect, anew if necessary."""
+    if isinstance(developer.connection, MachineConnection):
+        developer.connection.close()
     connection = MachineConnection(
         Machine('arm', 'ssh', ('arm',)),
         environment=sshd.environment(dict(os.environ)),
     )
     connection.connect()
     developer.connection = connection
-    try:
-        yield developer
-    finally:
-        connection.close()
-        sshd.wait_until_empty('arm')
-        shutil.rmtree(machine.home / 'ws', ignore_errors=True)
 
 
 def build_endlessly(developer: Developer, sshd: Sshd) -> list[str]:
@@ -127,3 +137,58 @@ def test_no_build_outlives_who_waits_for_it(
     assert wait_for(errors).startswith('arm: ')
     connection.close()
     sshd.wait_until_empty('arm', seconds=20)
+
+
+def transfer_endlessly(developer: Developer, sshd: Sshd) -> list[str]:
+    """Start a transfer that does not end, and return where errors come."""
+    rsync = sshd['arm'].home / 'bin/rsync'
+    rsync.write_text('#!/bin/sh\nexec sleep 4002\n')
+    rsync.chmod(0o755)
+    sshd['arm'].shell_reads(
+        f'PATH={rsync.parent}:{Path(sys.executable).parent}:$PATH'
+    )
+    connect(developer, sshd)
+    errors: list[str] = []
+
+    def sync() -> None:
+        try:
+            developer.sync('a')
+        except UserError as e:
+            errors.append(str(e))
+
+    threading.Thread(target=sync, daemon=True).start()
+    deadline = time.monotonic() + DEADLINE
+    while not any('sleep 4002' in line for line in sshd.left('arm')):
+        assert time.monotonic() < deadline, (sshd.left('arm'), errors)
+        time.sleep(0.05)
+    return errors
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize('ending', ['close', 'kill ssh', 'kill rsync there'])
+def test_no_transfer_outlives_its_connection(
+    developer: Developer, sshd: Sshd, ending: str
+) -> None:
+    errors = transfer_endlessly(developer, sshd)
+    connection = developer.connection
+    assert isinstance(connection, MachineConnection)
+    if ending == 'kill ssh':
+        process = connection._process
+        assert process is not None
+        os.kill(process.pid, signal.SIGKILL)
+    elif ending == 'kill rsync there':
+        for pid, command in sshd.processes('arm').items():
+            if 'sleep 4002' in command:
+                os.kill(pid, signal.SIGKILL)
+    else:
+        connection.close()
+    assert wait_for(errors).startswith('arm: ')
+    connection.close()
+    sshd.wait_until_empty('arm', seconds=20)
+    assert 'rsync' not in commands_of_children()
+    (sshd['arm'].home / 'bin/rsync').unlink()
+
+
+def commands_of_children() -> str:
+    """Return the command lines of all that this process has started."""
+    return ' '.join(map(command_of, descendants(os.getpid())))
