@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 import shutil
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -192,3 +193,56 @@ def test_no_transfer_outlives_its_connection(
 def commands_of_children() -> str:
     """Return the command lines of all that this process has started."""
     return ' '.join(map(command_of, descendants(os.getpid())))
+
+
+_LAUNCHER = """\
+import os, sys
+from pathlib import Path
+sys.path[:0] = {path!r}
+from colcon_yamllaunch.machines.connection.machine_connection import (
+    MachineConnection,
+)
+from colcon_yamllaunch.machines.deployment.machine import Machine
+from support.developer import Developer
+developer = Developer(Path({folder!r}))
+developer.add('a', 'src/a', 'cmake')
+developer.machine.root = Path({there!r})
+developer.connection = MachineConnection(Machine('arm', 'ssh', ('arm',)))
+developer.connection.connect()
+developer.sync('a')
+"""
+
+
+@pytest.mark.hostile
+def test_a_killed_launcher_leaves_no_transfer(
+    developer: Developer, sshd: Sshd, tmp_path: Path
+) -> None:
+    rsync = sshd['arm'].home / 'bin/rsync'
+    rsync.write_text('#!/bin/sh\nexec sleep 4002\n')
+    rsync.chmod(0o755)
+    sshd['arm'].shell_reads(
+        f'PATH={rsync.parent}:{Path(sys.executable).parent}:$PATH'
+    )
+    program = _LAUNCHER.format(
+        path=sys.path,
+        folder=str(tmp_path),
+        there=str(developer.machine.root),
+    )
+    launcher = subprocess.Popen(
+        [sys.executable, '-c', program],
+        env=sshd.environment(dict(os.environ)),
+        start_new_session=True,
+    )
+    with launcher:
+        deadline = time.monotonic() + DEADLINE
+        while not any('sleep 4002' in line for line in sshd.left('arm')):
+            assert time.monotonic() < deadline and launcher.poll() is None
+            time.sleep(0.05)
+        doomed = descendants(launcher.pid)
+        assert any('remote_shell' in command_of(pid) for pid in doomed)
+        launcher.kill()
+    rsync.unlink()
+    deadline = time.monotonic() + DEADLINE
+    while any(command_of(pid) for pid in doomed):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
