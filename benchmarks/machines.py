@@ -76,8 +76,8 @@ GONE_AFTER = 16.0
 PATIENCE = 120.0
 #: What the launcher says once each.
 STARTED = re.compile(r': started, pid')
-LOST = re.compile(r'(?i)arm\b.*\blost|\blost\b.*\barm\b|no answer')
-BACK = re.compile(r'(?i)arm\b.*\b(is back|connected again)')
+LOST = re.compile(r'arm: the link is lost')
+BACK = re.compile(r'arm: the link is back')
 COLCON = str(Path(sys.executable).with_name('colcon'))
 
 

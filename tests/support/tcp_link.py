@@ -41,7 +41,6 @@ class TcpLink:
         self.back = 0
         self.accepted = 0
         self._target = target
-        self._tasks: set[asyncio.Task[None]] = set()
         self._ends: set[asyncio.StreamWriter] = set()
         self._server = socket.create_server((LOOPBACK, 0), backlog=128)
         self.port: int = self._server.getsockname()[1]
@@ -92,14 +91,18 @@ class TcpLink:
         await self._over.wait()
         server.close()
         self._reset()
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        # one that is accepted just now has a task later
+        while tasks := asyncio.all_tasks() - {asyncio.current_task()}:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
 
     def _reset(self) -> None:
         for end in self._ends:
             own: socket.socket = end.get_extra_info('socket')
-            own.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RESET)
+            # its end may have been taken into account already
+            with contextlib.suppress(OSError):
+                own.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RESET)
             end.transport.abort()
 
     async def _accept(
@@ -112,11 +115,13 @@ class TcpLink:
             writer.transport.abort()
             return
         self._ends |= {writer, back}
-        one = asyncio.ensure_future(self._forward(reader, back, 'there'))
-        other = asyncio.ensure_future(self._forward(there, writer, 'back'))
-        self._tasks |= {one, other}
-        await asyncio.gather(one, other, return_exceptions=True)
-        self._tasks -= {one, other}
+        # at the end of it all it is cancelled, which nobody has to be told
+        with contextlib.suppress(asyncio.CancelledError):
+            await asyncio.gather(
+                self._forward(reader, back, 'there'),
+                self._forward(there, writer, 'back'),
+                return_exceptions=True,
+            )
         self._ends -= {writer, back}
         for end in (writer, back):
             end.transport.abort()
@@ -130,7 +135,6 @@ class TcpLink:
         """Forward one direction of a connection until its end."""
         pieces: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue(PIECES)
         carrier = asyncio.ensure_future(self._carry(pieces, writer, counter))
-        self._tasks.add(carrier)
         try:
             while data := await reader.read(CHUNK):
                 await pieces.put((self._loop.time() + self.delay, data))
@@ -141,7 +145,6 @@ class TcpLink:
             self._reset_of(writer)
         finally:
             carrier.cancel()
-            self._tasks.discard(carrier)
 
     def _reset_of(self, writer: asyncio.StreamWriter) -> None:
         with contextlib.suppress(OSError):
