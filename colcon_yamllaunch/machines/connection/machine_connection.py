@@ -271,6 +271,9 @@ class MachineConnection:
         with self._lock:
             # what is done there ends with that
             process.close_input()
+        if self._facts is None:
+            # one that is still on its way there does not notice that
+            process.end(0.0)
         process.end()
         # who reads has noticed that it has ended
         with self._reading:

@@ -257,8 +257,15 @@ class MachinesThere:
                 for name in names
             }
         )
-        errands.wait()
-        errands.check()
+        try:
+            errands.wait()
+            errands.check()
+        except BaseException:
+            self.close()
+            errands.wait(PATIENCE)
+            for link in errands.results.values():
+                link.close()
+            raise
         links = [errands.results[name] for name in names]
         for name in names:
             # from here on it is the launch's
@@ -274,8 +281,8 @@ class MachinesThere:
 
     def close(self) -> None:
         """End all connections, and wait for what is done through them."""
-        for contact in self._connections.values():
-            contact.close()
+        closing = Errands({n: c.close for n, c in self._connections.items()})
+        closing.wait(PATIENCE)
         self._connections.clear()
         if self._errands is not None:
             self._errands.wait(PATIENCE)
