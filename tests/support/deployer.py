@@ -70,6 +70,7 @@ class Deployer(User):
         self,
         processes: Mapping[str, tuple[str, Words]],
         machines: Mapping[str, Mapping[str, Any]] | None = None,
+        timeouts: float = 1,
         **settings: Any,
     ) -> None:
         """
@@ -78,6 +79,8 @@ class Deployer(User):
         :param processes: The machine and the command line of each
         :param machines: How each is reached; by ssh under its name if it is
             not told
+        :param timeouts: Seconds after which each signal is followed by the
+            next one
         :param settings: What holds for all machines
         """
         known = {
@@ -88,7 +91,14 @@ class Deployer(User):
         for name, machine in (machines or {}).items():
             known[name] = {**settings, **machine}
         actions = [
-            {'executable': {'cmd': shlex.join(words), 'name': name}}
+            {
+                'executable': {
+                    'cmd': shlex.join(words),
+                    'name': name,
+                    'sigterm_timeout': str(timeouts),
+                    'sigkill_timeout': str(timeouts),
+                }
+            }
             for name, (_, words) in processes.items()
         ]
         rules = [

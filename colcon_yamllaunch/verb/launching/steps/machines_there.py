@@ -19,9 +19,13 @@ import os.path
 from pathlib import Path
 from typing import Any
 
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.machines.connection.connection_errors import (
+    no_workspace,
+)
 from colcon_yamllaunch.machines.connection.machine_connection import Facts
 from colcon_yamllaunch.machines.deployment.deployment import Deployment
 from colcon_yamllaunch.machines.deployment.machine import Machine
@@ -85,6 +89,8 @@ class MachinesThere:
         self._may_ask = may_ask
         self._connections: dict[str, MachineContact] = {}
         self._paths: dict[str, PathsThere] = {}
+        # what to say of those whose workspace is not there
+        self._lacks: dict[str, UserError] = {}
         self._errands: Errands[Any] | None = None
         # the packages that the machines have, or are about to get
         self._brought: dict[str, frozenset[str]] = {}
@@ -317,6 +323,7 @@ class MachinesThere:
         errands.check()
         for name in names:
             self._paths[name] = self._paths_to(name, facts[name])
+            self._mind_workspace(name, facts[name])
 
     def _connection_with(
         self, name: str, *, may_ask: bool = False
@@ -339,6 +346,20 @@ class MachinesThere:
 
     def _say_of(self, name: str, line: str) -> None:
         self._say(f'{name}{MACHINE_SEPARATOR} {line}')
+
+    def _mind_workspace(self, name: str, facts: Facts) -> None:
+        """
+        See to it that a workspace that nobody brings is there.
+
+        :raises UserError: when it is not, and was named
+        """
+        machine, workspace = self.deployment.machines[name], facts.workspace
+        if workspace is None or facts.has_workspace:
+            return
+        if self._session.root is None or self._mode_of(name) == 'none':
+            self._lacks[name] = no_workspace(machine, workspace)
+            if machine.workspace is not None:
+                raise self._lacks[name]
 
     def _paths_to(self, name: str, facts: Facts) -> PathsThere:
         folders: dict[str, str] = {}
@@ -427,6 +448,8 @@ class MachinesThere:
     def _bring(self, name: str, needed: frozenset[str], code: Code) -> Synced:
         workspace = self._paths[name].workspace
         assert workspace is not None
+        if name in self._lacks:
+            raise self._lacks[name]
         return sync_code(
             self._mode_of(name),
             name,
