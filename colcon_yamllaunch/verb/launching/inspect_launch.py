@@ -35,13 +35,13 @@ from colcon_yamllaunch.verb.cli.messages import show
 from colcon_yamllaunch.verb.cli.messages import show_json
 from colcon_yamllaunch.verb.cli.option_table import TEXT
 from colcon_yamllaunch.verb.cli.target import Target
-from colcon_yamllaunch.verb.launching.launch_flow import GiveUpError
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.preflight import invalid_manifests
 from colcon_yamllaunch.verb.launching.preflight import undeclared_imports
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.preflight import unknown_executables
 from colcon_yamllaunch.verb.launching.preflight import unknown_plugins
+from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
 from colcon_yamllaunch.workspace.packages.launch_files import (
     checkable_launch_files,
 )

@@ -29,8 +29,8 @@ from colcon_yamllaunch.runtime.process.cgroup import CGROUP_VARIABLE
 from colcon_yamllaunch.runtime.process.cgroup import expect_moves
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.messages import say
-from colcon_yamllaunch.verb.launching.launch_flow import GiveUpError
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
+from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
 from colcon_yamllaunch.watch.files.watcher_link import is_installed
 from colcon_yamllaunch.watch.files.watcher_link import MISSING
 from colcon_yamllaunch.watch.knowledge.build_effects import Built

@@ -3,7 +3,9 @@
 
 """Launch files that name more packages once others are built."""
 
-from colcon_yamllaunch.verb.launching.launch_flow import MAXIMUM_ROUNDS
+from colcon_yamllaunch.verb.launching.steps.launch_preparation import (
+    MAXIMUM_ROUNDS,
+)
 from support.user import built
 from support.user import User
 

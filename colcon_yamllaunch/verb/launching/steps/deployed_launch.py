@@ -184,7 +184,12 @@ class DeployedLaunch:
         # only who watches files asks
         import hashlib
 
-        return hashlib.sha256(repr(self.deployment).encode()).hexdigest()
+        known = self.deployment
+        # where it is written does not matter
+        machines = [replace(m, position=None) for m in known.machines.values()]
+        rules = [(str(rule), rule.machine) for rule in known.rules]
+        text = repr((machines, rules, known.everything_on))
+        return hashlib.sha256(text.encode()).hexdigest()
 
     @property
     def built(self) -> frozenset[str]:

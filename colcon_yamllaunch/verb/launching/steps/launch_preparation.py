@@ -1,0 +1,238 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What a launch needs before it runs: a plan, and all that it names."""
+
+from collections.abc import Mapping
+from contextlib import nullcontext
+from contextlib import redirect_stdout
+from functools import cached_property
+import io
+from pathlib import Path
+import sys
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.policies.evaluate import evaluate
+from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.verb.cli.messages import say
+from colcon_yamllaunch.verb.cli.target import Target
+from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
+from colcon_yamllaunch.verb.launching.steps.launch_basis import LaunchBasis
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.verb.launching.builds import Builds
+    from colcon_yamllaunch.watch.knowledge.build_effects import Built
+
+#: How often what a build brought may make more packages necessary.
+MAXIMUM_ROUNDS = 5
+_NONE = frozenset[str]()
+
+
+class LaunchPreparation(LaunchBasis):
+    """A launch that is evaluated and built, here and on other machines."""
+
+    @cached_property
+    def builds(self) -> 'Builds':
+        """The builds of this launch."""
+        from colcon_yamllaunch.verb.launching.builds import Builds
+
+        return Builds(
+            self._workspace,
+            exactly=self._options.paths is not None,
+            force=self._options.force,
+            why=self._options.why,
+        )
+
+    def prepare(self) -> tuple[Plan, Mapping[str, str]]:
+        """
+        Evaluate and build until nothing more is needed.
+
+        Return the plan, and the environment for its processes.
+
+        :raises GiveUpError: when there can be no launch
+        :raises UserError: when there can be none either
+        """
+        built: set[str] = set()
+        may_build = not self._options.no_build and bool(self._workspace.root)
+        # what need not be here is known once it is known what runs here
+        is_final = not may_build and self.deployment is None
+        for _ in range(MAXIMUM_ROUNDS):
+            target = self.target()
+            request = self.request(target, built=is_final)
+            evaluation = evaluate(request)
+            errors = evaluation.errors
+            if not errors:
+                # before a build, which may take long
+                plan, environment = evaluation.plan, request.environment
+                self._tell_of_doubled_nodes(plan, environment)
+                if self._deployed is not None:
+                    named = self._named(target, evaluation)
+                    if self._options.build_all:
+                        named = self._workspace.package_names
+                    self._deployed.bring_code(evaluation, named)
+            if is_final or any(not e.may_pass_after_build for e in errors):
+                break
+            self._stop_at_foreign_plugins(evaluation)
+            wanted = self._wanted(target, evaluation)
+            is_final = (
+                not may_build
+                or wanted <= built
+                or not self._update(wanted, target, evaluation)
+            )
+            built |= wanted
+            expected = self._packages.expected
+            if is_final and all(map(self._is_there, expected)):
+                # nothing was built since, so all of it still holds
+                break
+        self._tell_of_build(target, evaluation)
+        self._stop_at_errors(target, evaluation)
+        self.evaluation = evaluation
+        self.wanted = self._wanted(target, evaluation)
+        self.report(evaluation.diagnostics)
+        self._check_before_start(evaluation)
+        self._growing = evaluation.growing
+        plan = evaluation.plan
+        if self._deployed is not None:
+            plan = self._deployed.settled(plan)
+        return plan, request.environment
+
+    def explain(self, target: Target, evaluation: Evaluation) -> None:
+        """Say what would be built for the launch, and why."""
+        wanted = self._wanted(target, evaluation)
+        self.builds.explain(wanted, Path(target.name).name)
+
+    @property
+    def deployment_digest(self) -> str:
+        """What tells which machines there are, and what is on them."""
+        return '' if self._deployed is None else self._deployed.digest
+
+    @property
+    def machine_names(self) -> frozenset[str]:
+        """The machines that parts of it run on."""
+        return _NONE if self._deployed is None else self._deployed.used
+
+    @property
+    def needed_there(self) -> frozenset[str]:
+        """The packages of the workspace that these need."""
+        return _NONE if self._deployed is None else self._deployed.needed
+
+    @property
+    def built_there(self) -> frozenset[str]:
+        """The packages that were built there."""
+        return _NONE if self._deployed is None else self._deployed.built
+
+    @property
+    def records_there(self) -> 'Built':
+        """What these builds, and earlier ones, have made."""
+        return {} if self._deployed is None else self._deployed.records
+
+    def _stop_at_errors(self, target: Target, evaluation: Evaluation) -> None:
+        errors = evaluation.errors
+        if all(error.may_pass_after_build for error in errors):
+            # what is missing may be missing for this reason
+            needed = sorted(self._needed(target, evaluation))
+            may_build = not self._options.no_build
+            self._workspace.check_sourced(needed, may_build=may_build)
+        if errors:
+            self._fail(evaluation.diagnostics)
+
+    def _stop_at_foreign_plugins(self, evaluation: Evaluation) -> None:
+        """Stop at components that no build of the workspace brings."""
+        own = self._workspace.package_names
+        uses = [use for use in evaluation.plugins if use.package not in own]
+        if not uses:
+            return
+        from colcon_yamllaunch.verb.launching.preflight import unknown_plugins
+
+        found = unknown_plugins(uses, self._workspace.locator)
+        errors = [d for d in found if d.severity == 'error']
+        if errors:
+            self._fail([*evaluation.diagnostics, *errors])
+
+    def _wanted(self, target: Target, evaluation: Evaluation) -> set[str]:
+        """Return the packages of the workspace to bring up to date."""
+        workspace = self._workspace
+        if self._options.build_all:
+            return set(workspace.package_names) - self._only_there
+        if self._options.paths is not None:
+            return set(workspace.select(self._options.paths, self.cwd))
+        return self._needed(target, evaluation)
+
+    def _needed(self, target: Target, evaluation: Evaluation) -> set[str]:
+        """Return the packages of the workspace that it needs here."""
+        return self._named(target, evaluation) - self._only_there
+
+    def _named(self, target: Target, evaluation: Evaluation) -> set[str]:
+        """Return the packages of the workspace that the launch names."""
+        names = {target.package, *evaluation.packages}
+        return self._workspace.package_names & names
+
+    def _is_there(self, path: str) -> bool:
+        """Say whether a path exists, or need not exist here."""
+        if Path(path).exists():
+            return True
+        owner = self.locator.owner(path)
+        return owner is not None and owner.name in self._only_there
+
+    def _update(
+        self, wanted: set[str], target: Target, evaluation: Evaluation
+    ) -> bool:
+        """Build what is stale, and return whether that changed anything."""
+        from colcon_yamllaunch.verb.launching.builds import failure
+        from colcon_yamllaunch.verb.launching.preflight import (
+            executables_in_vain,
+        )
+
+        def look_first() -> None:
+            found = executables_in_vain(evaluation.executables, self.locator)
+            if found:
+                self._fail(found)
+
+        if evaluation.growing is None:
+            # what builds leave running is told apart by what was there before
+            self._host.release()
+        output = io.StringIO()
+        with redirect_stdout(output) if self._options.quiet else nullcontext():
+            update = self.builds.update(
+                wanted, Path(target.name).name, look_first
+            )
+        if update.returncode:
+            say(failure(update))
+            if self._options.quiet:
+                # as without --quiet, with the colours of the compiler
+                print(output.getvalue().rstrip(), file=sys.stderr, flush=True)
+            raise GiveUpError(update.returncode, is_build=True)
+        if update.changed:
+            # it may have imported what is another now
+            self._host.close()
+        return update.changed
+
+    def _tell_of_build(self, target: Target, evaluation: Evaluation) -> None:
+        if self._workspace.root is None:
+            return
+        if not self._options.no_build:
+            if not self._options.quiet:
+                self.builds.tell()
+        elif self._options.why:
+            self.explain(target, evaluation)
+
+    def _check_before_start(self, evaluation: Evaluation) -> None:
+        from colcon_yamllaunch.verb.launching.preflight import preflight
+        from colcon_yamllaunch.verb.launching.preflight import (
+            undeclared_packages,
+        )
+
+        locator = self._workspace.locator
+        found = [
+            *undeclared_packages(evaluation.packages, locator),
+            *preflight(
+                evaluation,
+                self._packages.not_installed,
+                locator,
+                self._only_there,
+            ),
+        ]
+        if any(d.severity == 'error' for d in found):
+            self._fail(found)
+        self.report(found)
