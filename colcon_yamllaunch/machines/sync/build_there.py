@@ -30,6 +30,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.machines.sync.lock_there import hold
 from colcon_yamllaunch.machines.sync.sources_there import changed_trees
 from colcon_yamllaunch.machines.sync.sources_there import prepared_root
+from colcon_yamllaunch.machines.sync.sources_there import record_build
 from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
 
 Say = Callable[[str], None]
@@ -41,6 +42,8 @@ sys.path.insert(0, sys.argv.pop(1))
 from colcon_yamllaunch.machines.sync.colcon_there import main
 sys.exit(main())
 """
+#: How much the clock of a file server may be behind (seconds).
+_CLOCKS = 1.0
 #: How long a build has to end, after which it is killed (seconds).
 _PATIENCE = 10.0
 #: How long a shell may take to say where colcon is (seconds).
@@ -81,6 +84,8 @@ def build(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     Return what it returns.
     """
     python = colcon_python()
+    # a clock of a file server may be behind ours
+    begin = time.time() - _CLOCKS
     package = Path(colcon_yamllaunch.__file__).parent
     reading, writing = os.pipe()
     # it ends when this process does, as then nobody holds the other end
@@ -118,6 +123,9 @@ def build(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
             'the build ended before its time: ' + _ending(process.returncode)
         )
     answer: dict[str, Any] = json.loads(result)
+    # what failed may have written, too
+    if answer.get('built') or 'error' in answer:
+        record_build(str(arguments['root']), begin)
     if 'error' in answer:
         raise UserError(str(answer['error']))
     return answer

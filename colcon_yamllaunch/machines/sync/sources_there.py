@@ -26,6 +26,7 @@ from colcon_yamllaunch.machines.sync.sync_record import SyncRecord
 from colcon_yamllaunch.machines.sync.tree_entries import digest_of
 from colcon_yamllaunch.machines.sync.tree_entries import Entries
 from colcon_yamllaunch.machines.sync.tree_entries import Entry
+from colcon_yamllaunch.machines.sync.tree_entries import file_entry
 from colcon_yamllaunch.machines.sync.tree_entries import is_executable
 from colcon_yamllaunch.machines.sync.tree_entries import packed
 from colcon_yamllaunch.machines.sync.tree_entries import safe_path
@@ -149,6 +150,32 @@ def finish(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: A
     return {'differ': packed(differ)}
 
 
+def record_build(root: str, begin: float) -> None:
+    """
+    Record what a build has written into its sources, which is its own.
+
+    :param begin: When it began (seconds since 1970)
+    """
+    record = SyncRecord(root)
+    is_changed = False
+    for place, tree in record.trees.items():
+        for inner, entry in tree['files'].items():
+            path = _path(root, place, inner)
+            known = tree['built'].get(inner, entry)
+            if entry[0] != 'f' or _is_there(known, path):
+                continue
+            with suppress(OSError, UserError):
+                status = os.lstat(path)
+                if stat.S_ISREG(status.st_mode) and status.st_mtime >= begin:
+                    found = file_entry(
+                        is_executable(status), digest_of(path, status)
+                    )
+                    tree['built'][inner] = recorded(found, path)
+                    is_changed = True
+    if is_changed:
+        record.write()
+
+
 class _Tree:
     """
     One tree: what is to be done for it.
@@ -171,6 +198,7 @@ class _Tree:
         self._entries = entries
         self._before: Entries = {} if before is None else before['files']
         self._coming: Entries = {} if before is None else before['coming']
+        self._built: Entries = {} if before is None else before['built']
         #: The files that are to come.
         self.wanted: Entries = {}
         #: Those that are there already, and that nobody has brought.
@@ -301,8 +329,8 @@ class _Tree:
         self, inner: str, entry: Entry, status: os.stat_result
     ) -> None:
         path = self._path(inner)
+        before = self._before.get(inner)
         if stat.S_ISREG(status.st_mode):
-            before = self._before.get(inner)
             if before is not None and before[0] == 'f':
                 is_same = before[2] == entry[2] and is_untouched(
                     before, path, status
@@ -315,6 +343,15 @@ class _Tree:
                 if is_executable(status) != bool(entry[1]):
                     self._modes[inner] = entry
                 return
+            built = self._built.get(inner)
+            if (
+                before is not None
+                and built is not None
+                and before[2] == entry[2]
+                and is_untouched(built, path, status)
+            ):
+                # which the next build would write anew
+                return
         if self._is_ours(inner, status):
             self._want(inner, entry)
         else:
@@ -324,7 +361,7 @@ class _Tree:
         """Tell whether a file or link is as it was brought."""
         return any(
             self._is_as(entry, self._path(inner), status)
-            for entries in (self._before, self._coming)
+            for entries in (self._before, self._coming, self._built)
             if (entry := entries.get(inner)) is not None
         )
 
@@ -383,6 +420,11 @@ def _conclude(
             for inner, entry in entries.items()
         },
         'coming': {},
+        'built': {
+            inner: entry
+            for inner, entry in record.trees[place]['built'].items()
+            if _is_there(entry, _path(root, place, inner))
+        },
     }
 
 
@@ -392,8 +434,9 @@ def _is_as_recorded(
     tree = record.trees.get(place)
     if tree is None or tree['digest'] != digest:
         return False
+    built = tree['built']
     return all(
-        _is_there(entry, _path(root, place, inner))
+        _is_there(built.get(inner, entry), _path(root, place, inner))
         for inner, entry in tree['files'].items()
     )
 

@@ -39,8 +39,9 @@ class SyncRecord:
     that it comes from; the `digest` of its entries, empty while they are being
     brought; `files`, the entries that are there, by paths relative to the
     tree, with the times that files had; `found`, the paths of those that were
-    there already as they were to be, which are never deleted; and `coming`,
-    the entries of a transfer that has not ended.
+    there already as they were to be, which are never deleted; `coming`, the
+    entries of a transfer that has not ended; and `built`, those of files that
+    a build there has written into its sources since.
 
     :param root: The workspace
     """
@@ -58,6 +59,7 @@ class SyncRecord:
                         'files': dict(tree['files']),
                         'found': list(tree['found']),
                         'coming': dict(tree['coming']),
+                        'built': dict(tree['built']),
                     }
                     for place, tree in found['trees'].items()
                 }
@@ -123,5 +125,6 @@ def empty_tree(origin: str) -> dict[str, Any]:
         'files': {},
         'found': [],
         'coming': {},
+        'built': {},
     }
     return dict(values)

@@ -9,12 +9,14 @@ import os
 from pathlib import Path
 import shutil
 import threading
+import time
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.machines.sync.code_sync import Synced
 import pytest
 from support.developer import Developer
 from support.developer import QUIET
+from support.file_clock import let_files_settle
 from support.install_space import InstallSpace
 
 pytestmark = pytest.mark.full
@@ -92,6 +94,31 @@ def test_what_is_there_already_is_kept(developer: Developer) -> None:
     developer.sync('a')
     assert (clone / 'config/hello.txt').exists()
     assert 'config/hello.txt is left there' in developer.said[0]
+
+
+def test_what_a_build_writes_there_is_in_nobodys_way(
+    developer: Developer,
+) -> None:
+    developer.package('a')
+    file = developer.root / 'src/a/CMakeLists.txt'
+    file.write_text(
+        file.read_text() + 'string(TIMESTAMP now "%s %f")\n'
+        'file(WRITE ${CMAKE_SOURCE_DIR}/config/version "${now}")\n'
+    )
+    developer.write('src/a/config/version', 'from here')
+    developer.sync('a')
+    there = developer.machine.root / 'src/a/config/version'
+    assert there.read_text() != 'from here'
+    assert developer.sync('a').transferred == 0
+    developer.write('src/a/config/hello.txt', 'new')
+    assert developer.sync('a').transferred == 1
+    developer.write('src/a/config/version', 'again from here')
+    assert developer.sync('a').transferred == 1
+    let_files_settle(developer.machine.root)
+    time.sleep(1.1)
+    there.write_text('by hand')
+    with pytest.raises(UserError, match='src/a/config/version'):
+        developer.sync('a')
 
 
 def test_another_file_in_the_way_is_told(developer: Developer) -> None:
