@@ -15,6 +15,7 @@ import os
 from pathlib import Path
 import shutil
 import stat
+import sys
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
@@ -60,8 +61,8 @@ def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
     `trees`, packed: the entries by place; and `places`, those of all packages
     there are at the origin, or None: what it brought elsewhere is deleted.
     Return the files that are `wanted`, packed, by place; how many were
-    `deleted`; and what is in the way: the `conflicts`, with which nothing was
-    done.
+    `deleted`; what is in the way: the `conflicts`, with which nothing was
+    done; and the programs `rsync` and `python` there.
     """
     root = str(arguments['root'])
     origin = str(arguments['origin'])
@@ -111,6 +112,7 @@ def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
         'wanted': packed(wanted),
         'deleted': deleted,
         'rsync': shutil.which('rsync') or '',
+        'python': sys.executable,
     }
 
 

@@ -76,6 +76,7 @@ def transfer(
     folder_there: str,
     *,
     by_rsync: bool,
+    python_there: str,
 ) -> None:
     """
     Bring files.
@@ -86,12 +87,13 @@ def transfer(
     :param folder: What the paths are relative to, here
     :param folder_there: And there
     :param by_rsync: Whether rsync is installed there
+    :param python_there: A Python there
     :raises UserError: when it cannot be done
     """
     if by_rsync and shutil.which('rsync'):
         _by_rsync(connection, folder, paths, folder_there)
     else:
-        _by_archive(connection, folder, paths, folder_there)
+        _by_archive(connection, folder, paths, folder_there, python_there)
 
 
 def _by_rsync(
@@ -246,8 +248,9 @@ def _by_archive(
     folder: str,
     paths: Sequence[str],
     folder_there: str,
+    python_there: str,
 ) -> None:
-    command = ['python3', '-I', '-S', '-c', _UNPACK, folder_there]
+    command = [python_there, '-I', '-S', '-c', _UNPACK, folder_there]
     with closing(connection.stream(command)) as program:
         said = bytearray()
         reader = _Thread(lambda: _read(program.stdout, said))

@@ -111,6 +111,7 @@ def _bring(
                 names,
                 f'{root}/{place}' if place else root,
                 by_rsync=bool(answer['rsync']),
+                python_there=str(answer['python']),
             )
     finished = connection.ask(
         'sources_there.finish',
