@@ -119,8 +119,6 @@ def _run_part(
     uplink: Uplink,
     identity: str,
 ) -> int:
-    if not uplink.wait_for_launcher():
-        return 1
     store = None
     if log_folder is not None and settings.kept_logs is not None:
         store = LogStore(log_folder, settings.kept_logs, settings.logs_limit)

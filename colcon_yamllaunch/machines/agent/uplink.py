@@ -12,6 +12,7 @@ import socket
 import time
 from typing import Any
 
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.machines.agent.part_orders import PartOrders
 from colcon_yamllaunch.machines.agent.uplink_socket import UplinkSocket
@@ -94,7 +95,7 @@ class Uplink:
 
     # before the engine
 
-    def wait_for_launcher(self) -> bool:
+    def _wait_for_launcher(self) -> bool:
         """Wait until the launcher speaks; return whether it does."""
         deadline = time.monotonic() + FIRST_PATIENCE
         came = False
@@ -115,13 +116,23 @@ class Uplink:
 
     def failed(self, text: str) -> None:
         """Tell why the part could not run at all, and have that arrive."""
+        if self._socket is None and not self._wait_for_launcher():
+            return
         self._tell({'failed': text})
         self.over(1)
 
     # see elsewhere.Companion
 
     def begin(self, engine: Engine, acts: Acts, service: Service) -> None:
-        """Be beside an engine from now on."""
+        """
+        Be beside an engine from now on, which runs once the launcher speaks.
+
+        :raises UserError: when it does not
+        """
+        # until here all was made ready
+        if not self._wait_for_launcher():
+            raise UserError('the launcher is gone')
+        self._turned = time.monotonic()
         self._engine = engine
         self._orders = PartOrders(engine, acts, service, self._tell)
         engine.watches.add(self._server.fileno(), lambda _: self._accept())
