@@ -18,6 +18,7 @@ ends with `_there`, which takes the `arguments` and what a line is said with.
 
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import cache
 import os
 from pathlib import Path
 import pwd
@@ -122,6 +123,8 @@ def _result_of(
         from colcon_yamllaunch.machines.agent.program_stream import run_program
 
         return run_program(launcher, content)
+    if name == 'start':
+        _end_what_others_left()
     if name in ('start', 'resume'):
         from colcon_yamllaunch.machines.agent import part_link
 
@@ -166,6 +169,7 @@ def _complete_environment() -> None:
     os.environ.setdefault('PATH', os.defpath)
 
 
+@cache
 def _end_what_others_left() -> None:
     """End parts whose engine and guard were killed, in another process."""
     from colcon_yamllaunch.machines.agent.part_place import PartPlace

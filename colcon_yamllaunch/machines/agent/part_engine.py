@@ -172,10 +172,16 @@ def _log_folder(settings: PartSettings) -> Path | None:
         places.append(Path(settings.workspace) / 'log')
     places.append(Path(os.path.expanduser('~')) / '.ros' / 'log')
     for base in places:
-        folder = base / settings.log_name
         with suppress(OSError):
-            folder.mkdir(parents=True, exist_ok=True)
-            if base.name == 'log' and base.parent.name != '.ros':
+            base.mkdir(parents=True, exist_ok=True)
+            if base.parent.name != '.ros':
                 (base / _COLCON_IGNORE).touch()
-            return folder
+            # on a shared file system the launcher or another machine has it
+            for name in (
+                settings.log_name,
+                f'{settings.log_name}_{os.getpid()}',
+            ):
+                with suppress(FileExistsError):
+                    (base / name).mkdir()
+                    return base / name
     return None

@@ -5,9 +5,11 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
+import math
 import os
 import select
 import socket
+import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
@@ -21,6 +23,9 @@ from colcon_yamllaunch.runtime.stopping.launch_scan import launcher_of
 _READ = 256 * 1024
 #: Bytes that may wait in each direction.
 _WAITING = 1024 * 1024
+#: Seconds that the launcher gets to take the last of it.
+_LAST_PATIENCE = 5.0
+_LOOK = 0.5
 
 
 def start(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
@@ -115,7 +120,9 @@ def pass_on(unread: bytes, engine: int) -> None:
         os.set_blocking(descriptor, False)
     down, up = bytearray(unread), bytearray()
     at_end = False
-    while not at_end or up:
+    deadline = math.inf
+    # what nobody takes any more, as in a network that is gone, is given up
+    while (not at_end or up) and time.monotonic() < deadline:
         poll = select.poll()
         masks: dict[int, int] = {}
         if len(down) < _WAITING:
@@ -127,7 +134,9 @@ def pass_on(unread: bytes, engine: int) -> None:
             masks[engine] = mask | (select.POLLOUT if down else 0)
         for descriptor, mask in masks.items():
             poll.register(descriptor, mask)
-        for descriptor, found in poll.poll():
+        if at_end and deadline == math.inf:
+            deadline = time.monotonic() + _LAST_PATIENCE
+        for descriptor, found in poll.poll(_LOOK * 1000 if at_end else None):
             if descriptor == 0:
                 _receive(down, engine)
             elif descriptor == 1:

@@ -76,7 +76,8 @@ class Outbox:
         Have something sent; return False if it was dropped instead.
 
         It is dropped only if it is output, and neither memory nor file has
-        room for it.
+        room for it. A message that the disk has no room for goes to memory,
+        with all that is before it.
         """
         if self.is_full and self._folder is not None:
             kept = self._spool(kind, body)
@@ -141,7 +142,8 @@ class Outbox:
     def _spool(self, kind: int, body: bytes) -> bool:
         """Write something to the file, if it has room."""
         data = len(body).to_bytes(_SIZES, 'big') + bytes([kind]) + body
-        if self._limit is not None:
+        # what happened is told in any case, and is little
+        if self._limit is not None and kind != frames.MESSAGE:
             used = self._write_at - self._read_at
             if used + len(data) > self._limit:
                 return False
