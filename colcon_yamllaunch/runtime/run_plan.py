@@ -50,6 +50,7 @@ from colcon_yamllaunch.runtime.screen.line_formats import LOG_FORMAT
 from colcon_yamllaunch.runtime.screen.presentation import present
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.runtime.screen.screen import Screen
+from colcon_yamllaunch.runtime.stopping.guard_link import BeginGuard
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
 from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
 from colcon_yamllaunch.runtime.streams.relay import Recorder
@@ -90,9 +91,7 @@ def run_plan(
     identity: str = '',
     changes: 'PlanChanges | None' = None,
     source: PlanSource | None = None,
-    elsewhere: 'Elsewhere | None' = None,
-    companion: 'LaunchCompanion | None' = None,
-    terminal_size: os.terminal_size | None = None,
+    begin_guard: BeginGuard | None = None,
 ) -> int:
     """
     Run a plan to its end, and return the exit code.
@@ -132,12 +131,7 @@ def run_plan(
     :param changes: Changes the plan while it runs, and keeps the launch from
       ending when nothing runs; it is closed at the end
     :param source: Where more plan comes from while it runs, if anywhere
-    :param elsewhere: The parts of the launch that run on other machines; the
-      plan is what runs here then. It is closed at the end
-    :param companion: What is beside this launch if it is such a part; nothing
-      is shown then
-    :param terminal_size: The size of terminals of processes at first, by
-      default that of the stream
+    :param begin_guard: Starts the guard, by default as a new program
     :raises UserError: before anything is started, when the environment lacks
       what the plan needs
     :raises OutputError: at the end, when output could not be shown; not when
@@ -181,7 +175,7 @@ def run_plan(
             tty,
             terminal_size,
         )
-        guard = _guard(settings.identity, screen, stack)
+        guard = _guard(settings.identity, begin_guard, screen, stack)
         launch_record = LaunchRecord(settings.identity)
         files = _parameter_files(guard, launch_record, stack)
 
@@ -293,8 +287,13 @@ def _adopt(
     return adoption
 
 
-def _guard(identity: str, screen: Screen, stack: ExitStack) -> GuardLink:
-    guard = GuardLink(identity)
+def _guard(
+    identity: str,
+    begin: BeginGuard | None,
+    screen: Screen,
+    stack: ExitStack,
+) -> GuardLink:
+    guard = GuardLink(identity, begin)
     try:
         guard.start()
     except OSError as error:

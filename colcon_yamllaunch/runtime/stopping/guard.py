@@ -179,7 +179,16 @@ def main() -> None:
     launcher.
     """
     identity, session = sys.argv[1:]
-    launch = GuardedLaunch(identity, int(session))
+    guard(identity, int(session))
+
+
+def guard(identity: str, session: int) -> None:
+    """
+    Guard a launch; the socket to its launcher is standard input.
+
+    :param session: The session of the launcher
+    """
+    launch = GuardedLaunch(identity, session)
     # each process has up to three descriptors
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))

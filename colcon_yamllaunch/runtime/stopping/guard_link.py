@@ -3,6 +3,7 @@
 
 """The launcher's side of the guard."""
 
+from collections.abc import Callable
 from collections.abc import Mapping
 import errno
 import json
@@ -35,11 +36,21 @@ _BLOCKED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 Frame = tuple[list[Any], int | None]
 
 
-class GuardLink:
-    """A guard, and the socket to it."""
+#: Starts a guard: gets the descriptor of its socket and the identity of the
+#: launch, and returns its process id.
+BeginGuard = Callable[[int, str], int]
 
-    def __init__(self, identity: str) -> None:
+
+class GuardLink:
+    """
+    A guard, and the socket to it.
+
+    :param begin: Starts it; by default it is a new program
+    """
+
+    def __init__(self, identity: str, begin: BeginGuard | None = None) -> None:
         self._identity = identity
+        self._begin = begin or _spawn
         # what holds now, which another guard is told from the beginning
         self._state: dict[tuple[str, object], Frame] = {}
         self._pending: list[Frame] = []
@@ -59,7 +70,7 @@ class GuardLink:
         ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with its:
             try:
-                self.pid = _spawn(its.fileno(), self._identity)
+                self.pid = self._begin(its.fileno(), self._identity)
             except OSError:
                 ours.close()
                 raise

@@ -51,7 +51,7 @@ class LinePattern:
         with warnings.catch_warnings():
             # what a later Python may read in another way is valid today
             warnings.simplefilter('ignore')
-            self._line = re.compile(text)
+            self._line = self._given = re.compile(text)
             leading = _LEADING.match(text)
             if leading is not None:
                 text = text[leading.end() :]
@@ -80,6 +80,33 @@ class LinePattern:
             return self._search(lines)
         finally:
             signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+
+    @property
+    def groups(self) -> int:
+        """How many groups the expression has."""
+        return self._given.groups
+
+    def last_group(self, lines: str) -> str | None:
+        r"""
+        Return the first group that took part in the last line that matches.
+
+        :param lines: The lines; `\n` is their only line end
+        :returns: None if no line matches
+        :raises SearchTimeError: when that takes too long
+        """
+        if not self.is_in(lines):
+            return None
+        _heed_timer()
+        try:
+            signal.setitimer(signal.ITIMER_VIRTUAL, SEARCH_TIME)
+            for line in reversed(lines.removesuffix('\n').split('\n')):
+                found = self._given.search(line[:PIECE])
+                if found is not None:
+                    groups = (g for g in found.groups() if g is not None)
+                    return next(groups, found[0])
+        finally:
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        return None
 
     def _search(self, lines: str) -> bool:
         if self._whole is not None and (

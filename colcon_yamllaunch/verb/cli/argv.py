@@ -72,13 +72,15 @@ def rewritten(argv: Sequence[str] | None = None) -> list[str]:
     words = list(sys.argv[1:] if argv is None else argv)
     start = _verb_index(words) + 1
     front, own = words[:start], words[start:]
-    if front[-1:] not in (['launch'], ['run']):
+    if front[-1:] not in (['launch'], ['run'], ['sweep']):
         return words
     from colcon_yamllaunch.verb.cli.option_scanner import normalised
     from colcon_yamllaunch.verb.cli.option_scanner import program_index
 
     if front[-1] == 'launch':
         return front + normalised(own, 'launch')
+    if front[-1] == 'sweep':
+        return front + normalised(own, 'sweep')
     package = program_index(own)
     own, program = own[:package], own[package:]
     if program and program[0] != _SEPARATOR:
@@ -98,7 +100,7 @@ def _need_current_folder() -> None:
         words = sys.argv[1:]
         index = _verb_index(words)
         verb = next(iter(words[index : index + 1]), None)
-        if verb not in ('create', 'launch', 'run'):
+        if verb not in ('create', 'launch', 'run', 'sweep'):
             return
         if '_ARGCOMPLETE' not in os.environ:
             print(

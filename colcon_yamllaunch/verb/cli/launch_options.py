@@ -20,10 +20,11 @@ from colcon_yamllaunch.verb.cli.option_scanner import normalised
 from colcon_yamllaunch.verb.cli.option_scanner import SEPARATOR
 from colcon_yamllaunch.verb.cli.option_table import REQUESTS
 from colcon_yamllaunch.verb.cli.option_table import TEXT
+from colcon_yamllaunch.verb.cli.option_table import Verb
 
 _ARGUMENT = re.compile(r'[^-][^\s]*?:=|:=')
 #: The launch arguments that options stand for, by their keys.
-_PREFIXES = ('launch_prefix', 'launch_prefix_filter')
+PREFIXES = ('launch_prefix', 'launch_prefix_filter')
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +135,7 @@ def parse_launch_options(known: Any) -> LaunchOptions:
     refuse_unknown(positionals, 'launch')
     if values.paths is not None:
         # it takes whatever follows
-        more, values.paths = _split_arguments(values.paths)
+        more, values.paths = split_arguments(values.paths)
         arguments = more + arguments
     # the process of a new launch is no request to a running one
     attach, values.attach = values.attach, None
@@ -144,8 +145,8 @@ def parse_launch_options(known: Any) -> LaunchOptions:
             '--of LAUNCH is about a launch that runs, and what else is given '
             'begins one'
         )
-    meant = dict(map(_named, arguments))
-    for key in _PREFIXES:
+    meant = dict(map(named, arguments))
+    for key in PREFIXES:
         if key in read:
             meant[key.replace('_', '-')] = read.pop(key)
     options = LaunchOptions(tuple(positionals), meant, attach=attach, **read)
@@ -153,7 +154,9 @@ def parse_launch_options(known: Any) -> LaunchOptions:
     return options
 
 
-def split_line(known: Any) -> tuple[Any, list[str], list[str]]:
+def split_line(
+    known: Any, verb: Verb = 'launch'
+) -> tuple[Any, list[str], list[str]]:
     """
     Tell options, other words and launch arguments apart, in any order.
 
@@ -164,8 +167,8 @@ def split_line(known: Any) -> tuple[Any, list[str], list[str]]:
     """
     words = [word for word in known.positionals if word != SEPARATOR]
     # an option that takes any number of values would take them, too
-    arguments, words = _split_arguments(normalised(words, 'launch'))
-    values, positionals = parse_more(words, known, 'launch')
+    arguments, words = split_arguments(normalised(words, verb))
+    values, positionals = parse_more(words, known, verb)
     return values, positionals, arguments
 
 
@@ -241,13 +244,18 @@ def _read_transition(words: Sequence[str]) -> tuple[Sequence[str], str]:
     )
 
 
-def _split_arguments(words: Sequence[str]) -> tuple[list[str], list[str]]:
+def split_arguments(words: Sequence[str]) -> tuple[list[str], list[str]]:
     """Separate the launch arguments from the other words."""
     arguments = [word for word in words if _ARGUMENT.match(word)]
     return arguments, [word for word in words if not _ARGUMENT.match(word)]
 
 
-def _named(word: str) -> tuple[str, str]:
+def named(word: str) -> tuple[str, str]:
+    """
+    Return a launch argument and its value.
+
+    :raises UserError: when it has no name
+    """
     name, _, value = word.partition(':=')
     if not name:
         raise UserError(

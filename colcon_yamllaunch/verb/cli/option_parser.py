@@ -13,6 +13,7 @@ import re
 import shlex
 from typing import Any
 from typing import NoReturn
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
@@ -23,6 +24,10 @@ from colcon_yamllaunch.verb.cli.option_table import Option
 from colcon_yamllaunch.verb.cli.option_table import options_of
 from colcon_yamllaunch.verb.cli.option_table import SECTIONS
 from colcon_yamllaunch.verb.cli.option_table import Verb
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.sweep.results.run_metrics import Metric
+    from colcon_yamllaunch.sweep.slurm.slurm_place import SlurmPlace
 
 #: Bytes that a limit for logs has at least.
 SMALLEST_LOG_LIMIT = 1_000_000
@@ -70,7 +75,8 @@ def _add(group: Any, option: Option) -> None:
             settings['const'] = value.choices[0]
         elif value.choices:
             settings['choices'] = value.choices
-            settings['default'] = value.choices[0]
+            if value.has_default:
+                settings['default'] = value.choices[0]
     group.add_argument(*option.flags, **settings)
 
 
@@ -141,7 +147,7 @@ def refuse_unknown(words: Sequence[str], verb: Verb) -> None:
                 "'colcon launch'"
             )
         meant = [nearest(word, options_of(verb))]
-        if verb == 'launch':
+        if verb in ('launch', 'sweep'):
             meant.insert(0, _as_argument(word, words[index + 1 :]))
         listed = ' or '.join(f"'{m}'" for m in meant if m is not None)
         hint = f"'colcon {verb} --help' lists the options"
@@ -233,6 +239,39 @@ def _seconds(option: str, text: str) -> float:
     return value
 
 
+def _count(option: str, text: str) -> int:
+    if not (text.isascii() and text.isdigit()) or not 0 < int(text) < 10**9:
+        raise UserError(f"{option} needs a number from 1 on, not '{text}'")
+    return int(text)
+
+
+def _share(option: str, text: str) -> float:
+    """Return a part of all, from 0 to 1."""
+    number, sign, rest = text.strip().partition('%')
+    try:
+        value = float(number)
+    except ValueError:
+        value = math.nan
+    if rest or not sign or not 0 <= value <= 100:
+        raise UserError(
+            f"{option} needs a share of all runs, such as 95%, not '{text}'"
+        )
+    return value / 100
+
+
+def _metric(option: str, text: str) -> 'Metric':
+    # no other verb has it
+    from colcon_yamllaunch.sweep.results.run_metrics import read_metric
+
+    return read_metric(option, text)
+
+
+def _place(option: str, text: str) -> 'SlurmPlace':
+    from colcon_yamllaunch.sweep.slurm.slurm_place import read_place
+
+    return read_place(option, text)
+
+
 def read_size(option: str, text: str) -> int | None:
     """
     Return a number of bytes, or None for no limit.
@@ -262,10 +301,14 @@ def read_size(option: str, text: str) -> int | None:
 
 READERS: Mapping[Kind, Callable[[str, str], Any]] = {
     'text': lambda _, text: text,
+    'count': _count,
     'file': _file,
+    'metric': _metric,
     'path': lambda _, text: Path(text).expanduser(),
     'pattern': _pattern,
+    'place': _place,
     'seconds': _seconds,
+    'share': _share,
     'size': read_size,
     'words': _words,
 }

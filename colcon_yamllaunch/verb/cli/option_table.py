@@ -18,12 +18,24 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.runtime.core.limits import LOG_LIMIT
 
 #: The verbs that have options.
-Verb = Literal['launch', 'run', 'create']
+Verb = Literal['launch', 'run', 'create', 'sweep']
 #: How many values an option takes: one; one each time that it is given; maybe
 #: one of its choices, behind '='; any number; at least one.
 Arity = Literal['one', 'each', 'choice', 'any', 'some']
 #: What a value is read as, see `option_parser.py`.
-Kind = Literal['text', 'file', 'path', 'pattern', 'seconds', 'size', 'words']
+Kind = Literal[
+    'count',
+    'file',
+    'metric',
+    'path',
+    'pattern',
+    'place',
+    'seconds',
+    'share',
+    'size',
+    'text',
+    'words',
+]
 #: What Tab offers for a value, see `completion/completing.py`.
 Completer = Literal[
     'choices',
@@ -36,6 +48,7 @@ Completer = Literal[
     'nothing',
     'packages',
     'parts',
+    'places',
     'terminals',
 ]
 
@@ -44,8 +57,13 @@ TEXT = 'text'
 #: How `--watch` tells that something failed: by its lines, or aloud, too.
 WATCH_SILENTLY = 'silent'
 WATCH_WITH_BELL = 'bell'
+#: Which runs of a sweep are done again.
+AGAIN_FAILED = 'failed'
+AGAIN_ALL = 'all'
 #: The value of `--log-limit` for no limit.
 NO_LIMIT = 'none'
+#: Bytes that the logs of each run of a sweep may take, as there are many.
+RUN_LOG_LIMIT = 100_000_000
 
 #: The options that show something of a launch instead of running it.
 INSPECTIONS = ('--show-args', '--check', '--plan', '--schema')
@@ -64,6 +82,7 @@ class Value:
     :param arity: How many there may be
     :param choices: The values that it may have, the default first
     :param takes_dash: Whether it may begin with a dash
+    :param has_default: Whether the first choice holds without the option
     """
 
     name: str | None
@@ -72,6 +91,7 @@ class Value:
     arity: Arity = 'one'
     choices: tuple[str, ...] = ()
     takes_dash: bool = False
+    has_default: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -313,23 +333,7 @@ _WATCH = (
         },
     ),
 )
-_MACHINES = (
-    Option(
-        '--on',
-        'Run all of it on another machine, as if it were here: USER@HOST or '
-        'whatever ssh takes, slurm:partition=NAME for an allocation, or with '
-        '--deploy the name of a machine',
-        Value('HOST', 'hosts'),
-        excludes=_ONE_COMPUTER,
-    ),
-    Option(
-        '--deploy',
-        'Run processes on the machines that a file names for them',
-        Value('FILE', 'files', 'file'),
-        excludes=_ONE_COMPUTER,
-    ),
-)
-_ENDING = (
+_GOAL = (
     Option(
         '--until',
         'End with success as soon as a line of a process matches; given '
@@ -351,6 +355,8 @@ _ENDING = (
         Value('SECONDS', 'nothing', 'seconds'),
         excludes=_RUNS_NONE,
     ),
+)
+_REPORT = (
     Option(
         '--junit',
         'Write a JUnit report with a case for each process and --until',
@@ -423,6 +429,75 @@ _SESSIONS = (
         needs=(*REQUESTS, '--attach', '--ui'),
     ),
 )
+_RUNS = (
+    Option(
+        '--table',
+        'A CSV file with launch arguments as columns and a run in each '
+        'further line; with arguments beside it, all combinations',
+        Value('FILE', 'files', 'file'),
+    ),
+    Option(
+        '--repeat',
+        'Run each combination several times',
+        Value('N', 'nothing', 'count'),
+    ),
+    Option(
+        '--jobs',
+        'How many runs go on at a time (default: the number of processors; '
+        'with --on slurm as many as Slurm lets)',
+        Value('N', 'nothing', 'count'),
+    ),
+    Option(
+        '--share-network',
+        'Leave the runs in the network of the machine, for those that need '
+        'it; each still has a ROS_DOMAIN_ID of its own',
+    ),
+    Option(
+        '--again',
+        'Do runs again that are done: those that failed, or all',
+        Value(
+            'WHICH',
+            'choices',
+            choices=(AGAIN_FAILED, AGAIN_ALL),
+            has_default=False,
+        ),
+    ),
+)
+_RESULTS = (
+    Option(
+        '--metric',
+        'Measure something of each run: the group of the expression in the '
+        'last line of a process that matches; may be given several times',
+        Value(
+            'NAME=REGEX', 'nothing', 'metric', arity='each', takes_dash=True
+        ),
+    ),
+    Option(
+        '--require',
+        'How many runs have to succeed, such as 95%%, for the exit code 0 '
+        '(default: all)',
+        Value('SHARE', 'nothing', 'share'),
+    ),
+    Option(
+        '--results',
+        'The folder for the results (default: one for just this sweep below '
+        'the log folder of the workspace)',
+        Value('DIR', 'folders', 'path'),
+    ),
+)
+_SWEEP_SHOWN = (
+    Option('--quiet', 'Show no progress, only failures and the end'),
+    Option(
+        '--tty', 'Let each process of the runs write to a terminal of its own'
+    ),
+    Option('--no-color', 'Use no colours'),
+    Option(
+        '--log-limit',
+        'What the log files of each run may take together, such as 50MB, '
+        f'1GB or {NO_LIMIT} (default: {RUN_LOG_LIMIT // 10**6}MB)',
+        Value('SIZE', 'nothing', 'size'),
+    ),
+)
 _CREATE = (
     Option(
         '--build-type',
@@ -481,16 +556,19 @@ _CREATE = (
 
 #: All options, in the order of the help.
 SECTIONS = (
-    Section('options', ('launch', 'run', 'create'), _COMMON),
+    Section('options', ('launch', 'run', 'create', 'sweep'), _COMMON),
     Section('Looking without running', ('launch',), _INSPECTION),
     Section('Running', ('run',), _RUN),
-    Section('Building', ('launch', 'run'), _BUILD),
-    Section('Building', ('launch',), _LAUNCH_BUILD),
+    Section('The runs', ('sweep',), _RUNS),
+    Section('What each run is to achieve', ('sweep',), _GOAL),
+    Section('Results', ('sweep',), _RESULTS),
+    Section('Building', ('launch', 'run', 'sweep'), _BUILD),
+    Section('Building', ('launch', 'sweep'), _LAUNCH_BUILD),
     Section('What is shown and kept', ('launch',), _SHOWN),
-    Section('Running', ('launch',), _PREFIX),
+    Section('What is shown and kept', ('sweep',), _SWEEP_SHOWN),
+    Section('Running', ('launch', 'sweep'), _PREFIX),
     Section('Watching files', ('launch',), _WATCH),
-    Section('Other machines', ('launch',), _MACHINES),
-    Section('Ending by itself, as in CI', ('launch',), _ENDING),
+    Section('Ending by itself, as in CI', ('launch',), (*_GOAL, *_REPORT)),
     Section('Running launches', ('launch',), _SESSIONS),
     Section('options', ('create',), _CREATE),
 )

@@ -152,10 +152,10 @@ def _word_at_cursor(environment: Mapping[str, str]) -> str:
     return line.rpartition(' ')[2]
 
 
-def _launch_positionals(cursor: _Cursor) -> Candidates:
+def _launch_positionals(cursor: _Cursor, verb: Verb = 'launch') -> Candidates:
     """Find words behind the package, which argparse leaves to the verb."""
     prefix = cursor.prefix
-    options = options_of('launch')
+    options = options_of(verb)
     last = options.get((cursor.known.positionals or [''])[-1])
     name, equals, begun = prefix.partition('=')
     if prefix.startswith('-') and equals:
@@ -167,10 +167,10 @@ def _launch_positionals(cursor: _Cursor) -> Candidates:
     if last and value and value.arity in ('one', 'each', 'some'):
         return _finder(last)(cursor)
     _give_back(cursor.known, options)
-    values, words, arguments = split_line(cursor.known)
+    values, words, arguments = split_line(cursor.known, verb)
     words = [word for word in words if not word.startswith('-')]
     cursor = replace(cursor, known=values)
-    given = given_options(values, 'launch')
+    given = given_options(values, verb)
     if '--status' in given or '--from-plan' in given:
         return {}
     if '--lifecycle' in given:
@@ -281,6 +281,13 @@ def _licenses(_cursor: _Cursor) -> Candidates:
     return dict.fromkeys(LICENSES, '')
 
 
+def _places(_cursor: _Cursor) -> Candidates:
+    """Offer Slurm where it is installed."""
+    from shutil import which
+
+    return {'slurm:': 'array jobs'} if which('sbatch') else {}
+
+
 def _nothing(_cursor: _Cursor) -> Candidates:
     return {}
 
@@ -289,6 +296,7 @@ _POSITIONALS: Mapping[Verb, _Find] = {
     'launch': _launch_positionals,
     'run': _run_positionals,
     'create': _nothing,
+    'sweep': lambda cursor: _launch_positionals(cursor, 'sweep'),
 }
 COMPLETERS: Mapping[Completer, _Find] = {
     'files': lambda cursor: candidates.paths(cursor.prefix, ('',)),
@@ -300,5 +308,6 @@ COMPLETERS: Mapping[Completer, _Find] = {
     'nothing': _nothing,
     'packages': lambda c: candidates.packages(c.locator(), c.prefix),
     'parts': _parts,
+    'places': _places,
     'terminals': _terminals,
 }

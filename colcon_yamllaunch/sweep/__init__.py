@@ -1,0 +1,4 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Many runs of one launch, with other arguments each."""

@@ -1,0 +1,491 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The runs of a sweep on this machine, some at a time.
+
+Each run is a fork of this process, which has imported all and knows the
+workspace, so that it costs little more than its plan. It leads a session of
+its own, in a network of its own where that is possible, and ends when this
+process does, whatever ends that. The next runs are planned while others go
+on, and wait until it is their turn.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from collections.abc import Iterable
+from contextlib import suppress
+import gc
+import json
+import os
+from pathlib import Path
+import select
+import signal
+import socket
+import sys
+import time
+from typing import Any
+from typing import NoReturn
+from typing import Protocol
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.runtime.core.outcome import signal_name
+from colcon_yamllaunch.sweep.course.domain_ids import DomainIds
+from colcon_yamllaunch.sweep.course.domain_ids import VARIABLE
+from colcon_yamllaunch.sweep.course.isolation import end_with
+from colcon_yamllaunch.sweep.course.isolation import enter_own_network
+from colcon_yamllaunch.sweep.course.one_run import Goal
+from colcon_yamllaunch.sweep.course.one_run import perform
+from colcon_yamllaunch.sweep.course.one_run import PlannedRun
+from colcon_yamllaunch.sweep.results.results_folder import MESSAGES
+from colcon_yamllaunch.sweep.results.run_result import one_reason
+from colcon_yamllaunch.sweep.results.run_result import result_from_json
+from colcon_yamllaunch.sweep.results.run_result import RunResult
+from colcon_yamllaunch.sweep.table.run_table import Run
+
+#: Bytes of a message of a run; a reason and metrics are shorter.
+_MESSAGE = 256 * 1024
+#: Bytes that are kept of what the planning of a run says.
+_SAID = 64 * 1024
+#: How many runs are planned ahead at most.
+_AHEAD = 8
+#: How often a run is asked to hurry when the user does not want to wait, and
+#: how many seconds lie between.
+_HURRIES = 3
+_HURRY_INTERVAL = 0.3
+_GO = b'g'
+
+
+class NotBuiltError(Exception):
+    """A run needs packages that are to be built first."""
+
+
+class PlanError(Exception):
+    """A run cannot be planned; what is wrong was said."""
+
+
+class Work(Protocol):
+    """What a launch is made of; see `verb/sweeping`."""
+
+    def plan(
+        self, run: Run, folder: Path, variables: dict[str, str]
+    ) -> PlannedRun:
+        """
+        Plan a run, in a process of its own.
+
+        :param folder: Where its logs go
+        :param variables: Variables that its environment has, too
+        :raises NotBuiltError: when it needs what is not built
+        :raises PlanError: when it cannot be planned
+        """
+
+    def build(self, run: Run) -> None:
+        """
+        Build what a run needs, in this process, while nothing runs.
+
+        :raises SweepEndError: when that fails
+        """
+
+
+class Watcher(Protocol):
+    """Who is told what happens."""
+
+    def began(self, running: int) -> None:
+        """Take note of how many runs go on."""
+
+    def done(self, run: Run, result: RunResult) -> None:
+        """Take note of what came of a run."""
+
+    def interrupted(self, running: int, *, hurry: bool) -> None:
+        """Tell that those that run are being stopped."""
+
+    def tick(self) -> None:
+        """Show the time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """
+    How runs are done.
+
+    :param jobs: How many at a time
+    :param own_network: Whether each has a network of its own
+    """
+
+    jobs: int
+    own_network: bool
+    goal: Goal
+    folder_of: Callable[[int], Path]
+    clear: Callable[[int], None]
+
+
+class _Child:
+    """A run that is planned, waits or goes on."""
+
+    def __init__(
+        self, run: Run, pid: int, link: socket.socket, said: int, domain: int
+    ) -> None:
+        self.run = run
+        self.pid = pid
+        self.link = link
+        self.said = said
+        self.domain = domain
+        self.is_planned = False
+        self.goes_on = False
+        self.result: RunResult | None = None
+
+
+class LocalRunner:
+    """
+    Does runs.
+
+    :param domains: Gives each its domain
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        work: Work,
+        watcher: Watcher,
+        domains: DomainIds,
+    ) -> None:
+        self._settings = settings
+        self._work = work
+        self._watcher = watcher
+        self._domains = domains
+        self._queue: deque[Run] = deque()
+        # those that need what is not built
+        self._unbuilt: list[Run] = []
+        self._children: dict[int, _Child] = {}
+        self._poll = select.poll()
+        #: The signal that the user stopped it with, if any.
+        self.stopped_by: int | None = None
+        self._hurries = 0
+        self._next_hurry = 0.0
+
+    def run(self, runs: Iterable[Run]) -> None:
+        """
+        Do runs until all are done, or somebody stops that.
+
+        Must be called in the main thread.
+        """
+        self._queue.extend(runs)
+        # what both have is shared as long as nobody writes to it
+        gc.collect()
+        gc.freeze()
+        reader, writer = os.pipe()
+        os.set_blocking(reader, False)
+        os.set_blocking(writer, False)
+        before = {
+            number: signal.signal(number, _ignored)
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        }
+        wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+        self._poll.register(reader, select.POLLIN)
+        try:
+            while self._turn(reader):
+                pass
+        finally:
+            self._end_all()
+            self._poll.unregister(reader)
+            signal.set_wakeup_fd(wakeup)
+            for number, handler in before.items():
+                signal.signal(
+                    number, signal.SIG_DFL if handler is None else handler
+                )
+            os.close(reader)
+            os.close(writer)
+            gc.unfreeze()
+
+    def _turn(self, reader: int) -> bool:
+        """Wait for something and do it; return whether to go on."""
+        if self.stopped_by is None:
+            self._fill()
+            self._begin()
+        if not self._children:
+            return bool(self._queue) and self.stopped_by is None
+        self._watcher.tick()
+        for descriptor, _ in self._poll.poll(self._wait()):
+            if descriptor == reader:
+                self._take_signals(reader)
+            elif descriptor in self._children:
+                self._hear(self._children[descriptor])
+        self._hurry()
+        return True
+
+    def _wait(self) -> int:
+        """Return how long there is nothing to do (milliseconds)."""
+        return 100 if self._hurries else 500
+
+    def _fill(self) -> None:
+        """Have the next runs planned."""
+        if self._unbuilt:
+            return
+        most = self._settings.jobs + min(self._settings.jobs, _AHEAD)
+        while self._queue and len(self._children) < most:
+            domain = self._domains.take()
+            if domain is None:
+                if self._children:
+                    return
+                raise UserError(
+                    'every ROS_DOMAIN_ID is taken by other sweeps: wait for '
+                    'them'
+                )
+            run = self._queue.popleft()
+            try:
+                self._fork(run, domain)
+            except OSError as e:
+                self._domains.give_back(domain)
+                self._queue.appendleft(run)
+                if self._children:
+                    # when another one has ended, there may be room
+                    return
+                raise UserError(
+                    f'no run can be started: {e.strerror or e}; try fewer '
+                    '--jobs'
+                ) from e
+
+    def _begin(self) -> None:
+        """Let those begin that are planned."""
+        running = sum(
+            c.goes_on and c.result is None for c in self._children.values()
+        )
+        if self._unbuilt:
+            if not running:
+                self._build()
+            return
+        for child in self._children.values():
+            if running >= self._settings.jobs:
+                break
+            if child.is_planned and not child.goes_on:
+                child.goes_on = True
+                running += 1
+                with suppress(OSError):
+                    child.link.send(_GO)
+        self._watcher.began(running)
+
+    def _build(self) -> None:
+        """Build what runs need; all that is planned is planned anew."""
+        waiting = [child.run for child in self._children.values()]
+        self._end_all()
+        for run in self._unbuilt:
+            self._work.build(run)
+        waiting = [*self._unbuilt, *waiting]
+        self._queue.extendleft(reversed(waiting))
+        self._unbuilt.clear()
+        gc.collect()
+        gc.freeze()
+
+    def _fork(self, run: Run, domain: int) -> None:
+        settings = self._settings
+        settings.clear(run.number)
+        ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        said = os.memfd_create('said')
+        sys.stdout.flush()
+        sys.stderr.flush()
+        try:
+            pid = os.fork()
+        except OSError:
+            ours.close()
+            its.close()
+            os.close(said)
+            raise
+        if not pid:
+            ours.close()
+            for child in self._children.values():
+                child.link.close()
+                os.close(child.said)
+            _be(run, its, said, domain, settings, self._work)
+        its.close()
+        child = _Child(run, pid, ours, said, domain)
+        self._children[ours.fileno()] = child
+        self._poll.register(ours, select.POLLIN)
+
+    def _hear(self, child: _Child) -> None:
+        """Take what a run tells, or its end."""
+        data = b''
+        with suppress(OSError):
+            data = child.link.recv(_MESSAGE)
+        if not data:
+            self._ended(child)
+            return
+        match json.loads(data):
+            case {'planned': True}:
+                child.is_planned = True
+            case {'not built': True}:
+                self._unbuilt.append(child.run)
+            case {'result': values}:
+                child.result = result_from_json(values)
+            case _:
+                return
+
+    def _ended(self, child: _Child) -> None:
+        status = self._forget(child)
+        result = child.result
+        is_unbuilt = child.run in self._unbuilt
+        if result is None and (is_unbuilt or self.stopped_by is not None):
+            return
+        if result is None:
+            code = os.waitstatus_to_exitcode(status)
+            how = (
+                f'was killed by {signal_name(-code)}'
+                if code < 0
+                else (f'ended with exit code {code}')
+            )
+            result = RunResult(
+                child.run.number, 'error', f'what launches it {how}'
+            )
+        self._watcher.done(child.run, result)
+
+    def _forget(self, child: _Child) -> int:
+        """Reap a run that ends, and return its status."""
+        del self._children[child.link.fileno()]
+        self._poll.unregister(child.link)
+        child.link.close()
+        _, status = os.waitpid(child.pid, 0)
+        self._domains.give_back(child.domain)
+        size = os.lseek(child.said, 0, os.SEEK_END)
+        if size and child.result is not None:
+            _keep(child, self._settings.folder_of(child.run.number))
+        os.close(child.said)
+        return status
+
+    def _take_signals(self, reader: int) -> None:
+        for number in os.read(reader, 4096):
+            if number not in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                continue
+            is_first = self.stopped_by is None
+            running = [c for c in self._children.values() if c.goes_on]
+            self._watcher.interrupted(len(running), hurry=not is_first)
+            if is_first:
+                self.stopped_by = number
+                for child in self._children.values():
+                    # those that wait have nothing to stop
+                    _signal(
+                        child,
+                        signal.SIGINT if child.goes_on else signal.SIGKILL,
+                    )
+            elif not self._hurries:
+                self._hurries = _HURRIES
+
+    def _hurry(self) -> None:
+        """Have what is being stopped be killed, step by step."""
+        if not self._hurries or time.monotonic() < self._next_hurry:
+            return
+        self._next_hurry = time.monotonic() + _HURRY_INTERVAL
+        self._hurries -= 1
+        for child in self._children.values():
+            _signal(child, signal.SIGINT)
+
+    def _end_all(self) -> None:
+        """End whatever there is; what runs is stopped in its own way."""
+        for child in self._children.values():
+            _signal(child, signal.SIGTERM if child.goes_on else signal.SIGKILL)
+        for child in tuple(self._children.values()):
+            self._forget(child)
+
+
+def _signal(child: _Child, number: int) -> None:
+    # it is not reaped yet, so the id is still its own
+    with suppress(ProcessLookupError):
+        os.kill(child.pid, number)
+
+
+def _keep(child: _Child, folder: Path) -> None:
+    """Keep what was said in the planning of a run, for its reader."""
+    with suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / MESSAGES).write_bytes(os.pread(child.said, _SAID, 0))
+
+
+def _ignored(number: int, frame: object) -> None:
+    """Let the wake-up descriptor do the work."""
+
+
+def _be(
+    run: Run,
+    link: socket.socket,
+    said: int,
+    domain: int,
+    settings: Settings,
+    work: Work,
+) -> NoReturn:
+    """Be the process of a run, to its end."""
+    parent = os.getppid()
+    code = 1
+    try:
+        signal.set_wakeup_fd(-1)
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_DFL)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        # the keys of the terminal are for the sweep
+        os.setsid()
+        null = os.open(os.devnull, os.O_RDWR)
+        for descriptor, target in ((null, 0), (said, 1), (said, 2)):
+            os.dup2(descriptor, target)
+        os.close(null)
+        if settings.own_network:
+            enter_own_network()
+        end_with(parent)
+        _tell(link, _do(run, link, said, domain, settings, work))
+        code = 0
+    except KeyboardInterrupt:
+        code = 130
+    except Exception as e:  # noqa: BLE001 - the others are to be run
+        with suppress(OSError):
+            _tell(link, _error(run, f'internal error: {e!r}'))
+    finally:
+        with suppress(Exception):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(code)
+    raise AssertionError
+
+
+def _do(
+    run: Run,
+    link: socket.socket,
+    said: int,
+    domain: int,
+    settings: Settings,
+    work: Work,
+) -> dict[str, Any]:
+    """Plan a run, wait until it is its turn, and return what came of it."""
+    folder = settings.folder_of(run.number)
+    try:
+        planned = work.plan(run, folder, {VARIABLE: str(domain)})
+    except NotBuiltError:
+        return {'not built': True}
+    except UserError as e:
+        return _error(run, str(e))
+    except PlanError:
+        sys.stderr.flush()
+        text = os.pread(said, _SAID, 0).decode(errors='replace')
+        return _error(run, first_error(text))
+
+    def wait() -> None:
+        _tell(link, {'planned': True})
+        if link.recv(len(_GO)) != _GO:
+            raise KeyboardInterrupt
+
+    result = perform(run.number, planned, folder, settings.goal, wait)
+    if result is None:
+        raise KeyboardInterrupt
+    return {'result': result.as_json()}
+
+
+def first_error(text: str) -> str:
+    """Return the line that says why a run cannot be planned."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    errors = [line for line in lines if 'error: ' in line]
+    return next(iter([*errors, *lines]), 'it cannot be planned')
+
+
+def _error(run: Run, reason: str) -> dict[str, Any]:
+    result = RunResult(run.number, 'error', one_reason(reason))
+    return {'result': result.as_json()}
+
+
+def _tell(link: socket.socket, message: dict[str, Any]) -> None:
+    link.send(json.dumps(message).encode())

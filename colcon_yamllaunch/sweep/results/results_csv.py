@@ -1,0 +1,88 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The results of a sweep as a table (CSV, RFC 4180), for programs.
+
+A line for each run that is done, with its arguments, its outcome, the reason,
+the seconds that it took and its metrics.
+"""
+
+from collections.abc import Iterable
+from collections.abc import Mapping
+import csv
+import io
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.sweep.results.run_result import RunResult
+from colcon_yamllaunch.sweep.table.run_table import RunTable
+
+RUN = 'run'
+REPEAT = 'repeat'
+OUTCOME = 'outcome'
+REASON = 'reason'
+SECONDS = 'seconds'
+#: The columns that each table has.
+FIXED = (RUN, REPEAT, OUTCOME, REASON, SECONDS)
+
+
+def refuse_columns_twice(
+    arguments: Iterable[str], metrics: Iterable[str]
+) -> None:
+    """
+    Refuse metrics whose column there is already.
+
+    :raises UserError: when there is one
+    """
+    known = {argument_column(name) for name in arguments}
+    for name in metrics:
+        if name in FIXED or name in known:
+            what = 'a launch argument' if name in known else 'each result'
+            raise UserError(
+                f"--metric: results.csv has a column '{name}' already, of "
+                f'{what}: call the metric otherwise'
+            )
+
+
+def argument_column(name: str) -> str:
+    """Return what the column of a launch argument is called."""
+    return f'argument {name}' if name in FIXED else name
+
+
+def results_csv(
+    table: RunTable,
+    results: Mapping[int, RunResult],
+    metrics: Iterable[str],
+) -> str:
+    """Return the table, with the runs that are done."""
+    metrics = tuple(metrics)
+    repeat = (REPEAT,) if table.repeats > 1 else ()
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(
+        (
+            RUN,
+            *map(argument_column, table.names),
+            *repeat,
+            OUTCOME,
+            REASON,
+            SECONDS,
+            *metrics,
+        )
+    )
+    for run in table.runs:
+        result = results.get(run.number)
+        if result is None:
+            continue
+        writer.writerow(
+            (
+                run.number,
+                *(run.arguments[name] for name in table.names),
+                *((run.repeat,) if repeat else ()),
+                result.outcome,
+                result.reason,
+                f'{result.seconds:.3f}',
+                *(result.metrics.get(name, '') for name in metrics),
+            )
+        )
+    return text.getvalue()

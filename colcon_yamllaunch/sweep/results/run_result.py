@@ -1,0 +1,89 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What came of one run of a sweep."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from dataclasses import field
+import math
+from typing import Any
+from typing import Literal
+
+from colcon_yamllaunch.common.frozen import dataclass
+
+#: How a run ended: its launch exits with 0; it does not; or there was none,
+#: or nobody knows what came of it, as its machine failed.
+Outcome = Literal['succeeded', 'failed', 'error']
+OUTCOMES: tuple[Outcome, ...] = ('succeeded', 'failed', 'error')
+#: Characters of a reason that are kept.
+_REASON = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """
+    What came of a run.
+
+    :param run: Its number
+    :param reason: Why it did not succeed, in one line
+    :param seconds: How long its launch took
+    :param metrics: What was found for each metric, as it was written; a
+      metric that was not found is missing
+    :param cpu: Seconds of processor time that the launch itself took, without
+      its processes
+    """
+
+    run: int
+    outcome: Outcome
+    reason: str = ''
+    seconds: float = 0.0
+    metrics: Mapping[str, str] = field(default_factory=dict)
+    cpu: float = 0.0
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether all is well."""
+        return self.outcome == 'succeeded'
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for a file."""
+        return {**asdict(self), 'metrics': dict(self.metrics)}
+
+
+def result_from_json(values: Any) -> RunResult | None:
+    """Return a result that a file has, None if it is none."""
+    match values:
+        case {
+            'run': int(run),
+            'outcome': 'succeeded' | 'failed' | 'error' as outcome,
+            'reason': str(reason),
+            'seconds': int() | float() as seconds,
+            'metrics': dict(metrics),
+        } if run > 0 and math.isfinite(seconds):
+            cpu = values.get('cpu', 0.0)
+            return RunResult(
+                run,
+                outcome,
+                one_reason(reason),
+                float(seconds),
+                {str(k): str(v) for k, v in metrics.items()},
+                float(cpu) if isinstance(cpu, int | float) else 0.0,
+            )
+        case _:
+            return None
+
+
+def one_reason(text: str) -> str:
+    """Return a reason in one line of a length that can be read."""
+    line = ' '.join(text.split())
+    return line if len(line) <= _REASON else f'{line[: _REASON - 1]}…'
+
+
+def number_of(text: str) -> float | None:
+    """Return what a value is as a number, None if it is none."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None

@@ -1,0 +1,217 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What is shown of a sweep while it goes on.
+
+In a terminal that is one line, drawn anew; elsewhere there is a line now and
+then. A run that failed has a line of its own.
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+import os
+import time
+from typing import TextIO
+
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.sweep.results.results_folder import ResultsFolder
+from colcon_yamllaunch.sweep.results.run_result import RunResult
+from colcon_yamllaunch.sweep.results.sweep_journal import SweepJournal
+from colcon_yamllaunch.sweep.sweep_reports import SweepReports
+from colcon_yamllaunch.sweep.table.run_table import Run
+from colcon_yamllaunch.sweep.table.run_table import RunTable
+
+#: Seconds between two drawings of the line in a terminal.
+_INTERVAL = 0.1
+#: Seconds between two lines elsewhere.
+_PLAIN_INTERVAL = 15.0
+#: How many runs that failed are shown; results.csv has all.
+_SHOWN_FAILURES = 20
+#: How many have to be done before the time left is known.
+_KNOWN_FROM = 3
+#: Characters of a line where the width is not known.
+_WIDTH = 79
+
+_RED, _GREEN, _PLAIN = '\x1b[31m', '\x1b[32m', '\x1b[0m'
+_CLEAR = '\r\x1b[K'
+
+
+class Progress:
+    """
+    Shows how far it got, and keeps what is done.
+
+    :param stream: Where it is shown
+    :param quiet: Whether only failures are
+    :param clock: Returns seconds that never go back
+    """
+
+    def __init__(
+        self,
+        stream: TextIO,
+        table: RunTable,
+        journal: SweepJournal,
+        folder: ResultsFolder,
+        reports: SweepReports,
+        *,
+        quiet: bool = False,
+        color: bool = True,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._stream = stream
+        self._is_terminal = _is_terminal(stream)
+        self._color = color and self._is_terminal
+        self._table = table
+        self._journal = journal
+        self._folder = folder
+        self._reports = reports
+        self._quiet = quiet
+        self._clock = clock
+        self._begin = clock()
+        self._before = len(journal.results)
+        self._failures = sum(
+            not result.succeeded for result in journal.results.values()
+        )
+        self._told = 0
+        self._running = 0
+        self._waiting = ''
+        self._shown = -_PLAIN_INTERVAL
+        self._is_drawn = False
+
+    def began(self, running: int) -> None:
+        """Take note of how many runs go on."""
+        self._running = running
+
+    def waiting(self, text: str) -> None:
+        """Take note of what runs wait for, such as a queue."""
+        self._waiting = text
+
+    def done(self, run: Run, result: RunResult) -> None:
+        """
+        Keep what came of a run.
+
+        :raises UserError: when it cannot be kept
+        """
+        self._journal.add(result)
+        self._reports.refresh()
+        if result.succeeded:
+            return
+        self._failures += 1
+        self._told += 1
+        if self._told > _SHOWN_FAILURES + 1:
+            return
+        if self._told > _SHOWN_FAILURES:
+            self._line('more that fail are in results.csv')
+            return
+        name = f'run {run.number}'
+        title = self._table.title(run)
+        if title != name:
+            name += f', {title}'
+        self._line(
+            f'{self._paint(_RED, result.outcome)}: {one_line(name)}: '
+            f'{one_line(result.reason)}'
+        )
+        logs = self._folder.run_folder(run.number)
+        if logs.is_dir():
+            self._line(f'  logs: {logs}')
+
+    def interrupted(self, running: int, *, hurry: bool) -> None:
+        """Tell that those that run are being stopped."""
+        if hurry:
+            self._line('killing what still runs')
+        elif running:
+            runs = f'{running} run' + 's' * (running > 1)
+            self._line(f'stopping {runs} (Ctrl-C again to kill)')
+
+    def say(self, text: str) -> None:
+        """Show a line of its own."""
+        self._line(one_line(text))
+
+    def tick(self) -> None:
+        """Show how far it is, if it is time for that."""
+        now = self._clock()
+        interval = _INTERVAL if self._is_terminal else _PLAIN_INTERVAL
+        if self._quiet or now - self._shown < interval:
+            return
+        if not self._is_terminal and not (self._running or self._waiting):
+            return
+        self._shown = now
+        if self._is_terminal:
+            width = self._width()
+            self._write(_CLEAR + self._text(width))
+            self._is_drawn = True
+        else:
+            self._write(self._text(0) + '\n')
+
+    def end(self) -> None:
+        """Leave nothing behind that is drawn anew."""
+        if self._is_drawn:
+            self._write(_CLEAR)
+            self._is_drawn = False
+
+    def _text(self, width: int) -> str:
+        """Return the line; at most of a width, 0 for any."""
+        total, done = len(self._table.runs), len(self._journal.results)
+        parts = [f'{done:,} of {total:,} done']
+        if self._failures:
+            parts.append(f'{self._failures:,} failed')
+        if self._running:
+            parts.append(f'{self._running:,} running')
+        if self._waiting:
+            parts.append(self._waiting)
+        parts.append(self._time_left(total - done, done - self._before))
+        text = ' · '.join(filter(None, parts))
+        if width and len(text) > width:
+            text = text[: max(0, width - 1)] + '…'
+        failed = f'{self._failures:,} failed'
+        if self._failures and self._color and failed in text:
+            text = text.replace(failed, self._paint(_RED, failed))
+        return text
+
+    def _time_left(self, missing: int, done: int) -> str:
+        if done < _KNOWN_FROM or not missing:
+            return ''
+        each = (self._clock() - self._begin) / done
+        return f'{duration(each * missing)} left'
+
+    def _paint(self, color: str, text: str) -> str:
+        return f'{color}{text}{_PLAIN}' if self._color else text
+
+    def _line(self, text: str) -> None:
+        clear = _CLEAR if self._is_drawn else ''
+        self._is_drawn = False
+        self._write(f'{clear}{text}\n')
+        self._shown = -_PLAIN_INTERVAL if self._is_terminal else self._shown
+
+    def _width(self) -> int:
+        with suppress(OSError, ValueError):
+            return os.get_terminal_size(self._stream.fileno()).columns - 1
+        return _WIDTH
+
+    def _write(self, text: str) -> None:
+        # what cannot be shown does not change what is done
+        with suppress(OSError, ValueError):
+            self._stream.write(text)
+            self._stream.flush()
+
+
+def duration(seconds: float) -> str:
+    """Return a time for people, such as 1 h 05 min."""
+    whole = round(seconds)
+    if seconds < 9.95:
+        return f'{seconds:.1f} s'
+    if whole < 60:
+        return f'{whole} s'
+    if whole < 3600:
+        return f'{whole // 60} min {whole % 60:02} s'
+    hours = whole // 3600
+    if hours < 48:
+        return f'{hours} h {whole % 3600 // 60:02} min'
+    return f'{hours // 24} days {hours % 24} h'
+
+
+def _is_terminal(stream: TextIO) -> bool:
+    with suppress(OSError, ValueError):
+        terminal = os.environ.get('TERM', '') not in ('', 'dumb')
+        return stream.isatty() and terminal
+    return False

@@ -1,0 +1,100 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The launches that the runs of a sweep are."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.sweep.course.local_runner import NotBuiltError
+from colcon_yamllaunch.sweep.course.local_runner import PlanError
+from colcon_yamllaunch.sweep.course.one_run import PlannedRun
+from colcon_yamllaunch.sweep.table.run_table import Run
+from colcon_yamllaunch.verb.launching.launch_flow import GiveUpError
+from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
+
+
+class LaunchVariants:
+    """
+    Plans runs; all that they have in common is done once.
+
+    :param flow: The launch
+    :param fixed: Launch arguments that all runs have beside their own
+    :param folder: Where logs go that belong to no run
+    :param may_build: Whether more packages may be built as runs need them
+    """
+
+    def __init__(
+        self,
+        flow: LaunchFlow,
+        fixed: Mapping[str, str],
+        folder: Path,
+        *,
+        may_build: bool,
+    ) -> None:
+        self._flow = flow
+        self._fixed = fixed
+        self._folder = folder
+        self._may_build = may_build
+        self._built: set[str] = set()
+        # who knows more of a launch that is planned, until it runs
+        self._planned: LaunchFlow | None = None
+
+    def prepare(self, run: Run) -> None:
+        """
+        Build what a run needs, and plan it to see that this can be done.
+
+        :raises GiveUpError: when it cannot
+        :raises UserError: when it cannot either
+        """
+        flow = self._flow.variant(
+            {**run.arguments, **self._fixed}, self._folder, {}, builds=True
+        )
+        flow.needs_declarations = True
+        try:
+            with flow.workspace.lock:
+                flow.prepare()
+        finally:
+            flow.close()
+        self._built |= flow.wanted
+
+    def build(self, run: Run) -> None:
+        """Build what a run needs; see :class:`.local_runner.Work`."""
+        self.prepare(run)
+
+    def plan(
+        self, run: Run, folder: Path, variables: Mapping[str, str]
+    ) -> PlannedRun:
+        """
+        Plan a run; see :class:`.local_runner.Work`.
+
+        :raises NotBuiltError: when it needs what is not built
+        :raises PlanError: when it cannot be planned
+        """
+        flow = self._flow.variant(
+            {**run.arguments, **self._fixed}, folder, variables
+        )
+        try:
+            try:
+                plan, environment = flow.prepare()
+            finally:
+                if self._may_build and not flow.wanted <= self._built:
+                    raise NotBuiltError
+        except GiveUpError as e:
+            flow.close()
+            raise PlanError from e
+        except UserError:
+            flow.close()
+            raise
+        identity, source = flow.plan_source()
+        # what it holds ends with it
+        self._planned = flow
+        locator = flow.locator
+        return PlannedRun(
+            plan,
+            environment,
+            identity,
+            source,
+            lambda module, user: locator.undeclared_owner(module, user),
+        )
