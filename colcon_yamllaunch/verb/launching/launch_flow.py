@@ -17,6 +17,8 @@ from pathlib import Path
 import signal
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.launching.log_folders import locked
