@@ -11,6 +11,7 @@ from the two, and `runs/NUMBER/` has the logs of a run.
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from contextlib import suppress
 import fcntl
 import hashlib
 import json
@@ -36,6 +37,9 @@ REPORT = 'report.html'
 #: In the folder of a run: what was said as it was planned, if anything was.
 MESSAGES = 'messages.log'
 _RUNS = 'runs'
+#: What Slurm needs, and in it what its tasks tell; see `slurm_files`.
+SLURM = 'slurm'
+DONE = 'done'
 #: Seconds that the runs of a sweep that was killed have to end, how many of
 #: them pass before that is said, and how many between two looks.
 _PATIENCE = 15.0
@@ -171,6 +175,8 @@ class ResultsFolder:
     def clear(self, number: int) -> None:
         """Delete what an earlier try of a run left."""
         shutil.rmtree(self.run_folder(number), ignore_errors=True)
+        with suppress(OSError):
+            (self.path / SLURM / DONE / f'{number}.json').unlink()
 
     def _unwritable(self, error: OSError | None) -> UserError:
         reason = (error and error.strerror) or 'no permission, or no room'

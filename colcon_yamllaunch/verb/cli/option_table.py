@@ -448,6 +448,12 @@ _RUNS = (
         Value('N', 'nothing', 'count'),
     ),
     Option(
+        '--on',
+        'Where the runs are done: slurm:OPTION=VALUE,… has Slurm do them, '
+        'as array jobs with these options of sbatch (default: this machine)',
+        Value('WHERE', 'places', 'place'),
+    ),
+    Option(
         '--share-network',
         'Leave the runs in the network of the machine, for those that need '
         'it; each still has a ROS_DOMAIN_ID of its own',

@@ -125,7 +125,10 @@ class SweepFlow:
     ) -> int:
         """Do what is not done yet, and tell how it went."""
         options, table = self._options, definition.table
-        journal.forget(self._again(table, journal))
+        again = self._again(table, journal)
+        journal.forget(again)
+        for number in again:
+            folder.clear(number)
         missing = [r for r in table.runs if r.number not in journal.results]
         reports = SweepReports(definition, folder, journal.results)
         progress = Progress(
@@ -192,7 +195,6 @@ class SweepFlow:
             self._log_folder or folder.path / 'log',
             may_build=may_build,
         )
-        variants.prepare(runs[0])
         goal = Goal(
             options.until,
             options.timeout,
@@ -201,6 +203,18 @@ class SweepFlow:
             options.log_limit,
             options.tty,
         )
+        if options.on is not None:
+            # few have a cluster
+            from colcon_yamllaunch.verb.sweeping.slurm_flow import SlurmFlow
+
+            slurm = SlurmFlow(
+                options, options.on, folder, progress, self._environment
+            )
+            runs = slurm.take_over(runs)
+            if runs:
+                variants.prepare(runs[0])
+            return slurm.run(runs, goal, variants)
+        variants.prepare(runs[0])
         jobs = options.jobs or len(os.sched_getaffinity(0))
         own_network = False
         if not options.share_network:
