@@ -18,6 +18,8 @@ _TICKS = 5
 #: Points that a plot has at most, so that a browser draws it at once.
 MAXIMUM_POINTS = 2000
 _MAXIMUM_BINS = 24
+#: What an axis extends over at least; less cannot be divided.
+_LEAST = 1e-300
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,29 +48,25 @@ class _Scale:
         self, values: Sequence[float], start: float, end: float
     ) -> None:
         low, high = min(values), max(values)
-        if low == high:
+        if high - low < _LEAST:
             # a single value is in the middle
-            margin = abs(low) / 2 or 0.5
+            margin = max(abs(low) / 2, _LEAST)
             low, high = low - margin, high + margin
         self.low, self.high = low, high
         self._start, self._end = start, end
 
     def at(self, value: float) -> float:
         """Return the pixel of a value."""
-        # halved first, as the span of the largest numbers is none
-        span = self.high / 2 - self.low / 2
-        part = (value / 2 - self.low / 2) / span
+        part = (value - self.low) / (self.high - self.low)
         return self._start + part * (self._end - self._start)
 
 
 def ticks(low: float, high: float) -> list[float]:
     """Return round numbers between two others, some five."""
-    rough = (high / _TICKS) - (low / _TICKS)
-    if not 0 < rough < math.inf:
+    rough = (high - low) / _TICKS
+    if not _LEAST < rough < math.inf:
         return [low]
     power = 10.0 ** math.floor(math.log10(rough))
-    if not power:
-        return [low]
     step = next(
         (m * power for m in (1, 2, 5) if m * power >= rough), 10 * power
     )
@@ -95,17 +93,16 @@ def histogram(values: Sequence[float], label: str) -> str:
     """
     low, high = min(values), max(values)
     count = min(_MAXIMUM_BINS, max(1, math.ceil(2 * len(values) ** (1 / 3))))
-    if low == high:
+    if high - low < _LEAST:
         count = 1
     heights = [0] * count
     for value in values:
-        # halved first, as the span of the largest numbers is none
-        part = (value / 2 - low / 2) / ((high / 2 - low / 2) or 1)
+        part = (value - low) / ((high - low) or 1)
         heights[min(count - 1, int(part * count))] += 1
     across = _Scale((low, high), _LEFT, _WIDTH - _RIGHT)
     up = _Scale((0, max(heights)), _HEIGHT - _BOTTOM, _TOP)
     edges = [
-        across.low + (across.high / count - across.low / count) * number
+        across.low + (across.high - across.low) / count * number
         for number in range(count + 1)
     ]
     bars = []

@@ -280,7 +280,7 @@ def _rows(
         number = f'{run.number}'
         log = page.log_of(run.number)
         if log is not None:
-            number = f'<a href="{escape(log)}">{run.number}</a>'
+            number = f'<a href="{_text(log)}">{run.number}</a>'
         kind = '' if result.succeeded else ' class="bad"'
         cells = [
             f'<td class="number">{number}</td>',

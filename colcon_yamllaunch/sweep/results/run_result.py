@@ -18,6 +18,8 @@ Outcome = Literal['succeeded', 'failed', 'error']
 OUTCOMES: tuple[Outcome, ...] = ('succeeded', 'failed', 'error')
 #: Characters of a reason that are kept.
 _REASON = 1000
+#: What no number that is plotted gets to.
+_LARGEST = 1e100
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,4 +88,5 @@ def number_of(text: str) -> float | None:
         value = float(text)
     except ValueError:
         return None
-    return value if math.isfinite(value) else None
+    # what is larger was not measured, and cannot be reckoned with
+    return value if abs(value) < _LARGEST else None

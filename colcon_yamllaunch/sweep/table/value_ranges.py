@@ -16,10 +16,10 @@ import re
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.sweep.table.run_limits import MAXIMUM_RUNS
 
-_NUMBER = r'[+-]?(?:\d+(?:\.\d+)?|\.\d+)'
+_NUMBER = r'[+-]?\d+(?:\.\d+)?'
 _RANGE = re.compile(rf'({_NUMBER})\.\.({_NUMBER})(?:\.\.({_NUMBER}))?')
 # what is certainly meant as one, with something that is no number
-_NEARLY = re.compile(rf'(?:{_NUMBER}\.\.[^./]*|[^./]*\.\.{_NUMBER})')
+_NEARLY = re.compile(rf'{_NUMBER}\.\.+[^/]*|[^/]*\.\.+{_NUMBER}')
 _OPENING = '([{'
 _CLOSING = ')]}'
 #: Digits that a number of a range has at most.

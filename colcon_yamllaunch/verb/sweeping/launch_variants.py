@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.language.actions.process_actions import OUTPUT_OVERRIDE
 from colcon_yamllaunch.sweep.course.local_runner import NotBuiltError
 from colcon_yamllaunch.sweep.course.local_runner import PlanError
 from colcon_yamllaunch.sweep.course.one_run import PlannedRun
@@ -38,6 +39,11 @@ class LaunchVariants:
         self._folder = folder
         self._may_build = may_build
         self._built: set[str] = set()
+        # nobody sees a screen, so all output goes to the logs, unless the user
+        # has said what is to become of it
+        self._variables: Mapping[str, str] = {}
+        if not flow.workspace.environment.get(OUTPUT_OVERRIDE):
+            self._variables = {OUTPUT_OVERRIDE: 'both'}
         # who knows more of a launch that is planned, until it runs
         self._planned: LaunchFlow | None = None
 
@@ -73,7 +79,9 @@ class LaunchVariants:
         :raises PlanError: when it cannot be planned
         """
         flow = self._flow.variant(
-            {**run.arguments, **self._fixed}, folder, variables
+            {**run.arguments, **self._fixed},
+            folder,
+            {**self._variables, **variables},
         )
         try:
             try:

@@ -1,0 +1,186 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The page about a sweep: complete, escaped, and in need of nothing else."""
+
+from html.parser import HTMLParser
+import math
+
+from colcon_yamllaunch.sweep.report.plots import histogram
+from colcon_yamllaunch.sweep.report.plots import number_text
+from colcon_yamllaunch.sweep.report.plots import Point
+from colcon_yamllaunch.sweep.report.plots import scatter
+from colcon_yamllaunch.sweep.report.plots import ticks
+from colcon_yamllaunch.sweep.report.report_page import Page
+from colcon_yamllaunch.sweep.report.report_page import report_page
+from colcon_yamllaunch.sweep.report.success_shares import shares_of
+from colcon_yamllaunch.sweep.results.run_result import RunResult
+from colcon_yamllaunch.sweep.table.run_table import run_table
+from colcon_yamllaunch.sweep.table.run_table import RunTable
+from hypothesis import given
+from hypothesis import strategies as st
+
+#: Elements that have no end (HTML, "Void elements").
+VOID = frozenset(('meta', 'br', 'img', 'link', 'input'))
+NASTY = '</title><script>alert("1 & 2")</script>\'\x1b[31m\n\u202e'
+
+
+class Reader(HTMLParser):
+    """Finds out what a page consists of, and that it is well-formed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: set[str] = set()
+        self.links: list[str] = []
+        self.text = ''
+
+    def handle_starttag(
+        self, tag: str, attrs: list[tuple[str, str | None]]
+    ) -> None:
+        self.tags.add(tag)
+        names = dict(attrs)
+        assert not [name for name in names if name.startswith('on')]
+        assert 'src' not in names
+        self.links += [names['href'] or ''] if 'href' in names else []
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        # a table row may be left open by none of ours
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def read(page: str) -> Reader:
+    reader = Reader()
+    reader.feed(page)
+    reader.close()
+    assert not reader.open
+    return reader
+
+
+def page_of(
+    table: RunTable, results: dict[int, RunResult], *metrics: str
+) -> str:
+    return report_page(
+        Page(
+            'my_pkg sim.yaml',
+            'colcon sweep my_pkg sim.yaml',
+            table,
+            results,
+            metrics,
+            lambda number: f'runs/{number:04}/launch.log',
+            0.0,
+        )
+    )
+
+
+def test_what_a_page_shows() -> None:
+    table = run_table({'seed': '1..30', 'world': 'lab,street'})
+    results = {
+        run.number: RunResult(
+            run.number,
+            'failed' if run.arguments['world'] == 'street' else 'succeeded',
+            'it fell',
+            1.5,
+            {'time': f'{run.number}.5', 'words': 'none'},
+        )
+        for run in table.runs
+    }
+    reader = read(page_of(table, results, 'time', 'words'))
+    assert '30 of 30' in reader.text
+    assert '0 of 30' in reader.text
+    assert 'runs/0002/launch.log' in reader.links
+    assert 'it fell' in reader.text
+    assert 'In no run a number was found for: words' in reader.text
+    assert 'Distribution of time' in page_of(table, results, 'time')
+    assert 'time by seed' in page_of(table, results, 'time')
+    assert 'svg' in reader.tags
+    assert not reader.tags & {'script', 'img', 'link', 'iframe'}
+
+
+def test_a_page_loads_nothing() -> None:
+    page = page_of(run_table({'a': '1..3'}), {1: RunResult(1, 'succeeded')})
+    assert 'http:' not in page
+    assert 'https:' not in page
+    assert "default-src 'none'" in page
+    assert 'url(' not in page
+    for part in ('prefers-color-scheme: dark', '@media print', 'viewport'):
+        assert part in page
+
+
+def test_whatever_is_written_is_text() -> None:
+    table = run_table({'a': f'{NASTY},b'})
+    results = {
+        1: RunResult(1, 'failed', NASTY, 1.0, {'<b>': '3'}),
+        2: RunResult(2, 'succeeded', '', 1.0, {'<b>': '4'}),
+    }
+    page = report_page(
+        Page(NASTY, NASTY, table, results, ('<b>',), lambda _: NASTY, 0.0)
+    )
+    reader = read(page)
+    assert 'script' not in reader.tags
+    assert 'b' not in reader.tags
+    assert '\x1b' not in page
+    assert '\u202e' not in page
+
+
+def test_nothing_is_done_yet() -> None:
+    reader = read(page_of(run_table({'a': '1..3'}), {}, 'm'))
+    assert 'done so far' in reader.text
+    assert 'svg' not in reader.tags
+
+
+numbers = st.floats(-1e99, 1e99, allow_nan=False)
+
+
+@given(st.lists(numbers, min_size=1, max_size=40))
+def test_any_numbers_can_be_plotted(values: list[float]) -> None:
+    points = [Point(v, -v, v > 0, 'x') for v in values]
+    for plot in (histogram(values, 'a'), scatter(points, 'a', 'b')):
+        read(plot)
+        assert 'nan' not in plot.replace('meaning', '')
+        assert 'inf"' not in plot
+
+
+@given(numbers, numbers)
+def test_ticks_are_few_and_between(a: float, b: float) -> None:
+    low, high = sorted((a, b))
+    found = ticks(low, high)
+    assert 1 <= len(found) <= 22
+    assert all(math.isfinite(t) for t in found)
+
+
+def test_numbers_as_people_write_them() -> None:
+    shown = [number_text(v) for v in (0.1 + 0.2, 1234.5, 5e-07, 20.0, -3.0)]
+    assert shown == ['0.3', '1,234', '5e-07', '20', '-3']
+
+
+def test_many_values_are_summed_up() -> None:
+    table = run_table({'seed': '1..1000', 'name': '1..1000'[:4]})
+    results = {
+        run.number: RunResult(
+            run.number, 'succeeded' if run.number % 2 else 'failed'
+        )
+        for run in table.runs
+    }
+    shares = shares_of('seed', table, results)
+    assert len(shares.shares) == 10
+    assert sum(share.total for share in shares.shares) == 1000
+    assert shares.shares[0].value == '1 to 100'
+    words = run_table({'w': ','.join(f'w{n}' for n in range(30))})
+    worst = shares_of(
+        'w',
+        words,
+        {
+            r.number: RunResult(
+                r.number, 'failed' if r.number == 30 else 'succeeded'
+            )
+            for r in words.runs
+        },
+    )
+    assert worst.shares[0].value == 'w29'
+    assert worst.left_out == 10

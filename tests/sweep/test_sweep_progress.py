@@ -1,0 +1,128 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What is shown while a sweep goes on."""
+
+import io
+from pathlib import Path
+
+from colcon_yamllaunch.sweep.results.results_folder import ResultsFolder
+from colcon_yamllaunch.sweep.results.results_folder import SweepDefinition
+from colcon_yamllaunch.sweep.results.run_result import RunResult
+from colcon_yamllaunch.sweep.results.sweep_journal import SweepJournal
+from colcon_yamllaunch.sweep.sweep_progress import duration
+from colcon_yamllaunch.sweep.sweep_progress import Progress
+from colcon_yamllaunch.sweep.sweep_reports import SweepReports
+from colcon_yamllaunch.sweep.table.run_table import run_table
+import pytest
+
+
+class Tty(io.StringIO):
+    """A stream that is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+class Shown:
+    """A progress, with a clock that is set by hand."""
+
+    def __init__(
+        self, folder: Path, stream: io.StringIO, runs: int, *, quiet: bool
+    ) -> None:
+        self.table = run_table({'seed': f'1..{runs}'})
+        definition = SweepDefinition('', ('a.yaml',), self.table, {}, {})
+        results = ResultsFolder(folder)
+        journal = SweepJournal(folder / 'journal.jsonl')
+        self.now = 0.0
+        self.stream = stream
+        self.progress = Progress(
+            stream,
+            self.table,
+            journal,
+            results,
+            SweepReports(definition, results, journal.results),
+            quiet=quiet,
+            clock=lambda: self.now,
+        )
+
+    def done(self, *numbers: int, failed: bool = False) -> None:
+        for number in numbers:
+            outcome = 'failed' if failed else 'succeeded'
+            result = RunResult(number, outcome, 'it fell' if failed else '')
+            self.progress.done(self.table.runs[number - 1], result)
+
+    def text(self) -> str:
+        return self.stream.getvalue()
+
+
+def shown(
+    folder: Path, *, tty: bool = False, runs: int = 10, quiet: bool = False
+) -> Shown:
+    return Shown(folder, Tty() if tty else io.StringIO(), runs, quiet=quiet)
+
+
+def test_lines_now_and_then_without_a_terminal(tmp_path: Path) -> None:
+    one = shown(tmp_path)
+    one.progress.began(2)
+    for one.now in range(30):
+        one.progress.tick()
+    one.done(1, 2, 3)
+    one.now = 30.0
+    one.progress.tick()
+    assert one.text().splitlines() == [
+        '0 of 10 done · 2 running',
+        '0 of 10 done · 2 running',
+        '3 of 10 done · 2 running · 1 min 10 s left',
+    ]
+
+
+def test_one_line_drawn_anew_in_a_terminal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv('TERM', 'xterm')
+    one = shown(tmp_path, tty=True)
+    one.progress.began(2)
+    one.progress.tick()
+    one.done(1, failed=True)
+    one.now = 1.0
+    one.progress.tick()
+    one.progress.end()
+    assert one.text() == (
+        '\r\x1b[K0 of 10 done · 2 running'
+        '\r\x1b[K\x1b[31mfailed\x1b[0m: run 1, seed:=1: it fell\n'
+        '\r\x1b[K1 of 10 done · \x1b[31m1 failed\x1b[0m · 2 running'
+        '\r\x1b[K'
+    )
+
+
+def test_some_failures_are_shown(tmp_path: Path) -> None:
+    one = shown(tmp_path, runs=40, quiet=True)
+    one.done(*range(1, 41), failed=True)
+    one.progress.tick()
+    lines = one.text().splitlines()
+    assert len(lines) == 21
+    assert lines[-1] == 'more that fail are in results.csv'
+
+
+def test_hostile_texts_do_no_harm(tmp_path: Path) -> None:
+    one = shown(tmp_path)
+    result = RunResult(1, 'failed', 'a\x1b[2Jb\nc')
+    one.progress.done(one.table.runs[0], result)
+    assert one.text().count('\n') == 1
+    assert '\x1b' not in one.text()
+
+
+def test_a_stream_that_is_gone(tmp_path: Path) -> None:
+    one = shown(tmp_path)
+    one.stream.close()
+    one.done(1, failed=True)
+    one.progress.tick()
+
+
+def test_times() -> None:
+    times = [0.31, 9.9, 12.4, 59.6, 61.0, 3599.0, 3700.0, 180000.0, 400000.0]
+    assert [duration(t) for t in times] == [
+        *('0.3 s', '9.9 s', '12 s', '1 min 00 s', '1 min 01 s'),
+        *('59 min 59 s', '1 h 01 min', '2 days 2 h', '4 days 15 h'),
+    ]
