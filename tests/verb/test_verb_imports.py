@@ -24,6 +24,7 @@ print(*sorted(set(sys.modules) - before))
         'cli.environment_variables',
         'launch',
         'run',
+        'sweep',
         'cli.argv',
     ],
 )

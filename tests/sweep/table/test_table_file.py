@@ -19,7 +19,7 @@ def test_a_table() -> None:
     table = parse_table('seed, world\n1,lab\n\n2,"a, b"\r\n3,\n', 'runs.csv')
     assert table.columns == ('seed', 'world')
     assert table.rows == (('1', 'lab'), ('2', 'a, b'), ('3', ''))
-    assert list(table.as_mappings())[0] == {'seed': '1', 'world': 'lab'}
+    assert next(table.as_mappings()) == {'seed': '1', 'world': 'lab'}
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(UserError, match='cannot be read: Is a directory'):
         read_table(tmp_path, '.')
     (tmp_path / 'x').write_bytes(b'a\n\xff\n')
-    with pytest.raises(UserError, match='no text in UTF-8.* at byte 2'):
+    with pytest.raises(UserError, match=r'no text in UTF-8.* at byte 2'):
         read_table(tmp_path / 'x', 'x')
     # a byte order mark, as spreadsheets write it
     (tmp_path / 'y').write_bytes(b'\xef\xbb\xbfa\n1\n')

@@ -1,0 +1,315 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""`colcon sweep` on this machine, as its users see it."""
+
+from collections.abc import Callable
+import csv
+import os
+from pathlib import Path
+import re
+import signal
+import time
+
+import pytest
+from support.terminal import Terminal
+from support.user import DEADLINE
+from support.user import Launch
+from support.user import User
+
+SIM = """\
+launch:
+  - arg: {name: seed}
+  - arg: {name: world, default: lab}
+  - executable: {cmd: sh sim.sh $(var seed) $(var world), name: sim}
+"""
+#: Fails with the seed 3 on the street; the domain and its network are told.
+SCRIPT = """\
+echo "domain $ROS_DOMAIN_ID of $1"
+echo "reached after $1.5 s"
+[ "$1-$2" = 3-street ] && { echo 'it fell' >&2; exit 1; }
+echo 'Goal reached'
+"""
+#: Ends when the file with its name in `go` is there, or never.
+PATIENT = """\
+trap 'exit 0' INT
+touch begun-$1
+until [ -e go-$1 ] || [ -e go-all ]; do sleep 0.05; done
+echo 'Goal reached'
+"""
+
+
+@pytest.fixture
+def sim(user: User) -> User:
+    """Return a user with a launch that is worth a sweep."""
+    user.write('sim.yaml', SIM)
+    user.write('sim.sh', SCRIPT)
+    return user
+
+
+@pytest.fixture
+def patient(user: User) -> User:
+    """Return a user with a launch that takes as long as the test likes."""
+    user.write('sim.yaml', SIM)
+    user.write('sim.sh', PATIENT)
+    return user
+
+
+def sweep(user: User, *words: str, code: int = 0) -> str:
+    """Run `colcon sweep` to its end, and return its output."""
+    launch = user.start('colcon', 'sweep', *words)
+    assert launch.end() == code, launch.output
+    assert 'Traceback' not in launch.output
+    return launch.output
+
+
+def rows(folder: Path) -> list[dict[str, str]]:
+    with (folder / 'results.csv').open(encoding='utf-8') as file:
+        return list(csv.DictReader(file))
+
+
+def wait(is_so: Callable[[], object]) -> None:
+    deadline = time.monotonic() + DEADLINE
+    while not is_so():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def left(user: User) -> list[str]:
+    """Return the command lines of what runs in the user's folder."""
+    found = []
+    for link in Path('/proc').glob('[0-9]*/cwd'):
+        try:
+            if link.readlink() == user.root:
+                found.append((link.parent / 'cmdline').read_text())
+        except OSError:
+            continue
+    return found
+
+
+def test_a_sweep(sim: User) -> None:
+    output = sweep(
+        sim,
+        *('sim.yaml', 'seed:=1..3', 'world:=lab,street'),
+        *('--until', 'Goal reached', '--timeout', '100'),
+        *('--metric', r'time=reached after ([\d.]+) s', '--results', 'r'),
+        code=1,
+    )
+    assert '6 runs: 5 succeeded, 1 failed' in output
+    assert 'failed: run 6, seed:=3 world:=street: ' in output
+    assert 'results: r/report.html, results.csv, junit.xml' in output
+    folder = sim.root / 'r'
+    assert [(r['seed'], r['world'], r['outcome']) for r in rows(folder)] == [
+        *(('1', 'lab', 'succeeded'), ('1', 'street', 'succeeded')),
+        *(('2', 'lab', 'succeeded'), ('2', 'street', 'succeeded')),
+        *(('3', 'lab', 'succeeded'), ('3', 'street', 'failed')),
+    ]
+    assert [r['time'] for r in rows(folder)] == [
+        *('1.5', '1.5', '2.5', '2.5', '3.5', '3.5')
+    ]
+    log = (folder / 'runs' / '0006' / 'launch.log').read_text()
+    assert 'it fell' in log
+    assert (folder / 'runs' / '0006' / 'sim-1' / 'stderr.log').exists()
+    report = (folder / 'report.html').read_text()
+    assert 'href="runs/0006/launch.log"' in report
+    assert 'seed:=3 world:=street' in (folder / 'junit.xml').read_text()
+
+
+def test_the_same_command_goes_on_and_repeats(sim: User) -> None:
+    words = ['sim.yaml', 'seed:=2..3', 'world:=street']
+    output = sweep(sim, *words, code=1)
+    found = re.search(r'results: (\S+)report.html', output)
+    assert found is not None
+    # below the log folder of the workspace, or of ROS without one
+    folder = sim.root / found[1]
+    assert folder.parent.name == 'sweeps'
+    again = sweep(sim, *words, code=1)
+    assert 'all 2 runs are done already' in again
+    sim.write('sim.sh', 'echo "Goal reached"')
+    assert '2 runs: 2 succeeded' in sweep(sim, *words, '--again', 'failed')
+    logs = [folder / 'runs' / f'000{n}' / 'launch.log' for n in (1, 2)]
+    assert 'reached after' in logs[0].read_text()
+    assert 'reached after' not in logs[1].read_text()
+    assert '2 runs: 2 succeeded' in sweep(sim, *words, '--again=all')
+    assert 'reached after' not in logs[0].read_text()
+
+
+def test_a_required_share(sim: User) -> None:
+    words = ['sim.yaml', 'seed:=1..3', 'world:=lab,street', '--results', 'r']
+    output = sweep(sim, *words, '--require', '80%')
+    assert 'that is 83.33%, and 80% are required: enough' in output
+    output = sweep(sim, *words, '--require', '95%', code=1)
+    assert '95% are required: too few' in output
+
+
+def test_runs_do_not_meet(patient: User) -> None:
+    """Each has a domain of its own, and a network where that can be."""
+    text = PATIENT.replace(
+        'touch',
+        'echo "$ROS_DOMAIN_ID $(readlink /proc/self/ns/net)" > '
+        'where-$1; touch',
+    )
+    patient.write('sim.sh', text)
+    words = ['sweep', 'sim.yaml', 'seed:=1..3', '--jobs', '3']
+    for option in ([], ['--share-network']):
+        started = patient.start('colcon', *words, *option, '--results', 'r')
+        for number in '123':
+            wait((patient.root / f'begun-{number}').exists)
+        places = [
+            (patient.root / f'where-{number}').read_text().split()
+            for number in '123'
+        ]
+        assert len({domain for domain, _ in places}) == 3
+        ours = os.readlink('/proc/self/ns/net')
+        networks = {network for _, network in places}
+        assert len(networks) == (1 if option or ours in networks else 3)
+        assert not option or networks == {ours}
+        patient.write('go-all', '')
+        assert started.end() == 0
+        for path in patient.root.glob('*-*'):
+            path.unlink()
+        words = [*words, '--again', 'all']
+
+
+def test_jobs_are_at_most_so_many(patient: User) -> None:
+    words = ['sim.yaml', 'seed:=1..5', '--jobs', '2', '--results', 'r']
+    started = patient.start('colcon', 'sweep', *words)
+    wait(lambda: len(list(patient.root.glob('begun-*'))) == 2)
+    patient.write('go-1', '')
+    wait(lambda: len(list(patient.root.glob('begun-*'))) == 3)
+    time.sleep(0.5)
+    assert len(list(patient.root.glob('begun-*'))) == 3
+    patient.write('go-all', '')
+    assert started.end() == 0
+
+
+def begun(user: User, *words: str) -> Launch:
+    """Start a sweep, and wait until one run is done and others go on."""
+    words = ('sim.yaml', 'seed:=1..4', '--jobs', '2', '--results', 'r', *words)
+    launch = user.start('colcon', 'sweep', *words)
+    wait(lambda: len(list(user.root.glob('begun-*'))) == 2)
+    user.write('go-1', '')
+    wait(lambda: len(list(user.root.glob('begun-*'))) == 3)
+    return launch
+
+
+def test_ctrl_c_keeps_what_is_done(patient: User) -> None:
+    launch = begun(patient)
+    assert launch.interrupt() == 128 + signal.SIGINT
+    assert 'stopping 2 runs (Ctrl-C again to kill)' in launch.output
+    assert '4 runs: 1 succeeded, 3 not run yet' in launch.output
+    assert 'the same command goes on from here' in launch.output
+    assert len(rows(patient.root / 'r')) == 1
+    assert not left(patient)
+    patient.write('go-all', '')
+    words = ['sim.yaml', 'seed:=1..4', '--jobs', '2', '--results', 'r']
+    output = sweep(patient, *words)
+    assert '1 of 4 runs are done; going on' in output
+    assert '4 runs: 4 succeeded' in output
+
+
+def test_ctrl_c_twice_kills(patient: User) -> None:
+    patient.write('sim.sh', PATIENT.replace("'exit 0'", "''"))
+    launch = begun(patient)
+    launch.process.send_signal(signal.SIGINT)
+    launch.wait_for('stopping')
+    begin = time.monotonic()
+    assert launch.interrupt() == 128 + signal.SIGINT
+    assert 'killing what still runs' in launch.output
+    # what takes no notice of SIGINT has ten seconds otherwise
+    assert time.monotonic() - begin < 8
+    assert not left(patient)
+
+
+def test_a_sweep_that_is_killed_leaves_nothing(patient: User) -> None:
+    launch = begun(patient)
+    launch.process.kill()
+    launch.end()
+    wait(lambda: not left(patient))
+    patient.write('go-all', '')
+    words = ['sim.yaml', 'seed:=1..4', '--jobs', '2', '--results', 'r']
+    output = sweep(patient, *words)
+    assert '1 of 4 runs are done; going on' in output
+    assert '4 runs: 4 succeeded' in output
+
+
+def test_a_run_whose_launcher_is_killed(patient: User) -> None:
+    launch = begun(patient)
+    children = Path(
+        f'/proc/{launch.process.pid}/task/{launch.process.pid}/children'
+    )
+    for pid in children.read_text().split():
+        os.kill(int(pid), signal.SIGKILL)
+    patient.write('go-all', '')
+    assert launch.end() == 1
+    assert 'what launches it was killed by SIGKILL' in launch.output
+    wait(lambda: not left(patient))
+
+
+def test_a_terminal_has_one_line(patient: User) -> None:
+    words = ['sim.yaml', 'seed:=1..4', '--jobs', '2', '--results', 'r']
+    environment = {**patient.environment, 'TERM': 'xterm'}
+    terminal = Terminal(
+        ['colcon', 'sweep', *words], patient.root, environment, 100
+    )
+    try:
+        terminal.shows('\r\x1b[K0 of 4 done · 2 running')
+        # the keys of the terminal are for the sweep alone
+        terminal.types('\x03').shows('stopping 2 runs')
+        terminal.shows('the same command goes on')
+        assert terminal.ends() == 130
+    finally:
+        terminal.close()
+
+
+def test_a_package_is_built_once(user: User) -> None:
+    """One that only some runs need is built when they come."""
+    user.package('one')
+    user.package('two')
+    user.write(
+        'src/one/launch/sim.yaml',
+        """\
+launch:
+  - arg: {name: which, default: one}
+  - include: {file: "$(find-pkg-share $(var which))/launch/\
+$(var which).yaml"}
+""",
+    )
+    words = ['one', 'sim.yaml', 'which:=one,two', '--repeat', '2']
+    output = sweep(user, *words)
+    assert output.count('Starting >>> one') == 1
+    assert output.count('Starting >>> two') == 1
+    assert '4 runs: 4 succeeded' in output
+    (folder,) = (user.root / 'log' / 'sweeps').iterdir()
+    log = (folder / 'runs' / '0004' / 'launch.log').read_text()
+    assert 'hello from two' in log
+    assert 'Starting' not in sweep(user, *words, '--again', 'all')
+
+
+def test_a_run_that_cannot_be_planned(user: User) -> None:
+    user.write(
+        'a.yaml',
+        """\
+launch:
+  - arg: {name: file}
+  - include: {file: $(dirname)/$(var file)}
+""",
+    )
+    user.write('b.yaml', 'launch:\n  - executable: {cmd: echo hello}\n')
+    output = sweep(
+        user, 'a.yaml', 'file:=b.yaml,c.yaml', '--results', 'r', code=1
+    )
+    assert '2 runs: 1 succeeded, 1 had an error' in output
+    (row,) = [r for r in rows(user.root / 'r') if r['outcome'] == 'error']
+    assert 'c.yaml' in row['reason']
+    said = (user.root / 'r' / 'runs' / '0002' / 'messages.log').read_text()
+    assert 'a.yaml:3' in said
+
+
+def test_a_table_of_runs(sim: User) -> None:
+    sim.write('runs.csv', 'seed,world\n3,lab\n3,street\n')
+    words = ['sim.yaml', '--table', 'runs.csv', '--results', 'r']
+    sweep(sim, *words, code=1)
+    assert [r['outcome'] for r in rows(sim.root / 'r')] == [
+        *('succeeded', 'failed')
+    ]
