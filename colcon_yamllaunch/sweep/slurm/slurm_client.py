@@ -23,6 +23,8 @@ _PATIENCE = 60.0
 #: What slurm.conf(5) has as its default.
 _ARRAY_SIZE = 1001
 _JOB = re.compile(r'(\d+)(?:_(\d+))?')
+# what each line of its commands begins with
+_NAME = re.compile(r'^s[a-z]+: (?:error: |fatal: )?')
 #: Jobs that are asked for at once, so that a command line is not too long.
 _AT_ONCE = 500
 
@@ -188,7 +190,8 @@ class SlurmClient:
         except OSError as e:
             raise SlurmError(f'{words[0]}: {e.strerror or e}') from e
         if done.returncode:
-            said = ' '.join((done.stderr or done.stdout).split())
-            said = said or f'exit code {done.returncode}'
-            raise SlurmError(said.removeprefix(f'{words[0]}: error: '))
+            lines = (done.stderr or done.stdout).splitlines()
+            said = [_NAME.sub('', line).strip() for line in lines]
+            text = '; '.join(filter(None, said))
+            raise SlurmError(text or f'exit code {done.returncode}')
         return done.stdout

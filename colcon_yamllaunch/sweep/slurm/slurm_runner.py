@@ -23,6 +23,7 @@ from typing import Protocol
 
 import colcon_yamllaunch
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.runtime.core.outcome import signal_name
 from colcon_yamllaunch.sweep.results.run_result import one_reason
 from colcon_yamllaunch.sweep.results.run_result import RunResult
 from colcon_yamllaunch.sweep.slurm.slurm_client import Ending
@@ -60,17 +61,19 @@ _PROGRAM = (
     'from colcon_yamllaunch.sweep.slurm.slurm_task import main; '
     'sys.exit(main())'
 )
-#: What a state comes to for the user; `{}` is the node.
+#: What a state comes to for the user; `{}` is where it was.
 _ENDINGS: Mapping[str, str] = {
     'OUT_OF_MEMORY': 'it ran out of the memory that Slurm gave it{}: ask for '
     'more, such as mem=4G',
     'TIMEOUT': 'its time at Slurm was over{}: ask for more, such as time=60, '
     'or give --timeout',
-    'NODE_FAIL': 'the node{} failed',
-    'BOOT_FAIL': 'the node{} failed to start',
+    'NODE_FAIL': 'its node failed{}',
+    'BOOT_FAIL': 'its node failed to start{}',
     'PREEMPTED': 'Slurm gave its place to another job{}',
     'DEADLINE': 'it could not be done before the deadline of the job{}',
 }
+#: Those that are about the node.
+_OF_NODE = ('NODE_FAIL', 'BOOT_FAIL')
 #: What the user, or the sweep itself, did: it is to be run once more.
 _CANCELLED = ('CANCELLED', 'REVOKED')
 
@@ -170,9 +173,9 @@ class SlurmRunner:
                 self._arrays[job] = numbers
                 self._tasks[run.number] = _Task(job, index, run)
         if self._tasks:
-            self._watcher.say(
-                f'{len(self._tasks):,} runs are with Slurm already'
-            )
+            count = len(self._tasks)
+            what = 'run is' if count == 1 else 'runs are'
+            self._watcher.say(f'{count:,} {what} with Slurm already')
         return list(missing.values())
 
     def run(self, runs: Iterable[Run]) -> None:
@@ -401,13 +404,21 @@ def reason_of(ending: Ending | None, output: str, results: str) -> str:
     node = f' on {ending.node}' if ending.node else ''
     known = _ENDINGS.get(ending.state)
     if known is not None:
+        if ending.state in _OF_NODE:
+            node = f': {ending.node}' if ending.node else ''
         return f'{known.format(node)} (Slurm: {ending.state})'
-    said = f': {output}' if output else ''
-    if not output:
-        said = f'; is {results} on a file system that the nodes share?'
+    _, _, number = ending.code.partition(':')
+    if number.isdigit() and int(number):
+        how = f'was killed by {signal_name(int(number))}{node}'
+        said = f': {output}' if output else ''
+    else:
+        how = f'ended{node} without a result'
+        said = f': {output}'
+        if not output:
+            said = f'; is {results} on a file system that the nodes share?'
     return (
-        f'its task ended{node} without a result (Slurm: {ending.state}, exit '
-        f'code {ending.code}){said}'
+        f'its task {how} (Slurm: {ending.state}, exit code '
+        f'{ending.code}){said}'
     )
 
 

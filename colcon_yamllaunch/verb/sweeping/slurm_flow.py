@@ -75,11 +75,11 @@ class SlurmFlow:
     ) -> int | None:
         """Do runs; return the signal that ended that, if one did."""
         planned = []
-        for number, run in enumerate(runs):
+        for number, run in enumerate(runs, 1):
+            self._progress.waiting(f'planning {number:,} of {len(runs):,}')
+            self._progress.tick()
             if self._plan(run, variants):
                 planned.append(run)
-            self._progress.waiting(f'{number + 1:,} planned')
-            self._progress.tick()
         self._progress.waiting('')
         if self._common is not None:
             self._files.write_common(

@@ -26,7 +26,7 @@ def in_child(action: Callable[[], str]) -> str:
     if not pid:
         try:
             os.write(writer, action().encode() or b' ')
-        except BaseException as e:
+        except BaseException as e:  # noqa: BLE001 - the parent tells
             os.write(writer, f'error: {e!r}'.encode())
         finally:
             os._exit(0)
@@ -53,9 +53,11 @@ def test_a_network_of_ones_own() -> None:
     def look() -> str:
         enter_own_network()
         # the same port, as nobody else has it here
-        with socket.create_server(('127.0.0.1', port)) as inside:
-            with socket.create_connection(('127.0.0.1', port)):
-                inside.accept()[0].close()
+        with (
+            socket.create_server(('127.0.0.1', port)) as inside,
+            socket.create_connection(('127.0.0.1', port)),
+        ):
+            inside.accept()[0].close()
         names = ' '.join(name for _, name in socket.if_nameindex())
         assert os.getuid() == uid
         Path('/dev/shm/colcon-sweep-test').write_text('x')

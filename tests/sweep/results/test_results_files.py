@@ -115,7 +115,7 @@ def test_a_case_for_each_run() -> None:
     assert suite.get('failures') == suite.get('errors') == '1'
     assert suite.get('skipped') == '5'
     cases = {c.get('name'): c for c in suite.iter('testcase')}
-    assert list(cases)[0] == 'seed:=1 outcome:=a (repeat 1)'
+    assert next(iter(cases)) == 'seed:=1 outcome:=a (repeat 1)'
     failure = cases['seed:=1 outcome:=b (repeat 1)'].find('failure')
     assert failure is not None and failure.text is not None
     assert failure.text.endswith('logs: /logs/3')

@@ -51,11 +51,11 @@ def test_rows_of_a_file_with_ranges_beside() -> None:
 
 def test_an_argument_in_both() -> None:
     file = parse_table('x\n1\n', 'runs.csv')
-    with pytest.raises(UserError, match="'x' is given twice: as 'x:=1..2'"):
+    with pytest.raises(UserError, match=r"'x' is given twice: as 'x:=1..2'"):
         run_table({'x': '1..2'}, file)
 
 
 def test_too_many() -> None:
-    given = {name: '1..1000' for name in 'abc'}
+    given = dict.fromkeys('abc', '1..1000')
     with pytest.raises(UserError, match=r'these are 1,000,000,000 runs'):
         run_table(given)
