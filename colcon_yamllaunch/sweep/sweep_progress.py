@@ -16,6 +16,7 @@ from typing import TextIO
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.sweep.results.results_folder import ResultsFolder
+from colcon_yamllaunch.sweep.results.results_folder import shown_path
 from colcon_yamllaunch.sweep.results.run_result import RunResult
 from colcon_yamllaunch.sweep.results.sweep_journal import SweepJournal
 from colcon_yamllaunch.sweep.sweep_reports import SweepReports
@@ -113,7 +114,7 @@ class Progress:
         )
         logs = self._folder.run_folder(run.number)
         if logs.is_dir():
-            self._line(f'  logs: {logs}')
+            self._line(f'  logs: {shown_path(logs)}')
 
     def interrupted(self, running: int, *, hurry: bool) -> None:
         """Tell that those that run are being stopped."""

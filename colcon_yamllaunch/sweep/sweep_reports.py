@@ -4,7 +4,6 @@
 """The files about a sweep that are made of what is known so far."""
 
 from collections.abc import Mapping
-import os
 from pathlib import Path
 import time
 
@@ -18,6 +17,7 @@ from colcon_yamllaunch.sweep.results.results_folder import MESSAGES
 from colcon_yamllaunch.sweep.results.results_folder import REPORT
 from colcon_yamllaunch.sweep.results.results_folder import RESULTS
 from colcon_yamllaunch.sweep.results.results_folder import ResultsFolder
+from colcon_yamllaunch.sweep.results.results_folder import shown_path
 from colcon_yamllaunch.sweep.results.results_folder import SweepDefinition
 from colcon_yamllaunch.sweep.results.results_folder import write_text
 from colcon_yamllaunch.sweep.results.run_result import RunResult
@@ -142,7 +142,10 @@ class SweepReports:
                 f'{_percent(required)} are required: {reached}'
             )
         path = self._folder.path
-        return [line, f'results: {_short(path / REPORT)}, {RESULTS}, {JUNIT}']
+        return [
+            line,
+            f'results: {shown_path(path / REPORT)}, {RESULTS}, {JUNIT}',
+        ]
 
     def _succeeded(self) -> int:
         return sum(result.succeeded for result in self._results.values())
@@ -150,11 +153,3 @@ class SweepReports:
 
 def _percent(share: float) -> str:
     return f'{100 * share:.4g}%'
-
-
-def _short(path: Path) -> str:
-    """Return a path as it is from here, if it is below."""
-    try:
-        return str(path.relative_to(os.getcwd()))
-    except (OSError, ValueError):
-        return str(path)

@@ -28,6 +28,9 @@ VARIABLE = re.compile(r'[A-Z][A-Z0-9]*(_[A-Z0-9]+)+')
 #: Look like variables, or are some that make no difference to a user.
 OTHERS = {
     'ABS_SYMLINK_OR_COPY',  # a value
+    'BOOT_FAIL',  # a state of Slurm, as the next ones
+    'NODE_FAIL',
+    'OUT_OF_MEMORY',
     'AMENT_IGNORE',  # a file, as the next two
     'CATKIN_IGNORE',
     'COLCON_IGNORE',
@@ -47,6 +50,7 @@ OTHERS = {
     'LD_LIBRARY_PATH',  # passed on as it is
     'VERSION_ID',  # of a system, in os-release
     'SC_CLK_TCK',  # of the system
+    'SC_OPEN_MAX',
     'SC_PAGE_SIZE',
 }
 

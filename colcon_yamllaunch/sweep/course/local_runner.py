@@ -180,6 +180,9 @@ class LocalRunner:
         before = {
             number: signal.signal(number, _ignored)
             for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+            # who has it ignored, by nohup, means that
+            if number != signal.SIGHUP
+            or signal.getsignal(number) != signal.SIG_IGN
         }
         wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
         self._poll.register(reader, select.POLLIN)

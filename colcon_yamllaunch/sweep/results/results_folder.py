@@ -217,3 +217,11 @@ def definition_values(values: Mapping[str, Any]) -> dict[str, str]:
         for name, value in values.items()
         if value not in (None, (), False)
     }
+
+
+def shown_path(path: Path) -> str:
+    """Return a path as it is from here, if it is below."""
+    try:
+        return str(path.relative_to(Path.cwd()))
+    except (OSError, ValueError):
+        return str(path)

@@ -197,6 +197,9 @@ class SlurmRunner:
         before = {
             number: signal.signal(number, _ignored)
             for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+            # who has it ignored, by nohup, means that
+            if number != signal.SIGHUP
+            or signal.getsignal(number) != signal.SIG_IGN
         }
         wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
         try:
@@ -208,7 +211,7 @@ class SlurmRunner:
                 self._ask()
                 if self.stopped_by is None:
                     self._submit()
-                elif self._clock() > self._deadline:
+                elif self._clock() >= self._deadline:
                     break
                 self._watcher.tick()
         finally:
@@ -343,6 +346,11 @@ class SlurmRunner:
         for number in numbers:
             if number not in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
                 continue
+            if number == signal.SIGHUP:
+                # nobody sees it any more, and the next one takes it over
+                self.stopped_by = number
+                self._deadline = self._clock()
+                return
             hurry = self.stopped_by is not None
             self._watcher.interrupted(len(self._tasks), hurry=hurry)
             if not hurry:

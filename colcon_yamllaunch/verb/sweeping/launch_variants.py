@@ -69,6 +69,12 @@ class LaunchVariants:
         """Build what a run needs; see :class:`.local_runner.Work`."""
         self.prepare(run)
 
+    def leave(self) -> None:
+        """Have nothing to do any more with what was planned last."""
+        if self._planned is not None:
+            self._planned.close()
+            self._planned = None
+
     def plan(
         self, run: Run, folder: Path, variables: Mapping[str, str]
     ) -> PlannedRun:

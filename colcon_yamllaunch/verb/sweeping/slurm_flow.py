@@ -114,6 +114,8 @@ class SlurmFlow:
             result = RunResult(run.number, 'error', one_reason(reason))
             self._progress.done(run, result)
             return False
+        finally:
+            variants.leave()
         return True
 
     def _write(self, planned: PlannedRun, folder: Path) -> None:

@@ -270,3 +270,16 @@ def test_processes(user: User, completes: Complete, tmp_path: Path) -> None:
     )
     launch.interrupt()
     assert completes('colcon launch --stop ') == []
+
+
+def test_sweeps(user: User, completes: Complete) -> None:
+    user.package('alpha')
+    user.write('src/alpha/launch/alpha.yaml', ARGUMENTS)
+    assert completes('colcon sweep al') == ['alpha']
+    assert completes('colcon sweep alpha al') == ['alpha.yaml']
+    assert completes('colcon sweep alpha alpha.yaml mo') == ['mode:=']
+    assert completes('colcon sweep alpha alpha.yaml mode:=s') == ['slow']
+    assert completes('colcon sweep alpha alpha.yaml --again ') == [
+        *('all', 'failed')
+    ]
+    assert '--metric' in completes('colcon sweep alpha alpha.yaml --m')

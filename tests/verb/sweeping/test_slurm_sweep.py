@@ -141,3 +141,14 @@ def test_a_run_that_cannot_be_planned(queuer: User) -> None:
     assert launch.end() == 1
     assert '2 runs: 1 succeeded, 1 had an error' in launch.output
     assert '2.yaml' in rows(queuer)['2']['reason']
+
+
+def test_a_terminal_that_closes_leaves_it_to_slurm(queuer: User) -> None:
+    launch = sweep(queuer, '1,5')
+    begun(queuer, '1', '5')
+    launch.process.send_signal(signal.SIGHUP)
+    assert launch.end() == 128 + signal.SIGHUP
+    launch = sweep(queuer, '1,5')
+    launch.wait_for('2 runs are with Slurm already')
+    queuer.write('go-all', '')
+    assert launch.end() == 0, launch.output

@@ -171,12 +171,19 @@ def test_runs_do_not_meet(patient: User) -> None:
         words = [*words, '--again', 'all']
 
 
+def let_one_end(user: User) -> None:
+    """Wait for two runs, let one of them end, and wait for the next."""
+    wait(lambda: len(list(user.root.glob('begun-*'))) == 2)
+    # whichever was planned first
+    first = next(user.root.glob('begun-*')).name
+    user.write(first.replace('begun', 'go'), '')
+    wait(lambda: len(list(user.root.glob('begun-*'))) == 3)
+
+
 def test_jobs_are_at_most_so_many(patient: User) -> None:
     words = ['sim.yaml', 'seed:=1..5', '--jobs', '2', '--results', 'r']
     started = patient.start('colcon', 'sweep', *words)
-    wait(lambda: len(list(patient.root.glob('begun-*'))) == 2)
-    patient.write('go-1', '')
-    wait(lambda: len(list(patient.root.glob('begun-*'))) == 3)
+    let_one_end(patient)
     time.sleep(0.5)
     assert len(list(patient.root.glob('begun-*'))) == 3
     patient.write('go-all', '')
@@ -187,9 +194,7 @@ def begun(user: User, *words: str) -> Launch:
     """Start a sweep, and wait until one run is done and others go on."""
     words = ('sim.yaml', 'seed:=1..4', '--jobs', '2', '--results', 'r', *words)
     launch = user.start('colcon', 'sweep', *words)
-    wait(lambda: len(list(user.root.glob('begun-*'))) == 2)
-    user.write('go-1', '')
-    wait(lambda: len(list(user.root.glob('begun-*'))) == 3)
+    let_one_end(user)
     return launch
 
 
