@@ -65,7 +65,9 @@ class DomainIds:
                 return number
         if self._shared:
             return None
-        return self._ids[self._next]
+        number = self._ids[self._next]
+        self._next = (self._next + 1) % len(self._ids)
+        return number
 
     def give_back(self, number: int) -> None:
         """Let others have it."""

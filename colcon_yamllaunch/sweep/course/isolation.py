@@ -13,6 +13,7 @@ once, by a process that tries.
 """
 
 from contextlib import suppress
+import errno
 import os
 import signal
 import socket
@@ -25,10 +26,19 @@ _MS_REC = 0x4000
 _MS_SLAVE = 0x80000
 _MS_NOSUID_NODEV = 0x6
 _SIOCSIFFLAGS = 0x8914
-_IFF_UP_RUNNING = 0x41
+_IFF_UP_RUNNING_MULTICAST = 0x1041
+_SIOCADDRT = 0x890B
+_RTF_UP = 0x0001
 _PR_SET_PDEATHSIG = 1
 #: Where POSIX shared memory is on Linux, see shm_overview(7).
 _SHARED_MEMORY = b'/dev/shm'
+#: What errors of unshare(2) mean for users, as far as that is not what they
+#: say.
+_REASONS = {
+    errno.EPERM: 'the system permits it to nobody but root',
+    errno.ENOSPC: 'the limits of the system, /proc/sys/user, allow no more',
+    errno.EINVAL: 'its kernel cannot do it',
+}
 
 
 def reason_for_no_network() -> str:
@@ -42,7 +52,7 @@ def reason_for_no_network() -> str:
                 enter_own_network()
                 text = b''
             except OSError as e:
-                text = (e.strerror or 'unknown error').encode()
+                text = _REASONS.get(e.errno or 0, e.strerror or '?').encode()
             os.write(writer, text or b'.')
         finally:
             os._exit(0)
@@ -120,12 +130,40 @@ def _error(number: int) -> OSError:
 
 
 def _bring_loopback_up() -> None:
+    """
+    Let the loopback interface pass all that nodes say, by multicast as well.
+
+    DDS finds others by multicast; the interface has that switched off, and
+    without another one there is no route for it.
+    """
     # as late as this, as most commands do without
+    import ctypes
     import fcntl
 
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as anything:
-        request = struct.pack('16sh14x', b'lo', _IFF_UP_RUNNING)
-        fcntl.ioctl(anything, _SIOCSIFFLAGS, request)
+        up = struct.pack('16sh14x', b'lo', _IFF_UP_RUNNING_MULTICAST)
+        fcntl.ioctl(anything, _SIOCSIFFLAGS, up)
+        name = ctypes.create_string_buffer(b'lo')
+        route = struct.pack(
+            # struct rtentry of <net/route.h>
+            'L 16s 16s 16s H h L P h P L L H',
+            0,
+            _address('224.0.0.0'),
+            _address('0.0.0.0'),
+            _address('240.0.0.0'),
+            _RTF_UP,
+            *(0, 0, 0, 0),
+            ctypes.addressof(name),
+            *(0, 0, 0),
+        )
+        with suppress(OSError):
+            # without it, nodes may still find one another by shared memory
+            fcntl.ioctl(anything, _SIOCADDRT, route)
+
+
+def _address(text: str) -> bytes:
+    """Return an IPv4 address as struct sockaddr."""
+    return struct.pack('HH4s8x', socket.AF_INET, 0, socket.inet_aton(text))
 
 
 def _write(path: str, text: str) -> None:

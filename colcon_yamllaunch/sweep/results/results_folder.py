@@ -40,6 +40,7 @@ _RUNS = 'runs'
 #: What Slurm needs, and in it what its tasks tell; see `slurm_files`.
 SLURM = 'slurm'
 DONE = 'done'
+ARRAYS = 'arrays.json'
 #: Seconds that the runs of a sweep that was killed have to end, how many of
 #: them pass before that is said, and how many between two looks.
 _PATIENCE = 15.0
@@ -111,6 +112,10 @@ class ResultsFolder:
                 f"--results: '{path}' has other files than the results of a "
                 'sweep: give a new or an empty folder'
             )
+        if known is not None and self._is_unused():
+            # of a sweep that came to nothing, as its command had a mistake
+            known = None
+            shutil.rmtree(path / _RUNS, ignore_errors=True)
         if known is not None and (
             not isinstance(known, dict)
             or known.get('fingerprint') != fingerprint
@@ -133,6 +138,14 @@ class ResultsFolder:
                 raise self._unwritable(None)
         if not os.access(path, os.W_OK | os.X_OK):
             raise self._unwritable(None)
+
+    def _is_unused(self) -> bool:
+        """Tell whether no run has come of the sweep that it is of."""
+        try:
+            is_empty = not (self.path / JOURNAL).stat().st_size
+        except OSError:
+            is_empty = True
+        return is_empty and not (self.path / SLURM / ARRAYS).exists()
 
     def _wait_for_others(self, say: Callable[[str], None]) -> None:
         """

@@ -23,6 +23,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
 from colcon_yamllaunch.sweep.course.one_run import Goal
+from colcon_yamllaunch.sweep.results.results_folder import ARRAYS
 from colcon_yamllaunch.sweep.results.results_folder import DONE
 from colcon_yamllaunch.sweep.results.results_folder import SLURM
 from colcon_yamllaunch.sweep.results.results_folder import write_text
@@ -31,7 +32,6 @@ from colcon_yamllaunch.sweep.results.run_result import result_from_json
 from colcon_yamllaunch.sweep.results.run_result import RunResult
 
 _COMMON = 'common.json'
-_ARRAYS = 'arrays.json'
 PLAN = 'plan.json'
 
 
@@ -132,7 +132,7 @@ class SlurmFiles:
 
     def arrays(self) -> dict[int, list[int]]:
         """Return the runs of each array job, by its number."""
-        known = read_json(self.folder / _ARRAYS)
+        known = read_json(self.folder / ARRAYS)
         found = {}
         for job, runs in (known if isinstance(known, dict) else {}).items():
             if job.isdigit() and isinstance(runs, list):
@@ -145,7 +145,7 @@ class SlurmFiles:
 
         :raises UserError: when that is not possible
         """
-        path = self.folder / _ARRAYS
+        path = self.folder / ARRAYS
         try:
             write_text(path, json.dumps(arrays))
         except OSError as e:

@@ -130,11 +130,25 @@ def test_a_folder_is_for_one_sweep(tmp_path: Path) -> None:
     # the same one goes on
     folder.open(definition(), said.append)
     folder.close()
+    (path / 'journal.jsonl').write_text('{}\n')
     for other in (definition('1..3'), definition(timeout='5')):
         with pytest.raises(UserError, match='has the results of another'):
             folder.open(other, said.append)
         folder.close()
     assert not said
+
+
+def test_a_folder_without_results_is_anybodys(tmp_path: Path) -> None:
+    """The command may have had a mistake."""
+    for values in ('1..2', '1..3'):
+        folder = ResultsFolder(tmp_path)
+        folder.open(definition(values), print)
+        (tmp_path / 'journal.jsonl').touch()
+        folder.close()
+    (tmp_path / 'slurm').mkdir()
+    (tmp_path / 'slurm' / 'arrays.json').touch()
+    with pytest.raises(UserError, match='has the results of another'):
+        ResultsFolder(tmp_path).open(definition('1..4'), print)
 
 
 def test_a_folder_with_something_else(tmp_path: Path) -> None:

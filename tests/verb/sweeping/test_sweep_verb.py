@@ -8,7 +8,9 @@ import csv
 import os
 from pathlib import Path
 import re
+import shutil
 import signal
+import subprocess
 import time
 
 import pytest
@@ -318,3 +320,25 @@ def test_a_table_of_runs(sim: User) -> None:
     assert [r['outcome'] for r in rows(sim.root / 'r')] == [
         *('succeeded', 'failed')
     ]
+
+
+def test_without_networks_there_are_as_many_as_domains(user: User) -> None:
+    user.write('a.yaml', 'launch:\n  - executable: {cmd: echo hello}\n')
+    # root of a user namespace may say how many networks there may be in it
+    script = (
+        'echo 0 > /proc/sys/user/max_net_namespaces && '
+        'exec colcon sweep a.yaml --jobs 150'
+    )
+    namespace = ['unshare', '--user', '--map-root-user']
+    if shutil.which('unshare') is None or subprocess.call(
+        [*namespace, 'true'], stderr=subprocess.DEVNULL
+    ):
+        pytest.skip('unshare cannot make a user namespace here')
+    launch = user.start(*namespace, 'sh', '-c', script)
+    assert launch.end() == 0, launch.output
+    assert re.search(
+        r'--jobs is limited to 11[89], as none can have a network of its own '
+        r'here \(the limits of the system, /proc/sys/user, allow no more\), '
+        'and each needs a ROS_DOMAIN_ID of its own',
+        launch.output,
+    )
