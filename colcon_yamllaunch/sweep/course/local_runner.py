@@ -19,6 +19,7 @@ import gc
 import json
 import os
 from pathlib import Path
+import resource
 import select
 import signal
 import socket
@@ -161,6 +162,7 @@ class LocalRunner:
         self._poll = select.poll()
         #: The signal that the user stopped it with, if any.
         self.stopped_by: int | None = None
+        self._files = resource.getrlimit(resource.RLIMIT_NOFILE)
         self._hurries = 0
         self._next_hurry = 0.0
 
@@ -186,11 +188,16 @@ class LocalRunner:
         }
         wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
         self._poll.register(reader, select.POLLIN)
+        # each run has two descriptors here
+        files = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (files[1], files[1]))
+        self._files = files
         try:
             while self._turn(reader):
                 pass
         finally:
             self._end_all()
+            resource.setrlimit(resource.RLIMIT_NOFILE, files)
             self._poll.unregister(reader)
             signal.set_wakeup_fd(wakeup)
             for number, handler in before.items():
@@ -283,15 +290,19 @@ class LocalRunner:
     def _fork(self, run: Run, domain: int) -> None:
         settings = self._settings
         settings.clear(run.number)
-        ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         said = os.memfd_create('said')
         sys.stdout.flush()
         sys.stderr.flush()
+        ours = its = None
         try:
+            ours, its = socket.socketpair(
+                socket.AF_UNIX, socket.SOCK_SEQPACKET
+            )
             pid = os.fork()
         except OSError:
-            ours.close()
-            its.close()
+            for one in (ours, its):
+                if one is not None:
+                    one.close()
             os.close(said)
             raise
         if not pid:
@@ -299,6 +310,7 @@ class LocalRunner:
             for child in self._children.values():
                 child.link.close()
                 os.close(child.said)
+            resource.setrlimit(resource.RLIMIT_NOFILE, self._files)
             _be(run, its, said, domain, settings, self._work)
         its.close()
         child = _Child(run, pid, ours, said, domain)

@@ -48,6 +48,8 @@ th, td {
   border-bottom: 1px solid var(--line); overflow-wrap: break-word;
   max-width: 26rem;
 }
+.card td:first-child { overflow-wrap: anywhere; min-width: 4rem; }
+.wide td { min-width: 3.5rem; }
 th { color: var(--faint); font-weight: 500; }
 .number { text-align: right; font-variant-numeric: tabular-nums;
   white-space: nowrap; }
