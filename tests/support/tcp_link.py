@@ -14,6 +14,9 @@ import threading
 CHUNK = 65536
 #: How many such pieces one direction keeps before it reads no more.
 PIECES = 16
+#: Bytes that a socket keeps; by itself the kernel keeps megabytes, so that
+#: nobody would notice a slow link for long.
+BUFFER = 128 * 1024
 #: What makes a socket's end a reset (SO_LINGER: on, zero seconds).
 RESET = struct.pack('ii', 1, 0)
 LOOPBACK = '127.0.0.1'
@@ -43,6 +46,8 @@ class TcpLink:
         self._target = target
         self._ends: set[asyncio.StreamWriter] = set()
         self._server = socket.create_server((LOOPBACK, 0), backlog=128)
+        # those that are accepted have it, too
+        _limit(self._server)
         self.port: int = self._server.getsockname()[1]
         self._loop = asyncio.new_event_loop()
         self._passable = asyncio.Event()
@@ -109,9 +114,14 @@ class TcpLink:
         self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
     ) -> None:
         self.accepted += 1
+        own = socket.socket()
+        _limit(own)
+        own.setblocking(False)
         try:
-            there, back = await asyncio.open_connection(LOOPBACK, self._target)
+            await self._loop.sock_connect(own, (LOOPBACK, self._target))
+            there, back = await asyncio.open_connection(sock=own)
         except OSError:
+            own.close()
             writer.transport.abort()
             return
         self._ends |= {writer, back}
@@ -169,3 +179,8 @@ class TcpLink:
             setattr(self, counter, getattr(self, counter) + len(data))
             writer.write(data)
             await writer.drain()
+
+
+def _limit(end: socket.socket) -> None:
+    for option in (socket.SO_RCVBUF, socket.SO_SNDBUF):
+        end.setsockopt(socket.SOL_SOCKET, option, BUFFER)

@@ -2,6 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 import base64
+from dataclasses import replace
 import os
 import signal
 import termios
@@ -307,6 +308,26 @@ def test_who_hurries_does_not_wait_for_a_lost_machine(played):
     played.parts.hurry()
     assert not played.parts.is_waiting()
     assert isinstance(played.launch.told[-1], events.MachineGone)
+
+
+@pytest.mark.parametrize(
+    ('on_lost', 'told'),
+    [
+        ('stop', 'have stopped there by themselves'),
+        ('keep', 'be told to stop'),
+    ],
+)
+def test_it_is_said_what_a_launch_waits_for_that_stops(on_lost, told):
+    played = Played()
+    played.link.machine = replace(played.link.machine, on_lost=on_lost)
+    played.link.handler.lost('nothing was heard of it')
+    played.parts.stop('interrupted', interactive=True, drop_timers=True)
+    warning = played.launch.told[-1]
+    assert isinstance(warning, events.Warned)
+    assert told in warning.text
+    played.parts.hurry()
+    gone = played.launch.told[-1]
+    assert ('its processes run on there' in gone.reason) == (on_lost == 'keep')
 
 
 def test_figures_are_waited_for_but_not_for_long():
