@@ -42,11 +42,8 @@ NOT_ALONG = (
     'ROS_ROOT',
     'ROS_ETC_DIR',
 )
-#: Folders that are the system's, and so each machine's own.
-SYSTEM = (
-    *('/bin', '/boot', '/dev', '/etc', '/lib', '/lib32', '/lib64', '/opt'),
-    *('/proc', '/run', '/sbin', '/snap', '/sys', '/usr', '/var'),
-)
+#: Folders whose files are not copied from one machine to another.
+SYSTEM = ('/dev', '/proc', '/run', '/sys')
 
 # a path begins where no other path or word goes on …
 _BEFORE = r'(?<![\w.~+-])'

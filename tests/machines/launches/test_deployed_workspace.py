@@ -212,3 +212,11 @@ def test_a_build_that_fails_there_is_told(robot: Deployer, sshd: Sshd) -> None:
     assert 'no way' in output
     assert re.search('error: arm: .*there', output)
     sshd.wait_until_empty()
+
+
+def test_a_quiet_launch_tells_why_a_build_failed(robot: Deployer) -> None:
+    robot.write('src/there/CMakeLists.txt', 'message(FATAL_ERROR "no way")\n')
+    words = ('--deploy', 'robot.yaml', 'here', 'here', '--quiet')
+    output = robot.launch(*words, code=1)
+    assert 'arm│ ' in output
+    assert 'no way' in output

@@ -113,7 +113,7 @@ class DeployedLaunch:
             self._environment,
             self._cwd,
             self._log_folder,
-            self._session.announce,
+            None if self._options.quiet else self._session.announce,
             ' '.join(['colcon launch', *self._options.positionals]),
             mode='none' if self._options.no_build else None,
             may_ask=self._may_ask,

@@ -9,6 +9,7 @@ of its own, while this computer builds. When the launch runs there are no
 threads any more.
 """
 
+from collections import deque
 from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
@@ -40,12 +41,15 @@ from colcon_yamllaunch.machines.sync.code_sync import Code
 from colcon_yamllaunch.machines.sync.code_sync import sync_code
 from colcon_yamllaunch.machines.sync.code_sync import Synced
 from colcon_yamllaunch.machines.wire.part_settings import PartSettings
+from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.launching.steps.errands import Errands
 from colcon_yamllaunch.verb.launching.steps.machine_paths import PathsThere
 from colcon_yamllaunch.verb.launching.steps.needed_there import packages_of
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.closure import closure
 
+#: How many lines of a machine are kept that nobody sees unless it fails.
+UNSEEN = 1000
 #: Seconds that a thread may take to end once its connection is closed.
 PATIENCE = 15.0
 
@@ -58,7 +62,8 @@ class MachinesThere:
     :param environment: The user's
     :param cwd: The folder that the launch is begun in
     :param log_folder: The folder for the logs, or None to keep none
-    :param say: Is called with a line that the user should see at once
+    :param say: Is called with a line that the user should see at once; None
+      to show what machines say only when something fails there
     :param title: The command, for other launches that wait for this one
     :param mode: `none` to bring no code whatever the machines say, as with
       `--no-build`
@@ -72,7 +77,7 @@ class MachinesThere:
         environment: Mapping[str, str],
         cwd: Path,
         log_folder: Path | None,
-        say: Callable[[str], None],
+        say: Callable[[str], None] | None,
         title: str,
         *,
         mode: str | None = None,
@@ -85,6 +90,8 @@ class MachinesThere:
         self._log_folder = log_folder
         self._say = say
         self._title = title
+        # what machines have said that nobody saw
+        self._unseen: dict[str, deque[str]] = {}
         self._mode = mode
         self._may_ask = may_ask
         self._connections: dict[str, MachineContact] = {}
@@ -222,6 +229,9 @@ class MachinesThere:
             return
         self._errands.wait()
         errands, self._errands = self._errands, None
+        for name in errands.errors:
+            for line in self._unseen.pop(name, ()):
+                say(line)
         errands.check()
         for name, synced in errands.results.items():
             before = self.built.get(name, frozenset())
@@ -345,7 +355,12 @@ class MachinesThere:
         return [] if root is None else [str(root), f'~/{root.name}']
 
     def _say_of(self, name: str, line: str) -> None:
-        self._say(f'{name}{MACHINE_SEPARATOR} {line}')
+        text = f'{name}{MACHINE_SEPARATOR} {line}'
+        if self._say is not None:
+            self._say(text)
+        else:
+            unseen = self._unseen.setdefault(name, deque(maxlen=UNSEEN))
+            unseen.append(text)
 
     def _mind_workspace(self, name: str, facts: Facts) -> None:
         """
