@@ -21,6 +21,7 @@ def test_help_fits_and_has_the_common_options_first(user: User) -> None:
         'What is shown and kept',
         'Running',
         'Watching files',
+        'Other machines',
         'Ending by itself, as in CI',
         'Running launches',
     ]
