@@ -12,6 +12,7 @@ from colcon_yamllaunch.runtime.core.events import HostLost
 from colcon_yamllaunch.runtime.core.events import LeftBehind
 from colcon_yamllaunch.runtime.core.events import Loaded
 from colcon_yamllaunch.runtime.core.events import LoadFailed
+from colcon_yamllaunch.runtime.core.events import MachineGone
 from colcon_yamllaunch.runtime.core.events import Output
 from colcon_yamllaunch.runtime.core.events import PlanFailed
 from colcon_yamllaunch.runtime.core.events import RosLost
@@ -21,6 +22,7 @@ from colcon_yamllaunch.runtime.core.events import StateChanged
 from colcon_yamllaunch.runtime.core.events import TransitionFailed
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.record.failures import Failures
+import pytest
 
 
 def exited(process, **outcome):
@@ -210,6 +212,35 @@ def test_what_is_no_part_of_the_launch_any_more_did_not_fail(process):
     failures = heard(exited(a, code=3), Dropped(a))
     assert failures.exit_code == 0
     assert failures.summary() == ()
+
+
+def test_a_machine_that_is_gone_is_one_failure(process):
+    lost = [process('arm│a'), process('arm│b')]
+    failures = heard(
+        MachineGone('arm', 'it was started anew', ('arm│a', 'arm│b')),
+        *(Exited(p, 7, Outcome(lost='arm'), 2.0, False, True) for p in lost),
+    )
+    assert failures.exit_code == 1
+    assert failures.summary() == ('failed: arm is gone: it was started anew',)
+    # each of them has its place in a report
+    assert [(r.process, r.text) for r in failures.reports()] == [
+        (lost[0], 'arm│a was lost with arm'),
+        (lost[1], 'arm│b was lost with arm'),
+        (None, 'arm is gone: it was started anew'),
+    ]
+
+
+def test_no_core_dump_is_looked_for_on_another_machine(
+    process, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(
+        'colcon_yamllaunch.runtime.record.failures.find_core_dump',
+        lambda *_: pytest.fail('it is not here'),
+    )
+    failures = Failures({}, is_elsewhere=lambda label: label == 'arm│a')
+    crash = Outcome(signal=11, core_dumped=True)
+    failures.handle(Exited(process('arm│a'), 7, crash, 2.0, False, True))
+    assert failures.exit_code == 1
 
 
 def test_launch_files_in_python_fail(process):
