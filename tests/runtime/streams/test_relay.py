@@ -99,3 +99,30 @@ def test_what_waits_for_the_screen_is_not_read(relayed):
     relayed.turn()
     relayed.turn()
     assert relayed.told == [('a', b'one\n')]
+
+
+def test_output_of_another_machine_is_cut_into_lines(relayed):
+    there = relayed.process('arm│a')
+    relayed.relay.feed(there, 'stdout', b'one\ntw')
+    relayed.relay.feed(there, 'stderr', b'err')
+    assert relayed.told == [('arm│a', b'one\n')]
+    assert relayed.recorded['arm│a', 'stdout'] == b'one\ntw'
+    assert relayed.relay.unfinished('arm│a') == b'twerr'
+    relayed.relay.feed(there, 'stdout', b'o\nthree')
+    relayed.relay.end_lines('arm│a')
+    assert relayed.told[1:] == [
+        ('arm│a', b'two\n'),
+        ('arm│a', b'three'),
+        ('arm│a', b'err'),
+    ]
+    # its children may write on, and the rest is not lost
+    relayed.relay.feed(there, 'stdout', b'rest')
+    relayed.relay.close()
+    assert relayed.told[-1] == ('arm│a', b'rest')
+
+
+def test_who_is_attached_sees_output_of_another_machine_at_once(relayed):
+    seen = []
+    relayed.relay.sinks['arm│a'] = [lambda *piece: seen.append(piece)]
+    relayed.relay.feed(relayed.process('arm│a'), 'stdout', b'name? ')
+    assert seen == [('stdout', b'name? ')]
