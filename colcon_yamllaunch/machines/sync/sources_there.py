@@ -89,7 +89,7 @@ def prepare(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
             **(record.trees.get(work.place) or empty_tree(origin)),
             'origin': origin,
             'digest': '',
-            'coming': dict(work.wanted),
+            'coming': work.coming,
             'found': sorted(work.found),
         }
     # before anything is done, as who is interrupted goes on where he was
@@ -129,26 +129,24 @@ def finish(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:  # noqa: A
     record = SyncRecord(root)
     differ = []
     let_settle()
-    for place in trees:
+    for place, entries in trees.items():
         coming = record.trees[place]['coming']
-        for inner, entry in coming.items():
-            path = _path(root, place, inner)
-            try:
+        for inner in coming:
+            entry, path = entries[inner], _path(root, place, inner)
+            found = ''
+            with suppress(OSError, UserError):
                 status = os.lstat(path)
-                is_there = (
-                    stat.S_ISREG(status.st_mode)
-                    and digest_of(path, status) == entry[2]
-                )
-                if is_there:
+                if stat.S_ISREG(status.st_mode):
+                    found = digest_of(path, status)
                     _set_mode(path, entry)
-            except (OSError, UserError):
-                is_there = False
-            if not is_there:
+            if found != entry[2]:
                 differ.append(path)
+                # which is brought again, and is nobody else's
+                coming[inner] = file_entry(bool(entry[1]), found)
     if not differ:
         for place, entries in trees.items():
             _conclude(record, place, root, entries)
-        record.write()
+    record.write()
     return {'differ': packed(differ)}
 
 
@@ -211,6 +209,12 @@ class _Tree:
         self._links: dict[str, str] = {}
         self._folders: list[str] = []
         self._modes: dict[str, Entry] = {}
+
+    @property
+    def coming(self) -> Entries:
+        """What comes now, or came when that was not concluded."""
+        before = self._coming.items()
+        return {i: e for i, e in before if i in self._entries} | self.wanted
 
     def compare(self) -> None:
         """Find out what is to be done, and what is in the way."""

@@ -6,6 +6,7 @@
 from collections.abc import Iterator
 import os
 from pathlib import Path
+from typing import Any
 from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
@@ -15,6 +16,7 @@ import pytest
 from support.developer import Developer
 from support.hostile import Mounts
 from support.machine_here import MachineHere
+from support.machine_here import ProgramHere
 
 pytestmark = [pytest.mark.full, pytest.mark.hostile]
 
@@ -131,3 +133,26 @@ def test_a_hostile_machine(
     developer.connection = Hostile(developer.machine.home)
     with pytest.raises(UserError, match='arm: it answers what makes no sense'):
         developer.sync('a')
+
+
+def test_a_file_that_is_edited_while_it_comes(developer: Developer) -> None:
+    edited = developer.root / 'src/a/config/hello.txt'
+    edit = 'edited'
+
+    class Edited(MachineHere):
+        def stream(self, *words: Any) -> ProgramHere:
+            edited.write_text(edit)
+            return super().stream(*words)
+
+    developer.machine = developer.connection = Edited(developer.machine.home)
+    assert developer.sync('a').built == {'a'}
+    there = developer.machine.root / 'src/a/config/hello.txt'
+    assert there.read_text() == 'edited'
+    assert developer.sync('a') == Synced()
+    edit = 'and edited again'
+    developer.write('src/a/config/hello.txt', 'new')
+    developer.sync('a')
+    assert there.read_text() == 'and edited again'
+    edited.unlink()
+    developer.sync('a')
+    assert not there.exists()

@@ -8,6 +8,7 @@ from collections.abc import Collection
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
+import os
 from pathlib import Path
 import tempfile
 from typing import Any
@@ -22,6 +23,8 @@ from colcon_yamllaunch.machines.sync.tree_entries import packed
 from colcon_yamllaunch.machines.sync.tree_entries import shown
 from colcon_yamllaunch.machines.sync.tree_entries import unpacked
 
+#: From which size on it is told, as it takes a while (bytes).
+_LARGE = 10_000_000
 #: How often what is changed while it is brought is brought again.
 _ROUNDS = 3
 #: How many of the files that are in the way are told.
@@ -99,7 +102,12 @@ def _bring(
     count = sum(map(len, wanted.values()))
     if not count:
         return int(answer['deleted']), []
-    _tell(count, answer, say)
+    sizes = (
+        _size(by_place[place], path)
+        for place, paths in wanted.items()
+        for path in paths
+    )
+    _tell(count, sum(sizes), answer, say)
     for place, paths in wanted.items():
         tree = by_place[place]
         here = [path for path in paths if not _is_staged(tree, path)]
@@ -148,8 +156,20 @@ def _folders(
         yield folder, staged
 
 
-def _tell(count: int, answer: Mapping[str, Any], say: Say) -> None:
+def _size(tree: FileTree, path: str) -> int:
+    if path in tree.contents:
+        return len(tree.contents[path])
+    try:
+        here = tree.elsewhere.get(path) or os.path.join(tree.folder, path)
+        return os.stat(here).st_size
+    except OSError:
+        return 0
+
+
+def _tell(count: int, size: int, answer: Mapping[str, Any], say: Say) -> None:
     files = 'one file' if count == 1 else f'{count} files'
+    if size >= _LARGE:
+        files += f' ({size / 1e6:,.0f} MB)'
     where = [
         name
         for name, has in (('here', is_installed()), ('there', answer['rsync']))
