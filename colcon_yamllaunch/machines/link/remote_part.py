@@ -129,6 +129,8 @@ class RemotePart:
         self.reason = ''
         self._is_idle = False
         self._is_finishing = False
+        # whether it has been said that a stop waits for the link
+        self._is_waited_for = False
         # which processes are held as the launch is
         self._suspended: set[str] = set()
         # whose output the screen does not take for now
@@ -209,7 +211,8 @@ class RemotePart:
         self, reason: str, *, interactive: bool, drop_timers: bool
     ) -> None:
         """Begin to end all of it."""
-        if self.state == 'lost':
+        if self.state == 'lost' and not self._is_waited_for:
+            self._is_waited_for = True
             self._tell(events.Warned(f'{self.machine.name}: {self._waits()}'))
         self.send(
             'stop',

@@ -321,9 +321,10 @@ def test_it_is_said_what_a_launch_waits_for_that_stops(on_lost, told):
     played = Played()
     played.link.machine = replace(played.link.machine, on_lost=on_lost)
     played.link.handler.lost('nothing was heard of it')
-    played.parts.stop('interrupted', interactive=True, drop_timers=True)
-    warning = played.launch.told[-1]
-    assert isinstance(warning, events.Warned)
+    played.launch.tell(events.ShuttingDown('interrupted', True))
+    played.parts.drop_timers()
+    told_here = played.launch.told
+    (warning,) = (e for e in told_here if isinstance(e, events.Warned))
     assert told in warning.text
     played.parts.hurry()
     gone = played.launch.told[-1]
