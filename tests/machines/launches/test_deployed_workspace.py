@@ -3,11 +3,13 @@
 
 """Launches of a workspace whose parts run on other machines, by real ssh."""
 
+import json
 import re
 
 import pytest
 from support.deployer import Deployer
 from support.sshd import Sshd
+from support.user import built
 
 pytestmark = pytest.mark.full
 
@@ -220,3 +222,13 @@ def test_a_quiet_launch_tells_why_a_build_failed(robot: Deployer) -> None:
     output = robot.launch(*words, code=1)
     assert 'arm│ ' in output
     assert 'no way' in output
+
+
+def test_a_shared_workspace_is_built_here(robot: Deployer) -> None:
+    machine = {'ssh': 'arm', 'workspace': str(robot.root), 'sync': 'none'}
+    robot.write('robot.yaml', json.dumps({'machines': {'arm': machine}}))
+    words = ('--deploy', 'robot.yaml', '--on', 'arm', 'there', 'there')
+    output = robot.launch(*words)
+    assert built(output) == ['there']
+    share = robot.root / 'install/there/share/there'
+    assert f'hello from there you file:={share}/config/hello.txt' in output

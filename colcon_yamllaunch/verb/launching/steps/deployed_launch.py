@@ -144,10 +144,10 @@ class DeployedLaunch:
             is_growing=evaluation.growing is not None,
         )
         self.needed = frozenset[str]().union(*needed.values())
+        self.machines.begin(needed)
         # what was run here may need any of them
         if not evaluation.has_run_programs:
             self.only_there = self.machines.only_there(placed, needed)
-        self.machines.begin(needed)
 
     def bring_code_of(self, plan: Plan) -> None:
         """

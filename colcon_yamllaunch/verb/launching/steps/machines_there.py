@@ -135,12 +135,11 @@ class MachinesThere:
     def only_there(
         self, placed: Placed, needed: Mapping[str, frozenset[str]]
     ) -> frozenset[str]:
-        """Return the packages that need not be built here."""
+        """Return the packages that need not be built here; once connected."""
         there: set[str] = set()
         here = set(self._packages_of(placed.local))
         for name, packages in needed.items():
-            if self._mode_of(name) == 'install':
-                # what is built here is what it gets
+            if self._gets_what_is_built_here(name):
                 here |= packages
             else:
                 there |= packages
@@ -166,7 +165,7 @@ class MachinesThere:
             return
         self._wait()
         self._brought |= wanted
-        late = [n for n in wanted if self._mode_of(n) == 'install']
+        late = [n for n in wanted if self._gets_what_is_built_here(n)]
         # that is made here first
         self._late |= {name: wanted.pop(name) for name in late}
         self._bring_all(wanted)
@@ -417,6 +416,15 @@ class MachinesThere:
                 title=self._title,
             )
         return self._code
+
+    def _gets_what_is_built_here(self, name: str) -> bool:
+        mode = self._mode_of(name)
+        # on a shared file system its workspace is that of this computer
+        return mode == 'install' or (
+            mode == 'none'
+            and self._mode is None
+            and self._paths[name].workspace == str(self._session.root)
+        )
 
     def _mode_of(self, name: str) -> str:
         return self._mode or self.deployment.machines[name].sync
