@@ -271,21 +271,24 @@ class PartStates:
     def _take_row(
         self, row: object, phases: Collection[str], parts: Collection[str]
     ) -> None:
-        if not isinstance(row, Mapping) or row.get('label') not in parts:
+        label = row.get('label') if isinstance(row, Mapping) else None
+        if not isinstance(label, str) or label not in parts:
             raise StateError('a state is of nothing that is there')
         phase: Any = row.get('phase')
         seconds: Any = row.get('seconds')
         pid: Any = row.get('pid')
         restarts: Any = row.get('restarts', 0)
         if (
-            phase not in phases
+            not isinstance(phase, str)
+            or phase not in phases
             or type(seconds) not in (int, float)
             or not 0 <= seconds < _LARGEST
             or not (pid is None or (type(pid) is int and 0 < pid < _LARGEST))
             or type(restarts) is not int
+            or not 0 <= restarts < _LARGEST
         ):
             raise StateError('a state has fields that make no sense')
-        state = self._state(row['label'])
+        state = self._state(label)
         state.phase, state.pid, state.restarts = phase, pid, restarts
         state.since = self._clock() - seconds
         state.ending = printable(str(row.get('ending') or ''))

@@ -19,6 +19,8 @@ from colcon_yamllaunch.runtime.control.launch_states import ProcessState
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.core.tasks import RefusedError
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 from support.played_machine import plan
 from support.played_machine import PlayedLaunch
@@ -251,6 +253,54 @@ def test_a_machine_that_talks_nonsense_is_given_up_once(played, message):
     assert isinstance(event, events.MachineGone)
     assert 'makes no sense' in event.reason
     assert played.link.is_closed
+
+
+_JSON = st.recursive(
+    st.one_of(
+        st.none(),
+        st.booleans(),
+        st.integers(),
+        st.floats(),
+        st.text(),
+        st.sampled_from([LABEL, 'running', 'Started', 'reply']),
+    ),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3),
+        st.dictionaries(
+            st.sampled_from(
+                [
+                    *('label', 'phase', 'seconds', 'pid', 'restarts'),
+                    *('processes', 'components', 'event', 'ending', 'node'),
+                ]
+            ),
+            inner,
+        ),
+    ),
+    max_leaves=12,
+)
+
+
+@given(
+    st.dictionaries(
+        st.sampled_from(
+            [
+                *('event', 'states', 'idle', 'reply', 'modes', 'dropped'),
+                *('failed', 'ended', 'time', 'error', 'usage', 'description'),
+            ]
+        ),
+        _JSON,
+    )
+)
+def test_whatever_a_machine_says_is_taken_or_refused(message):
+    played = Played()
+    played.parts.act('stop', LABEL, lambda _: None)
+    message['reply'] = message.get('reply') and 1
+    played.link.handler.message(message)
+    for event in played.launch.told:
+        assert all('\x1b' not in line for line in event.lines())
+    assert len(played.states()) == 2
+    assert list(played.parts.component_states())
+    played.parts.is_waiting()
 
 
 def test_output_of_nobody_is_nonsense(played):
