@@ -7,6 +7,7 @@ from collections.abc import Collection
 from collections.abc import Mapping
 from contextlib import suppress
 import os
+import signal
 import time
 
 from colcon_yamllaunch.common.escalation import Escalation
@@ -77,6 +78,22 @@ def end_what_is_left(
     left = _Left(identity, leader)
     Escalation(left, {WHOLE: timeouts}, time.monotonic()).run()
     left.remove()
+
+
+def end_in_any_case(identity: str, leader: int, timeouts: Timeouts) -> None:
+    """
+    End all processes of a request, even if this process is ended meanwhile.
+
+    :param leader: A child of ours that is to be ended, too
+    """
+    pid = os.fork()
+    if not pid:
+        with suppress(BaseException):
+            os.setsid()
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
+            end_what_is_left(identity, leader=leader, timeouts=timeouts)
+        os._exit(0)
+    os.waitpid(pid, 0)
 
 
 def is_guarded(identity: str) -> bool:

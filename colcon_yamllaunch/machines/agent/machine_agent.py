@@ -27,6 +27,7 @@ import signal
 import sys
 import time
 from typing import Any
+from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.machines.agent import launcher_channel
@@ -51,12 +52,19 @@ def main(temporary: str) -> None:
         os.setsid()
     for number in (signal.SIGHUP, signal.SIGINT, signal.SIGPIPE):
         signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _give_up)
     _complete_environment()
     launcher_channel.PROGRAM.folder = temporary
     try:
         _serve(LauncherChannel())
     finally:
         launcher_channel.PROGRAM.remove()
+
+
+def _give_up(number: int, _frame: object) -> NoReturn:
+    """Do what has to be done when the launcher is gone; whoever ends us."""
+    signal.signal(number, signal.SIG_IGN)
+    raise LauncherGoneError
 
 
 def _serve(launcher: LauncherChannel) -> None:

@@ -61,11 +61,9 @@ def run_program(
 
 
 def _end(process: 'subprocess.Popen[bytes]', identity: str) -> None:
-    from colcon_yamllaunch.machines.agent.left_processes import (
-        end_what_is_left,
-    )
+    from colcon_yamllaunch.machines.agent.left_processes import end_in_any_case
 
-    end_what_is_left(identity, leader=process.pid, timeouts=_TIMEOUTS)
+    end_in_any_case(identity, process.pid, _TIMEOUTS)
 
 
 def _pass_on(

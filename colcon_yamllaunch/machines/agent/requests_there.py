@@ -7,6 +7,7 @@ So that it can be ended with all that it has started when the launcher is gone.
 """
 
 from collections.abc import Mapping
+from contextlib import suppress
 import importlib
 import os
 import select
@@ -26,6 +27,7 @@ _SUFFIX = '_there'
 # for a build, which ends its compilers
 _TIMEOUTS = Timeouts(3.0, 3.0)
 _REPLIED = 0
+_PR_SET_PDEATHSIG = 1
 
 
 def answer(
@@ -40,6 +42,7 @@ def answer(
     function = _function(name)
     identity = new_identity()
     ours, its = os.pipe()
+    agent = os.getpid()
     sys.stdout.flush()
     pid = os.fork()
     if not pid:
@@ -47,11 +50,20 @@ def answer(
         try:
             os.close(ours)
             os.setsid()
-            for number in (signal.SIGINT, signal.SIGPIPE, signal.SIGHUP):
+            for number in (
+                signal.SIGINT,
+                signal.SIGPIPE,
+                signal.SIGHUP,
+                signal.SIGTERM,
+            ):
                 signal.signal(number, signal.SIG_DFL)
             signal.signal(signal.SIGINT, signal.default_int_handler)
             os.environ[LAUNCH_ID_VARIABLE] = f'{identity}.0'
+            _end_with_parent()
             code = _call(function, content)
+            if os.getppid() != agent:
+                # killed, and nobody else ends what was started
+                _end(identity, 0)
         finally:
             os._exit(code)
     os.close(its)
@@ -59,17 +71,27 @@ def answer(
         while not launcher.poll({ours: select.POLLIN}, None):
             continue
     except launcher_channel.LauncherGoneError:
-        from colcon_yamllaunch.machines.agent.left_processes import (
-            end_what_is_left,
-        )
-
-        end_what_is_left(identity, leader=pid, timeouts=_TIMEOUTS)
+        _end(identity, pid)
         raise
     finally:
         os.close(ours)
     _, status = os.waitpid(pid, 0)
     if status != _REPLIED:
         raise UserError(f'{name} broke off: {_ending(status)}')
+
+
+def _end(identity: str, pid: int) -> None:
+    from colcon_yamllaunch.machines.agent.left_processes import end_in_any_case
+
+    end_in_any_case(identity, pid, _TIMEOUTS)
+
+
+def _end_with_parent() -> None:
+    """Have this process sent SIGINT when its parent ends, see prctl(2)."""
+    import ctypes
+
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGINT))
 
 
 def _function(name: str) -> Any:
