@@ -116,7 +116,7 @@ class Uplink:
 
     def failed(self, text: str) -> None:
         """Tell why the part could not run at all, and have that arrive."""
-        if self._socket is None and not self._wait_for_launcher():
+        if self._is_lost or not self._wait_for_launcher():
             return
         self._tell({'failed': text})
         self.over(1)
@@ -131,6 +131,7 @@ class Uplink:
         """
         # until here all was made ready
         if not self._wait_for_launcher():
+            self._is_lost = True
             raise UserError('the launcher is gone')
         self._turned = time.monotonic()
         self._engine = engine
