@@ -36,6 +36,7 @@ from colcon_yamllaunch.sweep.course.domain_ids import DomainIds
 from colcon_yamllaunch.sweep.course.domain_ids import VARIABLE
 from colcon_yamllaunch.sweep.course.isolation import end_with
 from colcon_yamllaunch.sweep.course.isolation import enter_own_network
+from colcon_yamllaunch.sweep.course.move_keeper import MoveKeeper
 from colcon_yamllaunch.sweep.course.one_run import Goal
 from colcon_yamllaunch.sweep.course.one_run import perform
 from colcon_yamllaunch.sweep.course.one_run import PlannedRun
@@ -160,6 +161,7 @@ class LocalRunner:
         self._unbuilt: list[Run] = []
         self._children: dict[int, _Child] = {}
         self._poll = select.poll()
+        self._moves = MoveKeeper()
         #: The signal that the user stopped it with, if any.
         self.stopped_by: int | None = None
         self._files = resource.getrlimit(resource.RLIMIT_NOFILE)
@@ -197,6 +199,7 @@ class LocalRunner:
                 pass
         finally:
             self._end_all()
+            self._moves.end()
             resource.setrlimit(resource.RLIMIT_NOFILE, files)
             self._poll.unregister(reader)
             signal.set_wakeup_fd(wakeup)
@@ -351,6 +354,7 @@ class LocalRunner:
             result = RunResult(
                 child.run.number, 'error', f'what launches it {how}'
             )
+        self._moves.note(result.seconds)
         self._watcher.done(child.run, result)
 
     def _forget(self, child: _Child) -> int:

@@ -153,6 +153,12 @@ class SweepFlow:
             try:
                 stopped_by = self._do(flow, folder, missing, progress)
             except GiveUpError as e:
+                progress.end()
+                if journal.results:
+                    # what is done is done; why it ends was said
+                    reports.write()
+                    for line in reports.summary(options.require):
+                        say(line)
                 return e.returncode
             finally:
                 progress.end()
