@@ -57,6 +57,14 @@ def patient(user: User) -> User:
     return user
 
 
+@pytest.fixture(autouse=True)
+def own_temporary_folder(user: User) -> None:
+    """Have what tells which domains are taken go with the test."""
+    folder = user.root.parent / 'tmp'
+    folder.mkdir()
+    user.environment['TMPDIR'] = str(folder)
+
+
 def sweep(user: User, *words: str, code: int = 0) -> str:
     """Run `colcon sweep` to its end, and return its output."""
     launch = user.start('colcon', 'sweep', *words)
