@@ -269,7 +269,7 @@ class PartStates:
         }
 
     def _take_row(
-        self, row: object, phases: Collection[str], parts: Collection[str]
+        self, row: Any, phases: Collection[str], parts: Collection[str]
     ) -> None:
         label = row.get('label') if isinstance(row, Mapping) else None
         if not isinstance(label, str) or label not in parts:
