@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 import os.path
 from pathlib import Path
 from typing import Any
@@ -48,6 +49,11 @@ from colcon_yamllaunch.verb.launching.steps.needed_there import packages_of
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 from colcon_yamllaunch.workspace.packages.closure import closure
 
+#: What a launch takes behind that.
+_BEHIND = (
+    'colcon_yamllaunch.verb.launching.preflight',
+    'colcon_yamllaunch.runtime.run_plan',
+)
 #: How many lines of a machine are kept that nobody sees unless it fails.
 UNSEEN = 1000
 #: Seconds that a thread may take to end once its connection is closed.
@@ -320,6 +326,9 @@ class MachinesThere:
         for name in names:
             self._connections[name] = self._connection_with(name)
         errands = Errands({n: self._connections[n].connect for n in names})
+        for module in _BEHIND:
+            # this computer has nothing else to do meanwhile
+            import_module(module)
         errands.wait()
         facts = dict(errands.results)
         for name in list(errands.errors):
