@@ -271,7 +271,9 @@ class PartStates:
     def _take_row(
         self, row: Any, phases: Collection[str], parts: Collection[str]
     ) -> None:
-        label = row.get('label') if isinstance(row, Mapping) else None
+        if not isinstance(row, Mapping):
+            raise StateError('a state is no object')
+        label = row.get('label')
         if not isinstance(label, str) or label not in parts:
             raise StateError('a state is of nothing that is there')
         phase: Any = row.get('phase')
