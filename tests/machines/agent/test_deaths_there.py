@@ -51,8 +51,10 @@ def test_the_engine_there_is_killed(
         for name in victims:
             os.kill(pids[name], signal.SIGKILL)
         part.wait_for_told('gone')
-        assert part.gone_for == (
-            'its launcher there was killed, and its processes were stopped'
+        # another test's connection may have ended what was left
+        assert part.gone_for in (
+            'its launcher there was killed, and its processes were stopped',
+            'it has ended there',
         )
     plain.wait_until_empty()
 
