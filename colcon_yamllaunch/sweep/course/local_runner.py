@@ -135,6 +135,7 @@ class _Child:
         self.domain = domain
         self.is_planned = False
         self.goes_on = False
+        self.is_over = False
         self.result: RunResult | None = None
 
 
@@ -262,7 +263,7 @@ class LocalRunner:
     def _begin(self) -> None:
         """Let those begin that are planned."""
         running = sum(
-            c.goes_on and c.result is None for c in self._children.values()
+            c.goes_on and not c.is_over for c in self._children.values()
         )
         if self._unbuilt:
             if not running:
@@ -331,6 +332,8 @@ class LocalRunner:
         match json.loads(data):
             case {'planned': True}:
                 child.is_planned = True
+            case {'over': True}:
+                child.is_over = True
             case {'not built': True}:
                 self._unbuilt.append(child.run)
             case {'result': values}:
@@ -488,7 +491,12 @@ def _do(
         if link.recv(len(_GO)) != _GO:
             raise KeyboardInterrupt
 
-    result = perform(run.number, planned, folder, settings.goal, wait)
+    def over() -> None:
+        # who is gone has no other one begin
+        with suppress(OSError):
+            _tell(link, {'over': True})
+
+    result = perform(run.number, planned, folder, settings.goal, wait, over)
     if result is None:
         raise KeyboardInterrupt
     return {'result': result.as_json()}

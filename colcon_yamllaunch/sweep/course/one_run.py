@@ -69,11 +69,18 @@ class _Turn(ExitConditions):
     What ends a run, whose launch waits until it is its turn.
 
     :param wait: Returns when that is
+    :param over: Is called when nothing of it runs any more
     """
 
-    def __init__(self, goal: Goal, wait: Callable[[], object]) -> None:
+    def __init__(
+        self,
+        goal: Goal,
+        wait: Callable[[], object],
+        over: Callable[[], object],
+    ) -> None:
         super().__init__(goal.until, goal.timeout, goal.for_)
         self._wait = wait
+        self._over = over
         self.begun = time.monotonic()
 
     def begin(self) -> None:
@@ -82,6 +89,11 @@ class _Turn(ExitConditions):
         self.begun = time.monotonic()
         super().begin()
 
+    def end(self) -> None:
+        """Let another one have its turn; what follows is bookkeeping."""
+        super().end()
+        self._over()
+
 
 def perform(
     number: int,
@@ -89,6 +101,7 @@ def perform(
     folder: Path,
     goal: Goal,
     wait: Callable[[], object] = bool,
+    over: Callable[[], object] = bool,
 ) -> RunResult | None:
     """
     Do a run, and return what came of it, None if it was interrupted.
@@ -97,10 +110,12 @@ def perform(
     :param folder: Where its logs go
     :param wait: Returns when its processes may be started; all else is done
       before that
+    :param over: Is called when nothing of it runs any more, before all else
+      is done that is to be done then
     """
     listener = _Listener()
     search = MetricSearch(goal.metrics)
-    turn = _Turn(goal, wait)
+    turn = _Turn(goal, wait, over)
     with open(os.devnull, 'w', encoding='utf-8') as nothing:
         try:
             code = run_plan(
