@@ -8,6 +8,7 @@ import signal
 import time
 
 import pytest
+from support.deployer import DEADLINE
 from support.deployer import Deployer
 from support.deployer import HERE
 from support.marked_processes import command_of
@@ -46,19 +47,23 @@ def _nothing_is_left(deployer: Deployer, sshd: Sshd) -> None:
 def _servants(deployer: Deployer, sshd: Sshd) -> list[int]:
     """Return the relay, the engine and the guard there."""
     plan = ('talker.py', 'sleep')
-    found = [
-        pid
-        for pid, command in sshd.processes('arm').items()
-        if not any(word in command for word in plan)
-    ]
-    relay, engine = sorted(found)
-    # it has variables of its own
-    (guard,) = (
-        pid
-        for pid in descendants(engine)
-        if 'GUARD' in command_of(pid) and pid not in found
-    )
-    return [relay, engine, guard]
+    begin = time.monotonic()
+    while time.monotonic() < begin + DEADLINE:
+        found = [
+            pid
+            for pid, command in sshd.processes('arm').items()
+            if not any(word in command for word in plan)
+        ]
+        # it has variables of its own
+        guards = [
+            pid
+            for pid in descendants(max(found))
+            if 'GUARD' in command_of(pid) and pid not in found
+        ]
+        # what is about to become a program looks like who starts it
+        if len(found) == 2 and len(guards) == 1:
+            return [*sorted(found), *guards]
+    raise AssertionError(sshd.processes('arm'))
 
 
 def test_the_launcher_is_killed(deployer: Deployer, sshd: Sshd) -> None:
