@@ -91,6 +91,9 @@ def run_plan(
     identity: str = '',
     changes: 'PlanChanges | None' = None,
     source: PlanSource | None = None,
+    elsewhere: 'Elsewhere | None' = None,
+    companion: 'LaunchCompanion | None' = None,
+    terminal_size: os.terminal_size | None = None,
     begin_guard: BeginGuard | None = None,
 ) -> int:
     """
@@ -131,6 +134,12 @@ def run_plan(
     :param changes: Changes the plan while it runs, and keeps the launch from
       ending when nothing runs; it is closed at the end
     :param source: Where more plan comes from while it runs, if anywhere
+    :param elsewhere: The parts of the launch that run on other machines; the
+      plan is what runs here then. It is closed at the end
+    :param companion: What is beside this launch if it is such a part; nothing
+      is shown then
+    :param terminal_size: The size of terminals of processes at first, by
+      default that of the stream
     :param begin_guard: Starts the guard, by default as a new program
     :raises UserError: before anything is started, when the environment lacks
       what the plan needs

@@ -212,12 +212,6 @@ def _relabelled(
     return replace(new, entries=entries, handlers=handlers), fresh
 
 
-def _machine_of(entry: Labelled) -> str:
-    """Return what the label of a part on another machine begins with."""
-    machine, separator, _ = entry.label.rpartition(MACHINE_SEPARATOR)
-    return machine + separator
-
-
 def _free(name: str, used: Collection[str]) -> str:
     """Return a name that is not used, by counting on as ROS 2 does."""
     stem, dash, number = name.rpartition('-')

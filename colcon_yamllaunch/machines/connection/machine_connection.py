@@ -234,6 +234,7 @@ class MachineConnection:
             self._reader,
             self._frames,
             self._write,
+            self._reading,
             number,
             lambda: connection_errors.lost(self.machine, process.messages),
         )

@@ -28,6 +28,7 @@ class StreamedProgram:
     :param source: The descriptor that the frames come from
     :param received: Frames that have come already
     :param write: Sends bytes
+    :param reading: Is held by who reads from that descriptor
     :param number: That of the request
     :param lost: Returns what is said when the connection is lost
     """
@@ -38,6 +39,7 @@ class StreamedProgram:
         reader: FrameReader,
         received: list[Frame],
         write: Callable[[bytes], None],
+        reading: threading.Lock,
         number: int,
         lost: Callable[[], UserError],
     ) -> None:
@@ -45,6 +47,7 @@ class StreamedProgram:
         self._reader = reader
         self._received = received
         self._write = write
+        self._reading = reading
         self._number = number
         self._lost = lost
         self._errors = b''
@@ -92,10 +95,6 @@ class StreamedProgram:
             raise self._failure
         return _LOST if self._code is None else self._code
 
-    def close_stdin(self) -> None:
-        """Have its standard input end."""
-        self._close('_stdin')
-
     def close(self) -> None:
         """Close the descriptors, and end it if it runs."""
         self._close('_stdin')
@@ -120,29 +119,41 @@ class StreamedProgram:
                 if not poll.poll(200):
                     continue
                 data = file.read(_READ) or b''
-                self._write(frames.encode(frames.STREAM, data))
+                try:
+                    self._write(frames.encode(frames.STREAM, data))
+                except UserError:
+                    # why shows when its output is taken
+                    return
                 if not data:
                     return
 
     def _take(self, descriptor: int) -> None:
-        with os.fdopen(descriptor, 'wb', 0) as file:
-            is_open = True
-            while True:
-                while self._received:
-                    frame = self._received.pop(0)
-                    if frame.kind == frames.STREAM and is_open:
-                        is_open = _written(file.fileno(), frame.body)
-                    elif frame.kind == frames.CONTROL and self._ends(frame):
-                        return
-                try:
-                    data = os.read(self._source, _READ)
-                    if not data:
-                        self._failure = self._lost()
-                        return
-                    self._received += self._reader.feed(data)
-                except (OSError, FrameError):
-                    self._failure = self._lost()
+        with self._reading, os.fdopen(descriptor, 'wb', 0) as file:
+            try:
+                self._take_all(file.fileno())
+            except (OSError, FrameError):
+                self._failure = self._lost()
+
+    def _take_all(self, descriptor: int) -> None:
+        """
+        Pass on what comes, until the program has ended.
+
+        :raises FrameError: when something else comes
+        :raises OSError: when nothing can be read
+        """
+        is_open = True
+        while True:
+            while self._received:
+                frame = self._received.pop(0)
+                if frame.kind == frames.STREAM and is_open:
+                    is_open = _written(descriptor, frame.body)
+                elif frame.kind == frames.CONTROL and self._ends(frame):
                     return
+            data = os.read(self._source, _READ)
+            if not data:
+                self._failure = self._lost()
+                return
+            self._received += self._reader.feed(data)
 
     def _ends(self, frame: Frame) -> bool:
         content = frame.content()

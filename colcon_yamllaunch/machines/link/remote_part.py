@@ -225,10 +225,10 @@ class RemotePart:
         """Take the next step of stopping at once."""
         if self.state == 'lost':
             # who asks twice does not wait until it is back
-            reason = self.reason or 'it is not heard of'
+            what = 'its processes stop there by themselves'
             if self.machine.on_lost == 'keep':
-                reason = f'{reason}; its processes run on there'
-            self._give_up(reason)
+                what = 'its processes run on there (on_lost: keep)'
+            self._give_up(f'{self.reason}; {what}')
         self.send('hurry')
 
     def suspend(self, is_suspended: bool) -> None:

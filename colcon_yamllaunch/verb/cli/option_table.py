@@ -333,6 +333,22 @@ _WATCH = (
         },
     ),
 )
+_MACHINES = (
+    Option(
+        '--on',
+        'Run all of it on another machine, as if it were here: USER@HOST or '
+        'whatever ssh takes, slurm:partition=NAME for an allocation, or with '
+        '--deploy the name of a machine',
+        Value('HOST', 'hosts'),
+        excludes=_ONE_COMPUTER,
+    ),
+    Option(
+        '--deploy',
+        'Run processes on the machines that a file names for them',
+        Value('FILE', 'files', 'file'),
+        excludes=_ONE_COMPUTER,
+    ),
+)
 _GOAL = (
     Option(
         '--until',
@@ -574,6 +590,7 @@ SECTIONS = (
     Section('What is shown and kept', ('sweep',), _SWEEP_SHOWN),
     Section('Running', ('launch', 'sweep'), _PREFIX),
     Section('Watching files', ('launch',), _WATCH),
+    Section('Other machines', ('launch',), _MACHINES),
     Section('Ending by itself, as in CI', ('launch',), (*_GOAL, *_REPORT)),
     Section('Running launches', ('launch',), _SESSIONS),
     Section('options', ('create',), _CREATE),

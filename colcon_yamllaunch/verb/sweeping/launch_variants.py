@@ -12,8 +12,8 @@ from colcon_yamllaunch.sweep.course.local_runner import NotBuiltError
 from colcon_yamllaunch.sweep.course.local_runner import PlanError
 from colcon_yamllaunch.sweep.course.one_run import PlannedRun
 from colcon_yamllaunch.sweep.table.run_table import Run
-from colcon_yamllaunch.verb.launching.launch_flow import GiveUpError
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
+from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
 
 
 class LaunchVariants:

@@ -33,10 +33,10 @@ from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.cli.option_table import AGAIN_ALL
 from colcon_yamllaunch.verb.cli.option_table import AGAIN_FAILED
 from colcon_yamllaunch.verb.cli.sweep_options import SweepOptions
-from colcon_yamllaunch.verb.launching.launch_flow import GiveUpError
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.log_folders import log_folder_of
 from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
+from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
 from colcon_yamllaunch.verb.sweeping.launch_variants import LaunchVariants
 
 #: The folder below that of the logs that has those of sweeps.

@@ -95,7 +95,7 @@ def test_a_program_there_is_spoken_with(plain: PlainMachine) -> None:
         got += os.read(program.stdout, 1 << 16)
     assert got == data
     writer.join()
-    program.close_stdin()
+    program.end_input()
     assert os.read(program.stdout, 1000).decode() == f'{plain.home}\n'
     assert program.wait() == 3
     assert program.errors == 'oh no\n'

@@ -123,6 +123,10 @@ class LaunchBasis:
         self._deployed: DeployedLaunch | None = None
         if options.is_deployed:
             self._deployed = self._make_deployed()
+        # what is added to the environment of the processes
+        self._variables: Mapping[str, str] = {}
+        #: Whether an argument that no launch file declares is an error.
+        self.needs_declarations = False
         #: The launch files that have been read.
         self.trees: dict[str, LaunchFile] = {}
         #: What was evaluated last, and what is needed for it.
@@ -209,6 +213,7 @@ class LaunchBasis:
         """Return the environment for the processes."""
         environment = dict(self._workspace.environment)
         environment.setdefault('ROS_LOG_DIR', self._log_dir)
+        environment.update(self._variables)
         return environment
 
     def request(

@@ -12,6 +12,7 @@ from pathlib import Path
 import sys
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
@@ -64,6 +65,8 @@ class LaunchPreparation(LaunchBasis):
             errors = evaluation.errors
             if not errors:
                 # before a build, which may take long
+                if self.needs_declarations:
+                    self._refuse_undeclared(evaluation)
                 plan, environment = evaluation.plan, request.environment
                 self._tell_of_doubled_nodes(plan, environment)
                 if self._deployed is not None:
@@ -85,10 +88,10 @@ class LaunchPreparation(LaunchBasis):
             if is_final and all(map(self._is_there, expected)):
                 # nothing was built since, so all of it still holds
                 break
+        self.wanted = self._wanted(target, evaluation)
         self._tell_of_build(target, evaluation)
         self._stop_at_errors(target, evaluation)
         self.evaluation = evaluation
-        self.wanted = self._wanted(target, evaluation)
         self.report(evaluation.diagnostics)
         self._check_before_start(evaluation)
         self._growing = evaluation.growing
@@ -136,6 +139,17 @@ class LaunchPreparation(LaunchBasis):
             self._workspace.check_sourced(needed, may_build=may_build)
         if errors:
             self._fail(evaluation.diagnostics)
+
+    def _refuse_undeclared(self, evaluation: Evaluation) -> None:
+        """Refuse arguments that the launch would warn of."""
+        from colcon_yamllaunch.language.policies import launch_arguments
+
+        told = {d.message: d.hint for d in evaluation.diagnostics}
+        for name in self._options.arguments:
+            problem = launch_arguments.undeclared_argument(name, '')
+            message = problem.diagnostics[0].message
+            if message in told:
+                raise UserError(f'{message}: {told[message]}')
 
     def _stop_at_foreign_plugins(self, evaluation: Evaluation) -> None:
         """Stop at components that no build of the workspace brings."""

@@ -521,11 +521,3 @@ class MachinesThere:
         return packages_of(
             plan, session.locator, session.root, session.colcon.install_base
         )
-
-
-def _contact(
-    machine: Machine, places: Sequence[str], may_ask: bool
-) -> Contact:
-    from colcon_yamllaunch.machines.link.machine_contact import MachineContact
-
-    return MachineContact(machine, places, may_ask=may_ask)
