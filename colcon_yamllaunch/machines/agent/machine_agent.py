@@ -27,7 +27,6 @@ import signal
 import sys
 import time
 from typing import Any
-from typing import NoReturn
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.machines.agent import launcher_channel
@@ -52,7 +51,7 @@ def main(temporary: str) -> None:
         os.setsid()
     for number in (signal.SIGHUP, signal.SIGINT, signal.SIGPIPE):
         signal.signal(number, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _give_up)
+    signal.signal(signal.SIGTERM, _hang_up)
     _complete_environment()
     launcher_channel.PROGRAM.folder = temporary
     try:
@@ -61,10 +60,16 @@ def main(temporary: str) -> None:
         launcher_channel.PROGRAM.remove()
 
 
-def _give_up(number: int, _frame: object) -> NoReturn:
-    """Do what has to be done when the launcher is gone; whoever ends us."""
-    signal.signal(number, signal.SIG_IGN)
-    raise LauncherGoneError
+def _hang_up(_number: int, _frame: object) -> None:
+    """
+    Have the launcher seem gone; that is seen where it is waited for.
+
+    An exception would come anywhere, also where what was started is ended.
+    """
+    null = os.open(os.devnull, os.O_RDWR)
+    for descriptor in (0, 1):
+        os.dup2(null, descriptor)
+    os.close(null)
 
 
 def _serve(launcher: LauncherChannel) -> None:

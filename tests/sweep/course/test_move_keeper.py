@@ -14,10 +14,13 @@ def test_it_is_there_for_short_runs(seconds: float, begins: bool) -> None:
     keeper = MoveKeeper()
     for _ in range(9):
         keeper.note(seconds)
+    pid = keeper._pid
     try:
-        assert bool(keeper._pid) == begins
+        assert bool(pid) == begins
     finally:
         keeper.end()
     keeper.end()
-    with pytest.raises(ChildProcessError):
-        os.waitpid(-1, os.WNOHANG)
+    if begins:
+        # there may be other children of whoever runs the tests
+        with pytest.raises(ChildProcessError):
+            os.waitpid(pid, os.WNOHANG)
