@@ -119,6 +119,15 @@ class DeployedLaunch:
             may_ask=self._may_ask,
         )
 
+    def expect_machines(self) -> None:
+        """
+        Begin to connect while the launch file is evaluated.
+
+        :raises GiveUpError: when the deployment file is wrong
+        :raises UserError: when there is no such machine
+        """
+        self.machines.expect()
+
     def bring_code(
         self, evaluation: Evaluation, named: Collection[str]
     ) -> None:

@@ -58,6 +58,8 @@ class LaunchPreparation(LaunchBasis):
         may_build = not self._options.no_build and bool(self._workspace.root)
         # what need not be here is known once it is known what runs here
         is_final = not may_build and self.deployment is None
+        if self._deployed is not None:
+            self._deployed.expect_machines()
         for _ in range(MAXIMUM_ROUNDS):
             target = self.target()
             request = self.request(target, built=is_final)

@@ -105,6 +105,8 @@ class MachinesThere:
         # what to say of those whose workspace is not there
         self._lacks: dict[str, UserError] = {}
         self._errands: Errands[Any] | None = None
+        # what connects with those that will most likely be needed
+        self._expected: Errands[Facts] = Errands({})
         # the packages that the machines have, or are about to get
         self._brought: dict[str, frozenset[str]] = {}
         # those that are brought when all is built here
@@ -151,6 +153,21 @@ class MachinesThere:
                 there |= packages
         return frozenset(there - here)
 
+    def expect(self) -> None:
+        """
+        Begin to connect with the machines that will most likely be needed.
+
+        What goes wrong matters only with those that are. Nothing is asked of
+        Slurm, which may have to make room for it.
+        """
+        self._expected = self._begin_to_connect(
+            [
+                name
+                for name in self._meant_machines()
+                if self.deployment.machines[name].kind != 'slurm'
+            ]
+        )
+
     def begin(self, needed: Mapping[str, frozenset[str]]) -> None:
         """
         Connect with the machines, and begin to bring the code there.
@@ -160,7 +177,7 @@ class MachinesThere:
         :param needed: The packages of the workspace that the machines need
         :raises UserError: when a machine cannot be reached
         """
-        self._connect([n for n in needed if n not in self._connections])
+        self._connect([name for name in needed if name not in self._paths])
         wanted = {
             name: names | self._brought.get(name, frozenset())
             for name, names in needed.items()
@@ -305,6 +322,7 @@ class MachinesThere:
         closing = Errands({n: c.close for n, c in self._connections.items()})
         closing.wait(PATIENCE)
         self._connections.clear()
+        self._expected.wait(PATIENCE)
         if self._errands is not None:
             self._errands.wait(PATIENCE)
             self._errands = None
@@ -321,27 +339,37 @@ class MachinesThere:
 
         :raises UserError: when one cannot be reached
         """
-        if not names:
-            return
-        for name in names:
-            self._connections[name] = self._connection_with(name)
-        errands = Errands({n: self._connections[n].connect for n in names})
-        for module in _BEHIND:
+        expected, self._expected = self._expected, Errands({})
+        for name in self._connections.keys() - self._paths.keys() - {*names}:
+            self._connections.pop(name).close()
+        others = self._begin_to_connect(
+            [name for name in names if name not in self._connections]
+        )
+        for module in _BEHIND if names else ():
             # this computer has nothing else to do meanwhile
             import_module(module)
-        errands.wait()
-        facts = dict(errands.results)
-        for name in list(errands.errors):
-            # one after the other, as each asks at the terminal
-            if self._may_ask and self._connections[name].must_ask:
-                again = self._connection_with(name, may_ask=True)
-                self._connections[name] = again
-                facts[name] = again.connect()
-                errands.forgive(name)
-        errands.check()
+        facts: dict[str, Facts] = {}
+        for errands in (expected, others):
+            errands.wait()
+            facts.update(errands.results)
+            for name in list(errands.errors):
+                if name not in names:
+                    errands.forgive(name)
+                # one after the other, as each asks at the terminal
+                elif self._may_ask and self._connections[name].must_ask:
+                    again = self._connection_with(name, may_ask=True)
+                    self._connections[name] = again
+                    facts[name] = again.connect()
+                    errands.forgive(name)
+            errands.check()
         for name in names:
             self._paths[name] = self._paths_to(name, facts[name])
             self._mind_workspace(name, facts[name])
+
+    def _begin_to_connect(self, names: Sequence[str]) -> 'Errands[Facts]':
+        for name in names:
+            self._connections[name] = self._connection_with(name)
+        return Errands({n: self._connections[n].connect for n in names})
 
     def _connection_with(
         self, name: str, *, may_ask: bool = False
