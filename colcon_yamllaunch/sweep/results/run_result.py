@@ -6,7 +6,6 @@
 from collections.abc import Mapping
 from dataclasses import asdict
 from dataclasses import field
-import math
 from typing import Any
 from typing import Literal
 
@@ -62,7 +61,7 @@ def result_from_json(values: Any) -> RunResult | None:
             'reason': str(reason),
             'seconds': int() | float() as seconds,
             'metrics': dict(metrics),
-        } if run > 0 and math.isfinite(seconds):
+        } if run > 0 and run is not True and _is_moderate(seconds):
             cpu = values.get('cpu', 0.0)
             return RunResult(
                 run,
@@ -70,10 +69,15 @@ def result_from_json(values: Any) -> RunResult | None:
                 one_reason(reason),
                 float(seconds),
                 {str(k): str(v) for k, v in metrics.items()},
-                float(cpu) if isinstance(cpu, int | float) else 0.0,
+                float(cpu) if _is_moderate(cpu) else 0.0,
             )
         case _:
             return None
+
+
+def _is_moderate(value: Any) -> bool:
+    """Return whether `value` is a number that a float can hold."""
+    return isinstance(value, int | float) and abs(value) < _LARGEST
 
 
 def one_reason(text: str) -> str:

@@ -70,7 +70,8 @@ class SweepJournal:
         match values:
             case {'again': list(runs)}:
                 for run in runs:
-                    self.results.pop(run, None)
+                    if isinstance(run, int):
+                        self.results.pop(run, None)
             case _:
                 result = result_from_json(values)
                 if result is not None:

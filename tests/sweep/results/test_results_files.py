@@ -62,14 +62,44 @@ def test_a_line_that_is_torn_is_passed_over(tmp_path: Path) -> None:
     assert SweepJournal(path).results == {1: GOOD, 3: BAD}
 
 
+@pytest.mark.parametrize(
+    'line',
+    [
+        '{"again": [[1], {}, null]}',
+        '{"again": {"1": 1}}',
+        *(
+            json.dumps(GOOD.as_json() | values)
+            for values in (
+                *({'run': True}, {'seconds': 10**400}, {'seconds': [1]}),
+                *({'metrics': [1]}, {'reason': None}, {'outcome': {}}),
+            )
+        ),
+    ],
+)
+def test_unexpected_types_in_the_journal_are_skipped(
+    tmp_path: Path, line: str
+) -> None:
+    path = tmp_path / 'journal.jsonl'
+    path.write_text(f'{json.dumps(BAD.as_json())}\n{line}\n')
+    assert SweepJournal(path).results == {3: BAD}
+
+
 @given(
     st.recursive(
-        st.none() | st.booleans() | st.floats() | st.text(max_size=5),
+        st.none()
+        | st.booleans()
+        | st.integers()
+        | st.just(10**400)
+        | st.floats()
+        | st.text(max_size=5),
         lambda inner: (
             st.lists(inner, max_size=3)
             | st.dictionaries(
                 st.sampled_from(
-                    ('run', 'outcome', 'reason', 'seconds', 'metrics')
+                    (
+                        *('run', 'outcome', 'reason', 'seconds', 'metrics'),
+                        'cpu',
+                    )
                 ),
                 inner,
                 max_size=5,
