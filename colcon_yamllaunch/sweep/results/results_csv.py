@@ -5,13 +5,14 @@
 The results of a sweep as a table (CSV, RFC 4180), for programs.
 
 A line for each run that is done, with its arguments, its outcome, the reason,
-the seconds that it took and its metrics.
+the seconds that it took and its metrics. No spreadsheet takes a value for a
+formula, and no terminal for a command.
 """
 
 from collections.abc import Iterable
 from collections.abc import Mapping
-import csv
-import io
+from contextlib import suppress
+import re
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.sweep.results.run_result import RunResult
@@ -24,6 +25,10 @@ REASON = 'reason'
 SECONDS = 'seconds'
 #: The columns that each table has.
 FIXED = (RUN, REPEAT, OUTCOME, REASON, SECONDS)
+#: What a value begins with that spreadsheets run (OWASP, "CSV Injection").
+_FORMULA = ('=', '+', '-', '@', '\t', '\r', '\n', '＝', '＋', '－', '＠')
+_QUOTED = re.compile('[",\r\n]')
+_CONTROL = re.compile(r'[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]')
 
 
 def refuse_columns_twice(
@@ -57,9 +62,7 @@ def results_csv(
     """Return the table, with the runs that are done."""
     metrics = tuple(metrics)
     repeat = (REPEAT,) if table.repeats > 1 else ()
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(
+    rows: list[tuple[object, ...]] = [
         (
             RUN,
             *map(argument_column, table.names),
@@ -69,12 +72,12 @@ def results_csv(
             SECONDS,
             *metrics,
         )
-    )
+    ]
     for run in table.runs:
         result = results.get(run.number)
         if result is None:
             continue
-        writer.writerow(
+        rows.append(
             (
                 run.number,
                 *(run.arguments[name] for name in table.names),
@@ -85,4 +88,21 @@ def results_csv(
                 *(result.metrics.get(name, '') for name in metrics),
             )
         )
-    return text.getvalue()
+    return ''.join(f'{",".join(map(_cell, row))}\n' for row in rows)
+
+
+def _cell(value: object) -> str:
+    """Return a value with an apostrophe if it looks like a formula."""
+    text = _CONTROL.sub(lambda m: f'\\x{ord(m[0]):02x}', str(value))
+    if text.lstrip(" '").startswith(_FORMULA) and not _is_number(text):
+        text = f"'{text}"
+    if _QUOTED.search(text):
+        text = '"{}"'.format(text.replace('"', '""'))
+    return text
+
+
+def _is_number(text: str) -> bool:
+    with suppress(ValueError):
+        float(text)
+        return True
+    return False

@@ -4,6 +4,7 @@
 """The journal, results.csv, the JUnit report and the folder of all."""
 
 import csv
+from dataclasses import replace
 import io
 import json
 from pathlib import Path
@@ -123,6 +124,41 @@ def test_results_as_a_table() -> None:
         ['1', '1', 'a', '1', 'succeeded', '', '1.250', '3.5'],
         ['3', '1', 'b', '1', 'failed', 'it "stood", still', '2.000', ''],
     ]
+
+
+@pytest.mark.parametrize(
+    ('value', 'written'),
+    [
+        ('a\rb', '"a\rb"'),
+        ('a"b\nc', '"a""b\nc"'),
+        ('=1+1', "'=1+1"),
+        ('@SUM(1)', "'@SUM(1)"),
+        ("+cmd|' /C calc'!A0", "'+cmd|' /C calc'!A0"),
+        ('-x', "'-x"),
+        ('-1.5', '-1.5'),
+        ('+3e-7', '+3e-7'),
+        ('-inf', '-inf'),
+        # so that the apostrophe can be taken away again
+        ("'=1", "''=1"),
+        ("'t is", "'t is"),
+        (' =1', "' =1"),
+        ('\t=1', "'\t=1"),
+        ('\r=1', '"\'\r=1"'),
+        ('\x1b[2J\x9b\0', '\\x1b[2J\\x9b\\x00'),
+    ],
+)
+def test_no_value_of_the_table_is_run(value: str, written: str) -> None:
+    table = run_table({'a': '1,2'})
+    run = replace(table.runs[0], arguments={'a': value})
+    result = RunResult(1, 'failed', value, 1.0, {'m': value})
+    text = results_csv(
+        replace(table, runs=(run,)), {1: result}, ['m', '=evil()']
+    )
+    head, _, row = text.partition('\n')
+    assert head == "run,a,outcome,reason,seconds,m,'=evil()"
+    assert row == f'1,{written},failed,{written},1.000,{written},\n'
+    # what reads RFC 4180 gets one row
+    assert len(list(csv.reader(io.StringIO(text, newline='')))) == 2
 
 
 @pytest.mark.parametrize('name', ['seed', 'seconds', 'outcome'])
