@@ -345,3 +345,16 @@ def _state(pid):
     except (FileNotFoundError, ProcessLookupError):
         return None
     return stat.rpartition(') ')[2][0]
+
+
+def test_ended_process_is_reaped_without_sigchld(launch, sleep):
+    # such as with a library that blocks it for a while
+    def block() -> None:
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGCHLD])
+
+    popen = {'preexec_fn': block}
+    timeouts = {'sigterm_timeout': 0.2, 'sigkill_timeout': 0.2}
+    one = launch(sleep('a', **timeouts), popen=popen)
+    one.shows('a: started').sends(signal.SIGTERM)
+    assert one.ends() == 0
+    assert 'cannot be stopped' not in one.screen

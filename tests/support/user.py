@@ -21,6 +21,16 @@ FOREIGN_VARIABLES = re.compile(
     r'AMENT_|CMAKE_PREFIX_PATH|COLCON|ROS_|PYTHONPATH|OVERRIDE_LAUNCH'
 )
 
+#: Runs its arguments with all signals blocked, and SIGCHLD ignored.
+BLOCKING = (
+    sys.executable,
+    '-c',
+    'import os, signal, sys; '
+    'signal.signal(signal.SIGCHLD, signal.SIG_IGN); '
+    'signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals()); '
+    'os.execvp(sys.argv[1], sys.argv[1:])',
+)
+
 CMAKE = """\
 cmake_minimum_required(VERSION 3.16)
 project({name} NONE)

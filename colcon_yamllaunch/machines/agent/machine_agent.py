@@ -35,6 +35,7 @@ from colcon_yamllaunch.machines.agent.launcher_channel import LauncherGoneError
 from colcon_yamllaunch.machines.agent.launcher_channel import send
 from colcon_yamllaunch.machines.wire import frames
 from colcon_yamllaunch.machines.wire.frames import FrameError
+from colcon_yamllaunch.runtime.streams.signals import accept_signals
 
 #: Days after which a program that was not used is removed.
 UNUSED_DAYS = 30
@@ -49,6 +50,7 @@ def main(temporary: str) -> None:
     """
     with suppress(OSError):
         os.setsid()
+    accept_signals()
     for number in (signal.SIGHUP, signal.SIGINT, signal.SIGPIPE):
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _hang_up)

@@ -411,6 +411,10 @@ class Engine:
                 if self.supervisor.is_stopping:
                     # it takes as long as a process to come to its end
                     self._ros.hang_up()
+            looked = self._settings.clock() - self._strays.looked
+            if not self._has_news or looked >= limits.ADOPTION_INTERVAL:
+                # SIGCHLD may be lost, and adoption is not reported
+                self._reap()
             self.supervisor.advance()
             if self._feed is not None:
                 self._feed.advance()
@@ -671,12 +675,6 @@ class Engine:
 
     def _end_turn(self) -> bool:
         """Pass on what was collected; return whether there is more."""
-        now = self._settings.clock()
-        pause = limits.ADOPTION_PAUSE
-        if self._has_news:
-            pause = limits.ADOPTION_INTERVAL
-        if now - self._strays.looked >= pause:
-            self._adopted()
         self._guard.flush()
         more = not self.supervisor.is_starting and self._publish()
         self._writer.flush()

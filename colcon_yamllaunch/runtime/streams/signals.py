@@ -20,6 +20,18 @@ OTHERS = (signal.SIGCHLD, signal.SIGWINCH)
 _RESPECTED = frozenset((signal.SIGHUP, signal.SIGTSTP))
 
 
+def accept_signals() -> None:
+    """
+    Unblock all signals, and notice the end of children.
+
+    A parent may have blocked signals or ignored SIGCHLD; both are inherited.
+    An ignored SIGCHLD hides exit codes. Shells unblock SIGCHLD, too.
+    """
+    signal.pthread_sigmask(signal.SIG_SETMASK, ())
+    if signal.getsignal(signal.SIGCHLD) == signal.SIG_IGN:
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+
+
 @contextmanager
 def caught() -> Iterator[int]:
     """

@@ -23,6 +23,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.common.printable import printable_json
+from colcon_yamllaunch.runtime.streams.signals import accept_signals
 
 #: The exit code after Ctrl-C before anything runs (128 + SIGINT).
 INTERRUPTED = 130
@@ -185,6 +186,7 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
     Return the exit code.
     """
     try:
+        accept_signals()
         with _ended_by_signals():
             code = action()
         with written():

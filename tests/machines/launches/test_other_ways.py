@@ -14,6 +14,7 @@ import pytest
 from support.deployer import Deployer
 from support.namespaces import NamespaceMachine
 from support.slurm import Slurm
+from support.user import BLOCKING
 
 
 @pytest.fixture
@@ -108,6 +109,19 @@ def test_a_command_leads_to_a_machine(
     assert launch.interrupt() == 0, launch.output
     namespace.wait_until_empty()
     docked.wait_until_empty()
+
+
+def test_blocked_signals_are_unblocked_on_a_machine(
+    deployer: Deployer,
+) -> None:
+    script = deployer.write('end.sh', 'grep SigBlk /proc/self/status; exit 3')
+    machine = {'connect': shlex.join([*BLOCKING, 'env'])}
+    ends = {'ends': ('edge', ('sh', str(script)))}
+    deployer.places(ends, {'edge': machine}, sync='none')
+    launch = deployer.deploys()
+    assert launch.end() == 1, launch.output
+    assert 'exited with code 3' in launch.output
+    assert 'SigBlk:\t0000000000000000' in launch.output
 
 
 def test_a_killed_launcher_leaves_nothing_behind_a_command(

@@ -9,6 +9,7 @@ import time
 from xml.etree import ElementTree
 
 import pytest
+from support.user import BLOCKING
 from support.user import User
 
 TALKER = """\
@@ -261,3 +262,20 @@ def test_sigterm_before_all_was_seen(talker: User) -> None:
     launch.process.send_signal(signal.SIGTERM)
     assert launch.end() == 1
     assert "'x' was not seen before" in launch.output
+
+
+def test_blocked_signals_are_unblocked_in_the_launcher(user: User) -> None:
+    user.write('a.yaml', 'launch: [executable: {cmd: sh end.sh}]')
+    user.write('end.sh', 'grep SigBlk /proc/self/status; exit 3')
+    launch = user.start(*BLOCKING, 'colcon', 'launch', 'a.yaml')
+    assert launch.end() == 1
+    assert 'exited with code 3' in launch.output
+    assert 'SigBlk:\t0000000000000000' in launch.output
+
+
+def test_blocked_sigint_still_stops_the_launch(talker: User) -> None:
+    launch = talker.start(*BLOCKING, 'colcon', 'launch', 'a.yaml')
+    launch.wait_for('starting')
+    assert launch.interrupt() == 0
+    assert 'stopping: interrupted' in launch.output
+    assert 'cannot be stopped' not in launch.output

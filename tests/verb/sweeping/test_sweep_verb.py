@@ -15,6 +15,7 @@ import time
 
 import pytest
 from support.terminal import Terminal
+from support.user import BLOCKING
 from support.user import DEADLINE
 from support.user import Launch
 from support.user import User
@@ -71,6 +72,13 @@ def sweep(user: User, *words: str, code: int = 0) -> str:
     assert launch.end() == code, launch.output
     assert 'Traceback' not in launch.output
     return launch.output
+
+
+def test_blocked_signals_are_unblocked_in_a_sweep(sim: User) -> None:
+    words = ('sim.yaml', 'seed:=1,2', '--results', 'r')
+    launch = sim.start(*BLOCKING, 'colcon', 'sweep', *words)
+    assert launch.end() == 0
+    assert '2 runs: 2 succeeded' in launch.output
 
 
 def rows(folder: Path) -> list[dict[str, str]]:
