@@ -104,6 +104,9 @@ class PlayedLaunch:
         self.times.append(self.moment())
         self.output.append((process.label, stream, data))
 
+    def check_conditions(self) -> None:
+        """Check nothing: there are no conditions."""
+
     def end_lines(self, label: str) -> None:
         self.output.append((label, 'end', b''))
 

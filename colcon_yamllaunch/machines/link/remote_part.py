@@ -576,6 +576,8 @@ class RemotePart:
                 pass
         self.states.handle(event)
         self._launch.tell(event)
+        # a failure ends the launch before the next event undoes it
+        self._launch.check_conditions()
         if isinstance(event, events.Dropped):
             self._forget(event.process.label)
 

@@ -72,6 +72,9 @@ class LaunchHere(Protocol):
     def end_lines(self, label: str) -> None:
         """Take the last line of a process as whole, as the process ended."""
 
+    def check_conditions(self) -> None:
+        """Stop the launch if a condition is met or something failed."""
+
     def echo(self, label: str, data: bytes) -> None:
         """Show who is attached to a process what its terminal echoed."""
 

@@ -343,7 +343,16 @@ class Engine:
         """Take the last line of a process as whole, as the process ended."""
         self._relay.end_lines(label)
         # the last line of a process counts before its exit code
-        self._mind_conditions()
+        self.check_conditions()
+
+    def check_conditions(self) -> None:
+        """Stop the launch if a condition is met or something failed."""
+        reason = self._conditions.reason_to_stop()
+        if reason is not None:
+            self.supervisor.stop(reason)
+        silent = self._silence.overdue()
+        if silent is not None:
+            self.tell(silent)
 
     def echo(self, label: str, data: bytes) -> None:
         """Show who is attached to a process what its terminal echoed."""
@@ -401,7 +410,7 @@ class Engine:
         if self.elsewhere is not None:
             self.elsewhere.begin(self, self._terminal_size())
         while True:
-            self._mind_conditions()
+            self.check_conditions()
             if self.elsewhere is not None:
                 self.elsewhere.advance()
             if self._changes is not None:
@@ -635,14 +644,6 @@ class Engine:
         else:
             changes.advance()
 
-    def _mind_conditions(self) -> None:
-        reason = self._conditions.reason_to_stop()
-        if reason is not None:
-            self.supervisor.stop(reason)
-        silent = self._silence.overdue()
-        if silent is not None:
-            self.tell(silent)
-
     def _holds_back(self, process: Process) -> bool:
         """Tell whether a process may hold back what it writes."""
         # who runs it elsewhere tells that
@@ -797,7 +798,7 @@ class Engine:
             else:
                 self._relay.drain(pid)
                 # the last line of a process counts before its exit code
-                self._mind_conditions()
+                self.check_conditions()
                 self.supervisor.exited(pid, Outcome.from_status(status))
 
     def _replace_guard(self) -> None:

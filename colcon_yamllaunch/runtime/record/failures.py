@@ -37,7 +37,8 @@ class Failures:
     Listens for failures, and keeps the last output of each process.
 
     A failure is forgotten when its process is started again, its component
-    loaded after all, or its lifecycle node activated.
+    loaded after all, or its lifecycle node activated. None is once the launch
+    stops: a machine may start a process again until it is told to stop.
 
     :param log_files: The log file of a process by its label, if it has one
     :param advise: Returns the way out of a failure, if it tells one; it gets
@@ -68,6 +69,7 @@ class Failures:
         # process, in all and until something was told about whom
         self._lines_after = 0
         self._told: dict[str, int] = {}
+        self._is_stopping = False
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
@@ -78,10 +80,12 @@ class Failures:
                 if event.stream in SHOWN[event.process.output]:
                     self._lines_after = 0
                     self._told = {event.process.label: 0}
+            case events.ShuttingDown():
+                self._is_stopping = True
             case events.Dropped():
-                self._failures.pop(event.process.label, None)
+                self._forget(event.process.label)
             case events.Started():
-                self._failures.pop(event.process.label, None)
+                self._forget(event.process.label)
                 self._tails.pop(event.process.label, None)
             case events.Exited(outcome=outcome) if outcome.lost:
                 # that the machine is gone is said once
@@ -95,13 +99,13 @@ class Failures:
                 self._failures[event.component.label] = event
                 self._note_reason(event)
             case events.Loaded():
-                self._failures.pop(event.component.label, None)
+                self._forget(event.component.label)
             case events.TransitionFailed():
                 # that its process failed says more
                 self._failures.setdefault(event.process.label, event)
                 self._note_reason(event)
             case events.StateChanged(state='active'):
-                self._failures.pop(event.process.label, None)
+                self._forget(event.process.label)
             case events.RosLost():
                 self._others.append(event.reason)
             case events.HostLost() | events.MachineGone():
@@ -163,6 +167,10 @@ class Failures:
             lines.append(f'  its core dump: {core_dump}')
         lines += [f'then failed: {self._description(f)}' for f in following]
         return (*lines, *others)
+
+    def _forget(self, label: str) -> None:
+        if not self._is_stopping:
+            self._failures.pop(label, None)
 
     def _report(self, failure: Failure) -> events.FailureReport:
         if not isinstance(failure, events.Exited):

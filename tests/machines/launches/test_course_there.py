@@ -60,6 +60,19 @@ launch:
     deployer.wait_until_empty()
 
 
+def test_respawned_failure_there_is_counted_as_here(
+    deployer: Deployer, sshd: Sshd
+) -> None:
+    deployer.write(
+        'plain.yaml',
+        "launch: [executable: {cmd: sh -c 'exit 3', respawn: 'true'}]",
+    )
+    for words in ((), ('--on', 'arm')):
+        output = deployer.launch(*words, '--for', '60', 'plain.yaml', code=1)
+        assert re.search(r'failed: sh-1 exited with code 3', output)
+    sshd.wait_until_empty()
+
+
 def test_a_launch_ends_when_nothing_is_left_anywhere(
     deployer: Deployer, sshd: Sshd
 ) -> None:

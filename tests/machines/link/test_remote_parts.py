@@ -88,6 +88,17 @@ def test_output_comes_before_the_exit(played):
     ]
 
 
+def test_failure_is_judged_before_the_next_event(played):
+    failed = events.Exited(DRIVER, 77, Outcome(3), 1.0, False, True, 0.0)
+    judged = []
+    played.launch.check_conditions = lambda: judged.append(
+        played.launch.told[-1]
+    )
+    played.link.tells(failed)
+    played.link.tells(events.Started(DRIVER, 78))
+    assert failed in judged
+
+
 def test_what_comes_late_has_the_time_at_which_it_was(played):
     played.link.handler.output(LABEL, 'stdout', b'line\n', 500.0)
     played.link.handler.message(

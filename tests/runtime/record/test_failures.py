@@ -16,6 +16,7 @@ from colcon_yamllaunch.runtime.core.events import MachineGone
 from colcon_yamllaunch.runtime.core.events import Output
 from colcon_yamllaunch.runtime.core.events import PlanFailed
 from colcon_yamllaunch.runtime.core.events import RosLost
+from colcon_yamllaunch.runtime.core.events import ShuttingDown
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import StartFailed
 from colcon_yamllaunch.runtime.core.events import StateChanged
@@ -255,3 +256,15 @@ def test_launch_files_in_python_fail(process):
         'failed: the host of launch files in Python died by SIGKILL (killed)',
     )
     assert [r.process for r in failures.reports()[1:]] == [None, None]
+
+
+def test_failure_that_ends_the_launch_outlasts_a_late_respawn(process):
+    # a machine starts it again before it is told to stop
+    failures = heard(
+        Started(process(), 8),
+        exited(process(), code=3),
+        ShuttingDown('counter failed'),
+        Started(process(), 9),
+        Exited(process(), 9, Outcome(code=3), 0.1, asked=True, failed=False),
+    )
+    assert failures.exit_code == 1
