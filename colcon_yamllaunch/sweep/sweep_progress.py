@@ -9,6 +9,7 @@ then. A run that failed has a line of its own.
 """
 
 from collections.abc import Callable
+from collections.abc import Collection
 from contextlib import suppress
 import os
 import time
@@ -18,6 +19,7 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.sweep.results.results_folder import ResultsFolder
 from colcon_yamllaunch.sweep.results.results_folder import shown_path
 from colcon_yamllaunch.sweep.results.run_result import RunResult
+from colcon_yamllaunch.sweep.results.sweep_journal import Code
 from colcon_yamllaunch.sweep.results.sweep_journal import SweepJournal
 from colcon_yamllaunch.sweep.sweep_reports import SweepReports
 from colcon_yamllaunch.sweep.table.run_table import Run
@@ -44,6 +46,8 @@ class Progress:
 
     :param stream: Where it is shown
     :param quiet: Whether only failures are
+    :param code: Returns which version of the code there is now, with more
+      files that runs use
     :param clock: Returns seconds that never go back
     """
 
@@ -57,6 +61,7 @@ class Progress:
         *,
         quiet: bool = False,
         color: bool = True,
+        code: Callable[[Collection[str]], Code] = lambda _: Code('', {}),
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._stream = stream
@@ -67,6 +72,8 @@ class Progress:
         self._folder = folder
         self._reports = reports
         self._quiet = quiet
+        self._code = code
+        self._versions = {r.fingerprint for r in journal.results.values()}
         self._clock = clock
         self._begin = clock()
         self._before = len(journal.results)
@@ -86,6 +93,21 @@ class Progress:
     def waiting(self, text: str) -> None:
         """Take note of what runs wait for, such as a queue."""
         self._waiting = text
+
+    def planned(self, run: Run, uses: Collection[str] = ()) -> None:
+        """
+        Keep which version of the code a run uses.
+
+        :param uses: Files that it uses; those of other runs may be left out
+        :raises UserError: when it cannot be kept
+        """
+        fingerprint = self._journal.plan(run.number, self._code(uses))
+        if self._versions and fingerprint not in self._versions:
+            self._line(
+                'warning: the code has changed since other runs of this '
+                'sweep; results.csv says which run is of which version'
+            )
+        self._versions.add(fingerprint)
 
     def done(self, run: Run, result: RunResult) -> None:
         """

@@ -3,11 +3,13 @@
 
 """The files about a sweep that are made of what is known so far."""
 
+from collections.abc import Iterator
 from collections.abc import Mapping
 from pathlib import Path
 import time
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
 from colcon_yamllaunch.sweep.report.report_page import Page
 from colcon_yamllaunch.sweep.report.report_page import report_page
@@ -21,6 +23,7 @@ from colcon_yamllaunch.sweep.results.results_folder import shown_path
 from colcon_yamllaunch.sweep.results.results_folder import SweepDefinition
 from colcon_yamllaunch.sweep.results.results_folder import write_text
 from colcon_yamllaunch.sweep.results.run_result import RunResult
+from colcon_yamllaunch.sweep.results.run_result import versions_of
 from colcon_yamllaunch.sweep.results.sweep_junit import junit_report
 
 #: Seconds between two writings while runs go on, and how many times longer
@@ -144,8 +147,23 @@ class SweepReports:
         path = self._folder.path
         return [
             line,
+            *self._mixture(),
             f'results: {shown_path(path / REPORT)}, {RESULTS}, {JUNIT}',
         ]
+
+    def _mixture(self) -> Iterator[str]:
+        """Yield a warning if the results are of several versions."""
+        versions = versions_of(self._results.values())
+        if len(versions) < 2:
+            return
+        yield (
+            f'warning: these results are of {len(versions)} versions of the '
+            'code (commit, fingerprint):'
+        )
+        for name, found in versions.items():
+            runs = f'{len(found):,} run' + 's' * (len(found) != 1)
+            yield f'  {one_line(name)}: {runs}'
+        yield 'help: for results that compare, do all again: --again all'
 
     def _succeeded(self) -> int:
         return sum(result.succeeded for result in self._results.values())

@@ -13,6 +13,7 @@ on, and wait until it is their turn.
 
 from collections import deque
 from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Iterable
 from contextlib import suppress
 import gc
@@ -48,6 +49,8 @@ from colcon_yamllaunch.sweep.table.run_table import Run
 
 #: Bytes of a message of a run; a reason and metrics are shorter.
 _MESSAGE = 256 * 1024
+#: Files that a run names in such a message.
+_MOST_USES = 500
 #: Bytes that are kept of what the planning of a run says.
 _SAID = 64 * 1024
 #: How many runs are planned ahead at most.
@@ -95,6 +98,9 @@ class Watcher(Protocol):
 
     def began(self, running: int) -> None:
         """Take note of how many runs go on."""
+
+    def planned(self, run: Run, uses: Collection[str] = ()) -> None:
+        """Take note that a run is planned, with more files that it uses."""
 
     def done(self, run: Run, result: RunResult) -> None:
         """Take note of what came of a run."""
@@ -294,6 +300,7 @@ class LocalRunner:
     def _fork(self, run: Run, domain: int) -> None:
         settings = self._settings
         settings.clear(run.number)
+        self._watcher.planned(run)
         said = os.memfd_create('said')
         sys.stdout.flush()
         sys.stderr.flush()
@@ -330,8 +337,10 @@ class LocalRunner:
             self._ended(child)
             return
         match json.loads(data):
-            case {'planned': True}:
+            case {'planned': uses}:
                 child.is_planned = True
+                if uses:
+                    self._watcher.planned(child.run, uses)
             case {'over': True}:
                 child.is_over = True
             case {'not built': True}:
@@ -487,7 +496,7 @@ def _do(
         return _error(run, first_error(text))
 
     def wait() -> None:
-        _tell(link, {'planned': True})
+        _tell(link, {'planned': planned.uses[:_MOST_USES]})
         if link.recv(len(_GO)) != _GO:
             raise KeyboardInterrupt
 

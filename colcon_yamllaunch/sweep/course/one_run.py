@@ -55,6 +55,7 @@ class PlannedRun:
     :param identity: The identity that its launch has already, if any
     :param source: Where more plan comes from while it runs, if anywhere
     :param owner_of: Tells which package has a Python module that is missing
+    :param uses: Files that it uses and that other runs did not use yet
     """
 
     plan: Plan
@@ -62,6 +63,7 @@ class PlannedRun:
     identity: str = ''
     source: PlanSource | None = None
     owner_of: OwnerOf = lambda _module, _package: None
+    uses: tuple[str, ...] = ()
 
 
 class _Turn(ExitConditions):

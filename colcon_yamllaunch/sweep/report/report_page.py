@@ -31,6 +31,7 @@ from colcon_yamllaunch.sweep.report.success_shares import Shares
 from colcon_yamllaunch.sweep.report.success_shares import shares_of
 from colcon_yamllaunch.sweep.results.run_result import number_of
 from colcon_yamllaunch.sweep.results.run_result import RunResult
+from colcon_yamllaunch.sweep.results.run_result import versions_of
 from colcon_yamllaunch.sweep.table.run_table import Run
 from colcon_yamllaunch.sweep.table.run_table import RunTable
 
@@ -94,6 +95,7 @@ def _page(page: Page) -> Iterator[str]:
     yield f'<h1>{title}</h1>'
     yield f'<pre>{escape(one_line(page.command))}</pre>'
     yield from _numbers(page)
+    yield from _versions(page)
     shares = [
         shares_of(name, page.table, page.results) for name in page.table.varied
     ]
@@ -125,6 +127,27 @@ def _numbers(page: Page) -> Iterator[str]:
     for name, text in numbers:
         yield f'<div><dt>{name}</dt><dd>{text}</dd></div>'
     yield '</dl>'
+
+
+def _versions(page: Page) -> Iterator[str]:
+    """Show which code was run, and warn if that was not the same."""
+    versions = versions_of(page.results.values())
+    if len(versions) == 1 and 'not recorded' not in versions:
+        yield f'<p>Code (commit, fingerprint): {_text(*versions)}</p>'
+    if len(versions) < 2:
+        return
+    yield (
+        f'<div class="card warning"><h3>These results are of {len(versions)} '
+        'versions of the code</h3><table><tr><th>commit, fingerprint</th>'
+        '<th>runs</th><th>succeeded</th></tr>'
+    )
+    for name, results in versions.items():
+        count, good = len(results), sum(r.succeeded for r in results)
+        yield (
+            f'<tr>{_cell(name)}<td>{count:,}</td>'
+            f'<td>{100 * good / count:.3g}%</td></tr>'
+        )
+    yield '</table><p>To do all runs again: --again all</p></div>'
 
 
 def _shares(shares: Shares) -> Iterator[str]:
@@ -273,6 +296,8 @@ def _rows(
     repeats = ['repeat'] if page.table.repeats > 1 else []
     heads = ['run', *page.table.varied, *repeats, 'outcome', 'seconds']
     heads += [*page.metrics, 'reason']
+    is_mixed = len(versions_of(page.results.values())) > 1
+    heads += ['commit', 'fingerprint'] * is_mixed
     yield '<div class="wide"><table><tr>'
     yield ''.join(f'<th>{_text(head)}</th>' for head in heads)
     yield '</tr>'
@@ -291,6 +316,8 @@ def _rows(
             *(_cell(result.metrics.get(name, '')) for name in page.metrics),
             _cell(result.reason),
         ]
+        if is_mixed:
+            cells += [_cell(result.commit), _cell(result.fingerprint)]
         yield f'<tr>{"".join(cells)}</tr>'
     yield '</table></div>'
     if count > _MAXIMUM_ROWS:

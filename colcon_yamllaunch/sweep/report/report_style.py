@@ -41,6 +41,7 @@ dd { margin: 0; font-size: 1.3rem; font-weight: 600; }
   border: 1px solid var(--line); border-radius: 0.5rem; padding: 0.8rem;
   min-width: 0; break-inside: avoid; margin: 0;
 }
+.warning { border-color: var(--bad); border-width: 2px; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font-size: 0.9rem; }
 th, td {

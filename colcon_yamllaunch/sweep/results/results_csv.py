@@ -5,8 +5,8 @@
 The results of a sweep as a table (CSV, RFC 4180), for programs.
 
 A line for each run that is done, with its arguments, its outcome, the reason,
-the seconds that it took and its metrics. No spreadsheet takes a value for a
-formula, and no terminal for a command.
+the seconds that it took, its metrics and the code that was run. No
+spreadsheet takes a value for a formula, and no terminal for a command.
 """
 
 from collections.abc import Iterable
@@ -23,8 +23,10 @@ REPEAT = 'repeat'
 OUTCOME = 'outcome'
 REASON = 'reason'
 SECONDS = 'seconds'
+COMMIT = 'commit'
+FINGERPRINT = 'fingerprint'
 #: The columns that each table has.
-FIXED = (RUN, REPEAT, OUTCOME, REASON, SECONDS)
+FIXED = (RUN, REPEAT, OUTCOME, REASON, SECONDS, COMMIT, FINGERPRINT)
 #: What a value begins with that spreadsheets run (OWASP, "CSV Injection").
 _FORMULA = ('=', '+', '-', '@', '\t', '\r', '\n', '＝', '＋', '－', '＠')
 _QUOTED = re.compile('[",\r\n]')
@@ -71,6 +73,8 @@ def results_csv(
             REASON,
             SECONDS,
             *metrics,
+            COMMIT,
+            FINGERPRINT,
         )
     ]
     for run in table.runs:
@@ -86,6 +90,8 @@ def results_csv(
                 result.reason,
                 f'{result.seconds:.3f}',
                 *(result.metrics.get(name, '') for name in metrics),
+                result.commit,
+                result.fingerprint,
             )
         )
     return ''.join(f'{",".join(map(_cell, row))}\n' for row in rows)

@@ -3,6 +3,7 @@
 
 """What came of one run of a sweep."""
 
+from collections.abc import Iterable
 from collections.abc import Mapping
 from dataclasses import asdict
 from dataclasses import field
@@ -33,6 +34,9 @@ class RunResult:
       metric that was not found is missing
     :param cpu: Seconds of processor time that the launch itself took, without
       its processes
+    :param commit: The git commit that was run, with `-dirty` if it was
+      modified; '' without git
+    :param fingerprint: That of the code that was run; '' if it is unknown
     """
 
     run: int
@@ -41,6 +45,8 @@ class RunResult:
     seconds: float = 0.0
     metrics: Mapping[str, str] = field(default_factory=dict)
     cpu: float = 0.0
+    commit: str = ''
+    fingerprint: str = ''
 
     @property
     def succeeded(self) -> bool:
@@ -70,9 +76,28 @@ def result_from_json(values: Any) -> RunResult | None:
                 float(seconds),
                 {str(k): str(v) for k, v in metrics.items()},
                 float(cpu) if _is_moderate(cpu) else 0.0,
+                one_reason(str(values.get('commit', ''))),
+                one_reason(str(values.get('fingerprint', ''))),
             )
         case _:
             return None
+
+
+def versions_of(
+    results: Iterable[RunResult],
+) -> dict[str, list[RunResult]]:
+    """Return results by the version of the code that was run, for people."""
+    found: dict[str, list[RunResult]] = {}
+    for result in results:
+        found.setdefault(result.fingerprint, []).append(result)
+    return {
+        # what was modified may have been committed since
+        ', '.join(
+            filter(None, [*dict.fromkeys(r.commit for r in runs), version])
+        )
+        or 'not recorded': runs
+        for version, runs in found.items()
+    }
 
 
 def _is_moderate(value: Any) -> bool:

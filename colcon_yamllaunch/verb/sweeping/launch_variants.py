@@ -8,12 +8,15 @@ from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.actions.process_actions import OUTPUT_OVERRIDE
+from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.sweep.course.local_runner import NotBuiltError
 from colcon_yamllaunch.sweep.course.local_runner import PlanError
 from colcon_yamllaunch.sweep.course.one_run import PlannedRun
 from colcon_yamllaunch.sweep.table.run_table import Run
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
+from colcon_yamllaunch.verb.sweeping.code_state import CodeState
+from colcon_yamllaunch.verb.sweeping.code_state import files_of
 
 
 class LaunchVariants:
@@ -22,6 +25,7 @@ class LaunchVariants:
 
     :param flow: The launch
     :param fixed: Launch arguments that all runs have beside their own
+    :param code: Is told which files the runs use
     :param folder: Where logs go that belong to no run
     :param may_build: Whether more packages may be built as runs need them
     """
@@ -31,12 +35,14 @@ class LaunchVariants:
         flow: LaunchFlow,
         fixed: Mapping[str, str],
         folder: Path,
+        code: CodeState,
         *,
         may_build: bool,
     ) -> None:
         self._flow = flow
         self._fixed = fixed
         self._folder = folder
+        self._code = code
         self._may_build = may_build
         self._built: set[str] = set()
         # nobody sees a screen, so all output goes to the logs, unless the user
@@ -60,14 +66,30 @@ class LaunchVariants:
         flow.needs_declarations = True
         try:
             with flow.workspace.lock:
-                flow.prepare()
+                plan, _ = flow.prepare()
         finally:
             flow.close()
+        self._code.add(self._uses(flow, plan))
+        target = flow.target()
+        if target.package is None:
+            # what its programs import or read is in no package
+            self._code.add_tracked(Path(target.path).parent)
         self._built |= flow.wanted
 
     def build(self, run: Run) -> None:
         """Build what a run needs; see :class:`.local_runner.Work`."""
         self.prepare(run)
+
+    def _uses(self, flow: LaunchFlow, plan: Plan) -> set[str]:
+        """Return the files, and the folders of packages, that a run uses."""
+        if flow.evaluation is None:
+            return set()
+        files = files_of(plan, flow.evaluation)
+        if not flow.wanted <= self._built:
+            needed = flow.workspace.needed_by(flow.wanted)
+            packages = flow.workspace.packages
+            files |= {str(p.path) for p in packages if p.name in needed}
+        return files
 
     def leave(self) -> None:
         """Have nothing to do any more with what was planned last."""
@@ -111,4 +133,5 @@ class LaunchVariants:
             identity,
             source,
             lambda module, user: locator.undeclared_owner(module, user),
+            tuple(self._code.missing(self._uses(flow, plan))),
         )

@@ -97,6 +97,7 @@ class SlurmFlow:
         """Write the plan of a run; return whether there is one."""
         folder = self._folder.run_folder(run.number)
         self._folder.clear(run.number)
+        self._progress.planned(run)
         said = io.StringIO()
         try:
             with redirect_stderr(said):
@@ -109,6 +110,7 @@ class SlurmFlow:
                 with redirect_stderr(said):
                     planned = variants.plan(run, folder, {})
             self._write(planned, folder)
+            self._progress.planned(run, planned.uses)
         except (PlanError, UserError) as e:
             reason = str(e) or first_error(said.getvalue())
             result = RunResult(run.number, 'error', one_reason(reason))

@@ -37,6 +37,7 @@ from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.log_folders import log_folder_of
 from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
 from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
+from colcon_yamllaunch.verb.sweeping.code_state import CodeState
 from colcon_yamllaunch.verb.sweeping.launch_variants import LaunchVariants
 
 #: The folder below that of the logs that has those of sweeps.
@@ -61,6 +62,7 @@ class SweepFlow:
         self._options = options
         self._environment = environment
         self._cwd = Path.cwd()
+        self._code = CodeState(environment)
         self._log_folder = log_folder_of(log_base, environment)
 
     def run(self) -> int:
@@ -139,6 +141,7 @@ class SweepFlow:
             reports,
             quiet=options.quiet,
             color=not (options.no_color or self._environment.get('NO_COLOR')),
+            code=self._code.look,
         )
         done = len(table.runs) - len(missing)
         if not missing:
@@ -199,6 +202,7 @@ class SweepFlow:
             flow,
             options.fixed,
             self._log_folder or folder.path / 'log',
+            self._code,
             may_build=may_build,
         )
         goal = Goal(

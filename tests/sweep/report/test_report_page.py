@@ -102,6 +102,21 @@ def test_what_a_page_shows() -> None:
     assert not reader.tags & {'script', 'img', 'link', 'iframe'}
 
 
+def test_mixed_versions_of_the_code_are_shown() -> None:
+    table = run_table({'seed': '1..3'})
+    results = {
+        n: RunResult(n, 'succeeded', commit='abc', fingerprint=f'f{n == 3}')
+        for n in (1, 2, 3)
+    }
+    text = read(page_of(table, results)).text
+    assert 'These results are of 2 versions of the code' in text
+    assert 'abc, fTrue' in text
+    assert 'fingerprint' in text.split('All runs')[1]
+    text = read(page_of(table, {1: results[1]})).text
+    assert 'versions' not in text
+    assert 'Code (commit, fingerprint): abc, fFalse' in text
+
+
 def test_a_page_loads_nothing() -> None:
     page = page_of(run_table({'a': '1..3'}), {1: RunResult(1, 'succeeded')})
     assert 'http:' not in page

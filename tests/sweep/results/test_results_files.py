@@ -19,6 +19,8 @@ from colcon_yamllaunch.sweep.results.results_folder import ResultsFolder
 from colcon_yamllaunch.sweep.results.results_folder import SweepDefinition
 from colcon_yamllaunch.sweep.results.run_result import result_from_json
 from colcon_yamllaunch.sweep.results.run_result import RunResult
+from colcon_yamllaunch.sweep.results.run_result import versions_of
+from colcon_yamllaunch.sweep.results.sweep_journal import Code
 from colcon_yamllaunch.sweep.results.sweep_journal import SweepJournal
 from colcon_yamllaunch.sweep.results.sweep_junit import junit_report
 from colcon_yamllaunch.sweep.table.run_table import run_table
@@ -63,11 +65,35 @@ def test_a_line_that_is_torn_is_passed_over(tmp_path: Path) -> None:
     assert SweepJournal(path).results == {1: GOOD, 3: BAD}
 
 
+def test_versions_of_the_code_differ_in_what_they_share(
+    tmp_path: Path,
+) -> None:
+    """Runs may use other files, which makes no other version."""
+    path = tmp_path / 'journal.jsonl'
+    journal = SweepJournal(path)
+    first = journal.plan(1, Code('abc', {'a': '1', 'b': '1'}))
+    journal.add(GOOD)
+    journal.close()
+    journal = SweepJournal(path)
+    assert journal.results[1] == replace(GOOD, commit='abc', fingerprint=first)
+    assert journal.plan(2, Code('abc', {'a': '1', 'c': '1'})) == first
+    other = journal.plan(3, Code('abc-dirty', {'a': '1', 'c': '2'}))
+    assert other != first
+    # an edit that is undone
+    assert journal.plan(4, Code('abc', {'c': '1'})) == first
+    journal.add(BAD)
+    assert (BAD.run, journal.results[3].fingerprint) == (3, other)
+    versions = versions_of(journal.results.values())
+    assert list(versions) == [f'abc, {first}', f'abc-dirty, {other}']
+
+
 @pytest.mark.parametrize(
     'line',
     [
         '{"again": [[1], {}, null]}',
         '{"again": {"1": 1}}',
+        '{"planned": 1, "commit": [], "fingerprint": {}}',
+        '{"fingerprint": "a", "parts": {"b": [{}]}}',
         *(
             json.dumps(GOOD.as_json() | values)
             for values in (
@@ -115,14 +141,18 @@ def test_whatever_a_file_has_is_a_result_or_none(values: object) -> None:
 
 
 def test_results_as_a_table() -> None:
-    text = results_csv(TABLE, {1: GOOD, 3: BAD}, ['far'])
+    good = replace(GOOD, commit='abc', fingerprint='f1')
+    text = results_csv(TABLE, {1: good, 3: BAD}, ['far'])
     assert list(csv.reader(io.StringIO(text))) == [
         [
             *('run', 'seed', 'argument outcome', 'repeat', 'outcome'),
-            *('reason', 'seconds', 'far'),
+            *('reason', 'seconds', 'far', 'commit', 'fingerprint'),
         ],
-        ['1', '1', 'a', '1', 'succeeded', '', '1.250', '3.5'],
-        ['3', '1', 'b', '1', 'failed', 'it "stood", still', '2.000', ''],
+        ['1', '1', 'a', '1', 'succeeded', '', '1.250', '3.5', 'abc', 'f1'],
+        [
+            *('3', '1', 'b', '1', 'failed', 'it "stood", still', '2.000'),
+            *('', '', ''),
+        ],
     ]
 
 
@@ -155,13 +185,13 @@ def test_no_value_of_the_table_is_run(value: str, written: str) -> None:
         replace(table, runs=(run,)), {1: result}, ['m', '=evil()']
     )
     head, _, row = text.partition('\n')
-    assert head == "run,a,outcome,reason,seconds,m,'=evil()"
-    assert row == f'1,{written},failed,{written},1.000,{written},\n'
+    assert head.startswith("run,a,outcome,reason,seconds,m,'=evil(),commit")
+    assert row == f'1,{written},failed,{written},1.000,{written},,,\n'
     # what reads RFC 4180 gets one row
     assert len(list(csv.reader(io.StringIO(text, newline='')))) == 2
 
 
-@pytest.mark.parametrize('name', ['seed', 'seconds', 'outcome'])
+@pytest.mark.parametrize('name', ['seed', 'seconds', 'commit'])
 def test_a_metric_with_the_name_of_a_column(name: str) -> None:
     with pytest.raises(UserError, match=f"a column '{name}' already"):
         refuse_columns_twice(['seed'], [name])

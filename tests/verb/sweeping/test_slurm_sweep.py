@@ -77,6 +77,8 @@ def test_an_array_job(queuer: User, slurm: Slurm) -> None:
     assert [row['time'] for row in rows(queuer).values()] == [
         *('1.5', '2.5', '3.5', '4.5')
     ]
+    (version,) = {row['fingerprint'] for row in rows(queuer).values()}
+    assert version
     log = Path(queuer.root / 'r/runs/0002/launch.log').read_text()
     assert 'job ' in log
     assert not slurm.queue()

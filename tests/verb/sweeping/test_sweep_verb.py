@@ -143,12 +143,20 @@ def test_the_same_command_goes_on_and_repeats(sim: User) -> None:
     assert folder.parent.name == 'sweeps'
     again = sweep(sim, *words, code=1)
     assert 'all 2 runs are done already' in again
+    assert 'versions' not in again
     sim.write('sim.sh', 'echo "Goal reached"')
-    assert '2 runs: 2 succeeded' in sweep(sim, *words, '--again', 'failed')
+    repeated = sweep(sim, *words, '--again', 'failed')
+    assert '2 runs: 2 succeeded' in repeated
+    assert 'the code has changed since other runs of this sweep' in repeated
+    assert 'these results are of 2 versions of the code' in repeated
+    assert len({row['fingerprint'] for row in rows(folder)}) == 2
+    assert '2 versions' in (folder / 'report.html').read_text()
     logs = [folder / 'runs' / f'000{n}' / 'launch.log' for n in (1, 2)]
     assert 'reached after' in logs[0].read_text()
     assert 'reached after' not in logs[1].read_text()
-    assert '2 runs: 2 succeeded' in sweep(sim, *words, '--again=all')
+    repeated = sweep(sim, *words, '--again=all')
+    assert '2 runs: 2 succeeded' in repeated
+    assert 'version' not in repeated
     assert 'reached after' not in logs[0].read_text()
 
 
@@ -306,6 +314,8 @@ $(var which).yaml"}
     (folder,) = (user.root / 'log' / 'sweeps').iterdir()
     log = (folder / 'runs' / '0004' / 'launch.log').read_text()
     assert 'hello from two' in log
+    # that runs use other packages makes no other version
+    assert 'versions' not in output
     assert 'Starting' not in sweep(user, *words, '--again', 'all')
 
 
