@@ -15,6 +15,9 @@ import pytest
 
 #: Another user, who owns nothing: `nobody` of Linux.
 OTHER_USER = 65534
+#: Changes the options that it names, of a mount. In a user namespace, mount(8)
+#: would repeat the others with user ids that are not valid there.
+REMOUNT = ('mount', '--options-source=disable', '-o')
 
 needs_other_user = pytest.mark.skipif(
     os.getuid() != 0, reason='only root can give files to another user'

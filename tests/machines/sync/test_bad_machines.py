@@ -15,6 +15,7 @@ from colcon_yamllaunch.machines.sync.tree_entries import packed
 import pytest
 from support.developer import Developer
 from support.hostile import Mounts
+from support.hostile import REMOUNT
 from support.machine_here import MachineHere
 from support.machine_here import ProgramHere
 
@@ -50,16 +51,16 @@ def test_a_full_disk_there(
     with pytest.raises(UserError, match='arm: the disk is full there'):
         developer.sync('a')
     root = developer.machine.root
-    mounts.run('mount', '-o', 'remount,size=8m', str(root))
+    mounts.run(*REMOUNT, 'remount,size=8m', str(root))
     # what came before is not taken for somebody else's
     assert developer.sync('a').built == {'a'}
 
 
 def test_a_read_only_workspace(developer: Developer, mounts: Mounts) -> None:
     root = developer.machine.root
-    mounts.run('mount', '-o', 'remount,size=8m', str(root))
+    mounts.run(*REMOUNT, 'remount,size=8m', str(root))
     developer.sync('a')
-    mounts.run('mount', '-o', 'remount,ro', str(root))
+    mounts.run(*REMOUNT, 'remount,ro', str(root))
     assert developer.sync('a') == Synced()
     developer.write('src/a/config/hello.txt', 'new')
     with pytest.raises(UserError, match=r'arm: .*Read-only file system'):

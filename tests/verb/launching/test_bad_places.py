@@ -5,10 +5,12 @@
 
 from pathlib import Path
 import re
+import shlex
 import signal
 import time
 
 import pytest
+from support.hostile import REMOUNT
 from support.hostile import with_mounts
 from support.user import DEADLINE
 from support.user import User
@@ -43,7 +45,7 @@ def test_an_up_to_date_package_starts_on_a_full_and_a_read_only_disk(
         user,
         f'mount -t tmpfs -o size=8m,mode=755 none {user.root}\n'
         f'cp -a {user.root.parent}/kept {user.root}/src',
-        """
+        f"""
         do_ colcon launch hello hello.yaml
         dd if=/dev/zero of=fill bs=4k status=none 2>/dev/null
         do_ colcon launch hello hello.yaml
@@ -53,7 +55,7 @@ def test_an_up_to_date_package_starts_on_a_full_and_a_read_only_disk(
         do_ colcon launch hello hello.yaml
         rm fill more
         do_ colcon launch hello hello.yaml
-        mount -o remount,ro .
+        {shlex.join(REMOUNT)} remount,ro .
         do_ colcon launch hello hello.yaml
         do_ colcon run hello hello.sh
         """,
