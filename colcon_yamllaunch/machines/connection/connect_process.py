@@ -10,6 +10,7 @@ import os
 import shutil
 import signal
 import time
+from typing import Any
 
 from colcon_yamllaunch.machines.connection.connection_keeper import KEEPER
 
@@ -59,25 +60,30 @@ class ConnectProcess:
         ]
         if not asks:
             actions.append((os.POSIX_SPAWN_DUP2, its_errors, 2))
-        own = {'setpgroup': 0} if asks else {'setsid': True}
+        more: dict[str, Any] = {
+            'setsigmask': (),
+            'setsigdef': (signal.SIGINT, signal.SIGTERM, signal.SIGPIPE),
+            **({'setpgroup': 0} if asks else {'setsid': True}),
+        }
         try:
-            self.pid = os.posix_spawn(
-                program,
-                list(command),
-                environment,
-                file_actions=actions,
-                setsigmask=(),
-                setsigdef=(signal.SIGINT, signal.SIGTERM, signal.SIGPIPE),
-                **own,
-            )
+            if kept:
+                self.pid = KEEPER.spawn(
+                    program, command[1:], environment, actions, **more
+                )
+            else:
+                self.pid = os.posix_spawn(
+                    program,
+                    list(command),
+                    environment,
+                    file_actions=actions,
+                    **more,
+                )
         except BaseException:
             self._close()
             raise
         finally:
             for descriptor in (its_input, its_output, its_errors):
                 os.close(descriptor)
-        if kept:
-            KEEPER.keep(self.pid)
         for descriptor in (self.stdin, self.stdout):
             with suppress(OSError):
                 _enlarge(descriptor)

@@ -9,10 +9,13 @@ reads it any more. Before a launch runs there is no guard that would end it, so
 a shell does, which gets the process ids and waits for the launcher's end.
 """
 
+from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
 import os
 import signal
 import threading
+from typing import Any
 
 #: Reads lines `+ PID` and `- PID`; at their end it stops the groups that are
 #: left. A line `.` ends it, as processes that were forked may have the pipe
@@ -31,6 +34,15 @@ sleep 2
 for pid in $pids; do kill -s KILL -- "-$pid"; done 2>/dev/null
 """
 _SHELL = '/bin/sh'
+#: Registers a process before it becomes its program, so that there is no
+#: moment at which only the launcher knows it.
+_REGISTER = """\
+trap '' PIPE
+echo "+ $$" >&3
+exec 3>&-
+trap - PIPE
+exec "$@"
+"""
 
 
 class ConnectionKeeper:
@@ -42,13 +54,35 @@ class ConnectionKeeper:
         self._pipe = -1
         self._kept: set[int] = set()
 
-    def keep(self, pid: int) -> None:
-        """Have the group of a process ended."""
+    def spawn(
+        self,
+        program: str,
+        arguments: Sequence[str],
+        environment: Mapping[str, str],
+        file_actions: Sequence[tuple[int, int, int]],
+        **more: Any,
+    ) -> int:
+        """
+        Start a process whose group is ended, and return its id.
+
+        :param more: Further arguments of :func:`os.posix_spawn`
+        :raises OSError: when it cannot be started
+        """
         with self._lock:
             if not self._pid:
                 self._start()
+            pid = os.posix_spawn(
+                _SHELL,
+                [_SHELL, '-c', _REGISTER, _SHELL, program, *arguments],
+                environment,
+                file_actions=[
+                    *file_actions,
+                    (os.POSIX_SPAWN_DUP2, self._pipe, 3),
+                ],
+                **more,
+            )
             self._kept.add(pid)
-            self._write(f'+ {pid}\n')
+            return pid
 
     def release(self, pid: int) -> None:
         """Leave a process alone, as it has ended and was waited for."""
