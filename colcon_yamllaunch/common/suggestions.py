@@ -4,12 +4,22 @@
 """The nearest name to one that does not exist."""
 
 from collections.abc import Iterable
+import os
 
 #: How alike two names must be to suggest one for the other, from 0 to 1.
 CUTOFF = 0.6
 #: In how many characters a name may differ from what is a slip of it, those of
 #: both together: two are exchanged or one is another, and one is missing.
 SLIP = 3
+# the Debian packages of programs of other names that launch files start
+_DEBIAN_PACKAGES = {
+    'gzclient': 'gazebo',
+    'gzserver': 'gazebo',
+    'ifconfig': 'net-tools',
+    'ping': 'iputils-ping',
+    'pip': 'python3-pip',
+    'x-terminal-emulator': 'xterm',
+}
 
 
 def nearest(word: str, names: Iterable[str]) -> str | None:
@@ -44,6 +54,21 @@ def did_you_mean(word: str, names: Iterable[str]) -> str | None:
 def one_of(word: str, names: Iterable[str]) -> str:
     """Return the way out when a word is none of the names."""
     return did_you_mean(word, names) or f'it is one of {", ".join(names)}'
+
+
+def way_to_program(name: str, cwd: str) -> str:
+    """
+    Return the fix for a program that this machine lacks.
+
+    :param name: Its name, or a path, which may be relative to `cwd`
+    """
+    if '/' not in name:
+        package = _DEBIAN_PACKAGES.get(name, name)
+        return f'install it (sudo apt install {package}), or correct the name'
+    path = os.path.normpath(os.path.join(cwd, name))
+    if os.path.isfile(path):
+        return f'make it executable: chmod +x {path}'
+    return f'let there be a program {path}, or correct the path'
 
 
 def listing(names: Iterable[str]) -> str:

@@ -70,15 +70,18 @@ def plan(name: str, cases: Path, prefix: Path, folder: Path) -> Launched:
     refused = Launched(1, output, [], [])
     if evaluation.errors:
         return refused
-    records = []
+    records, is_complete = [], True
     entries = takewhile(_goes_on, evaluation.plan.entries)
     for process in Plan(tuple(entries)).processes():
         record = _record(process, wanted.environment, folder)
         if record is None:
-            return refused
+            is_complete = False
+            continue
         times = 1 + process.respawn * process.respawn_max_retries
         records += [without_places(record, cases, prefix, folder)] * times
-    failed = any('--exit' in record['args'] for record in records)
+    failed = not is_complete or any(
+        '--exit' in record['args'] for record in records
+    )
     return Launched(int(failed), output, records, [])
 
 

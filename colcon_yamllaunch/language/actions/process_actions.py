@@ -13,6 +13,7 @@ import shutil
 from typing import TypeVar
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.suggestions import way_to_program
 from colcon_yamllaunch.language.actions.node_parameters import (
     parameter_arguments,
 )
@@ -22,6 +23,7 @@ from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.attributes import parse_seconds
 from colcon_yamllaunch.language.evaluation.attributes import Word
 from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
+from colcon_yamllaunch.language.evaluation.findings import ProgramUse
 from colcon_yamllaunch.language.evaluation.scope import environment_changes
 from colcon_yamllaunch.language.evaluation.scope import Names
 from colcon_yamllaunch.language.evaluation.values import Value
@@ -51,7 +53,7 @@ class _Program:
     name: str
     argv: Arguments
     text: Text
-    hint: str
+    hint: str | None = None
     package: str | None = None
     node_name: str | None = None
     parameters: tuple[SetParameter, ...] = ()
@@ -67,10 +69,7 @@ def _executable(walk: Walk, attributes: Attributes) -> None:
         return
     argv = _texts(words)
     name = attributes.text('name') or os.path.basename(argv[0] or '')
-    hint = 'install it, or correct the name'
-    _add_process(
-        walk, attributes, _Program(name, [*argv], words[0].text, hint)
-    )
+    _add_process(walk, attributes, _Program(name, [*argv], words[0].text))
 
 
 def _node(walk: Walk, attributes: Attributes) -> None:
@@ -268,7 +267,9 @@ def _add_process(
     uses_shell = attributes.boolean('shell')
     if uses_shell:
         argv = _through_shell(argv)
-    elif uses_shell is False and not (prefix and not walk.is_launch):
+    elif uses_shell is False and (
+        walk.is_launch or not prefix or 'launch-prefix' in attributes
+    ):
         first = prefix[0] if prefix else program.argv[0]
         if first is not None:
             path = _search_path(walk, variables)
@@ -276,6 +277,8 @@ def _add_process(
     if not walk.is_launch:
         return
     name = walk.draft.process_name(program.name)
+    text, hint = _program_text(attributes, program)
+    walk.programs[name] = ProgramUse(walk.place_of(text), hint)
     walk.draft.entries.append(
         Process(
             label=name,
@@ -373,21 +376,42 @@ def _check_program(
     cwd: str,
     path: str | None,
 ) -> None:
-    has_path = '/' in name
-    if has_path:
-        found = walk.is_program(os.path.join(cwd, name))
+    full_path = os.path.join(cwd, name)
+    # a launch goes on without a program that this machine lacks
+    if not (walk.checks_programs or _is_in_package(walk, full_path)):
+        return
+    if '/' in name:
+        found = walk.is_program(full_path)
     else:
         found = path is None or shutil.which(name, path=path) is not None
     if found or any(use.path == name for use in walk.executables):
         return
-    text = attributes.item.texts.get('launch-prefix', program.text)
+    text, hint = _program_text(attributes, program)
     walk.fail(
         error(
             walk.no_program(name),
             text,
-            hint=None if has_path else program.hint,
+            hint=hint or way_to_program(name, cwd),
             may_pass_after_build=True,
         )
+    )
+
+
+def _program_text(
+    attributes: Attributes, program: _Program
+) -> tuple[Text, str | None]:
+    """Return where the first word of a command line is, and the hint."""
+    prefix = attributes.item.texts.get('launch-prefix')
+    return (program.text, program.hint) if prefix is None else (prefix, None)
+
+
+def _is_in_package(walk: Walk, path: str) -> bool:
+    prefixes = ((n, walk.packages.prefix(n)) for n in walk.packages_used)
+    return any(
+        prefix is not None
+        and path.startswith(f'{prefix}/')
+        and f'/{name}/' in path
+        for name, prefix in prefixes
     )
 
 

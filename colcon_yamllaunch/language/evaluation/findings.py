@@ -36,6 +36,19 @@ class ExecutableUse:
 
 
 @dataclass(frozen=True, slots=True)
+class ProgramUse:
+    """
+    The first word of a process's command line in a launch file.
+
+    :param hint: The fix if there is no such program; None if it is to be
+      installed
+    """
+
+    place: Place
+    hint: str | None
+
+
+@dataclass(frozen=True, slots=True)
 class PluginUse:
     """
     A component of a package that the launch loads.
@@ -157,6 +170,9 @@ class Findings:
         self.packages_used: dict[str, Position] = {}
         self.executables: list[ExecutableUse] = []
         self.plugins: list[PluginUse] = []
+        #: The programs of the processes of a launch, by what ROS 2 calls
+        #: these.
+        self.programs: dict[str, ProgramUse] = {}
         #: The containers that components are loaded into.
         self.targets: list[Wanted] = []
         #: Whether there may be nodes whose names are not known.

@@ -45,6 +45,8 @@ class Policy(Findings, Surroundings, ABC):
     #: Whether `$(command …)` and `$(eval …)` do what they say. Else those that
     #: could do harm are left open in a launch.
     runs = False
+    #: Whether a program that this machine lacks is an error.
+    checks_programs = False
 
     def __init__(self, request: Request) -> None:
         Findings.__init__(self)

@@ -62,7 +62,9 @@ MAXIMUM_ROUNDS = 50
 _PROGRAM_PATH = re.compile(r'(.+)/lib/([^/]+)/([^/]+)')
 
 
-def check(request: Request, *, portable: bool) -> Checked:
+def check(
+    request: Request, *, portable: bool, checks_programs: bool = True
+) -> Checked:
     """
     Look a launch file over, with everything that it includes.
 
@@ -70,8 +72,11 @@ def check(request: Request, *, portable: bool) -> Checked:
 
     :param request: The launch file; its launch arguments are sure to be given
     :param portable: Whether to report what ROS 2's launcher does not accept
+    :param checks_programs: Whether all processes run on this machine, so that
+      a program that it lacks is an error
     """
     walk = _Check(request, portable=portable)
+    walk.checks_programs = checks_programs
     walk.launch(request.name, request.path)
     if None not in walk.files.values():
         walk.check_arguments(request)

@@ -10,6 +10,7 @@ action whose condition does not hold is passed over.
 
 from collections.abc import Mapping
 from collections.abc import Sequence
+from dataclasses import field
 from dataclasses import replace
 import importlib
 import math
@@ -21,6 +22,7 @@ from colcon_yamllaunch.language.actions.handlers import HANDLERS
 from colcon_yamllaunch.language.actions.substitution_makers import MAKERS
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import Checked
+from colcon_yamllaunch.language.evaluation.findings import ProgramUse
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Guard
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
@@ -54,12 +56,15 @@ class Evaluation(Checked):
     :param has_run_programs: Whether programs were run, or a launch file in
       Python, which may have read others
     :param growing: What makes more of it while it runs, if anything does
+    :param programs: Where launch files in YAML and XML name the programs, by
+      what ROS 2 calls the processes
     """
 
     plan: Plan
     inputs: tuple[str, ...] = ()
     has_run_programs: bool = False
     growing: 'Growing | None' = None
+    programs: Mapping[str, ProgramUse] = field(default_factory=dict)
 
 
 def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
@@ -102,6 +107,7 @@ def evaluate(request: Request, *, runs: bool = True) -> Evaluation:
         tuple(walk.inputs),
         walk.has_run_programs or walk.has_python,
         growing,
+        walk.programs,
     )
 
 

@@ -37,6 +37,7 @@ from colcon_yamllaunch.verb.cli.option_table import TEXT
 from colcon_yamllaunch.verb.cli.target import Target
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.preflight import invalid_manifests
+from colcon_yamllaunch.verb.launching.preflight import missing_programs
 from colcon_yamllaunch.verb.launching.preflight import undeclared_imports
 from colcon_yamllaunch.verb.launching.preflight import undeclared_packages
 from colcon_yamllaunch.verb.launching.preflight import unknown_executables
@@ -85,7 +86,11 @@ def inspect(flow: LaunchFlow, options: LaunchOptions) -> int:
 def _check(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
     targets = _launch_files(flow) if options.checks_all else [flow.target()]
     checked = together(
-        check(flow.request(target), portable=options.portable)
+        check(
+            flow.request(target),
+            portable=options.portable,
+            checks_programs=flow.deployment is None,
+        )
         for target in targets
     )
     placement = None
@@ -114,9 +119,22 @@ def _placement_of_check(flow: LaunchFlow) -> '_Placement | None':
     """Return what runs where, as far as that is known without running."""
     if flow.deployment is None:
         return None
-    evaluation = evaluate(flow.request(), runs=False)
+    request = flow.request()
+    evaluation = evaluate(request, runs=False)
     # an argument that has no default is no error of a check
-    return None if evaluation.errors else _Placement(flow, evaluation.plan)
+    if evaluation.errors:
+        return None
+    placement = _Placement(flow, evaluation.plan)
+    local = placement.placed.local.processes()
+    missing = missing_programs(
+        local,
+        evaluation.programs,
+        flow.locator,
+        request.environment,
+        'error',
+    )
+    placement.problems += tuple(missing)
+    return placement
 
 
 class _Placement:
@@ -184,7 +202,8 @@ def _show_args(flow: LaunchFlow) -> int:
 
 def _plan(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
     target = flow.target()
-    evaluation = evaluate(flow.request(target), runs=options.runs)
+    request = flow.request(target)
+    evaluation = evaluate(request, runs=options.runs)
     # what cannot be loaded is shown all the same: the rest would go on
     plugins = [
         replace(d, severity='warning')
@@ -209,10 +228,19 @@ def _plan(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
             f'to Python ({place}): launch it'
         )
     setup = str(flow.cwd), flow.setup_script
-    if flow.deployment is None:
+    placement = None if flow.deployment is None else _Placement(flow, plan)
+    local = plan if placement is None else placement.placed.local
+    flow.report(
+        missing_programs(
+            local.processes(),
+            evaluation.programs,
+            flow.locator,
+            request.environment,
+        )
+    )
+    if placement is None:
         _show(form, _PLAN_FORMATS[form](plan, *setup))
         return 0
-    placement = _Placement(flow, plan)
     flow.report(placement.problems)
     placed = placement.placed
     if form == SCRIPT and placed.parts:

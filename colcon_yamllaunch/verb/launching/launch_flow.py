@@ -106,7 +106,9 @@ class LaunchFlow(LaunchPreparation):
                     plan = self._deployed.settled(plan)
                 except GiveUpError as e:
                     return e.returncode
-            return self._run(plan, self._process_environment(), plan_run)
+            environment = self._process_environment()
+            self._warn_of_missing_programs(plan, environment)
+            return self._run(plan, environment, plan_run)
 
     def _run(
         self,

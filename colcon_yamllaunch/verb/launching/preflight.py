@@ -8,12 +8,20 @@ from collections.abc import Container
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
+import os
 from pathlib import Path
+import shutil
 
+from colcon_yamllaunch.common.suggestions import way_to_program
 from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
 from colcon_yamllaunch.language.evaluation.findings import PluginUse
+from colcon_yamllaunch.language.evaluation.findings import ProgramUse
+from colcon_yamllaunch.language.evaluation.values import LeftOpen
+from colcon_yamllaunch.language.evaluation.values import Place
+from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import Severity
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.workspace.packages.manifest import invalid_manifest
 from colcon_yamllaunch.workspace.packages.missing_files import (
@@ -193,6 +201,45 @@ def preflight(
         if reason is not None and reason not in reported:
             reported.add(reason)
             yield Diagnostic('warning', reason, position)
+
+
+def missing_programs(
+    processes: Iterable[Process],
+    uses: Mapping[str, ProgramUse],
+    locator: PackageLocator,
+    environment: Mapping[str, str],
+    severity: Severity = 'warning',
+) -> Iterator[Diagnostic]:
+    """
+    Find processes whose program this machine lacks, and not a package.
+
+    The launch goes on without them, as in ROS 2.
+
+    :param processes: Those that run on this machine
+    :param uses: Where launch files name their programs, if that is known
+    :param environment: The environment of the launch, for its `PATH`
+    """
+    for process in processes:
+        name = process.argv[0]
+        if not isinstance(name, str) or isinstance(name, LeftOpen):
+            continue
+        variables = {**environment, **dict(process.environment)}
+        path = variables.get('PATH') or os.defpath
+        file = os.path.join(process.cwd, name) if '/' in name else name
+        if shutil.which(file, path=path) or locator.owner(file):
+            continue
+        use = uses.get(process.ros_name)
+        place = use.place if use else Place(process.position, 1, ())
+        where = '' if '/' in name else ' on the PATH'
+        yield Diagnostic(
+            severity,
+            f"there is no executable '{name}'{where}, so {process.label} "
+            'cannot be started',
+            place.position,
+            (use and use.hint) or way_to_program(name, process.cwd),
+            place.length,
+            place.includes,
+        )
 
 
 def _used_paths(evaluation: Evaluation) -> dict[str, Position | None]:

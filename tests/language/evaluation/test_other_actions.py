@@ -192,7 +192,7 @@ def test_wrong_length_of_for(launcher):
 def test_all_errors_of_an_evaluation_are_shown(launcher):
     errors = launcher.errors(
         'launch:\n- log: {message: $(var a)}\n'
-        '- group: [log: {message: $(env NO)}, node: {exec: nope}]\n'
+        '- group: [log: {message: $(env NO)}, node: {pkg: nope, exec: nope}]\n'
         '- timer: {period: x, children: [log: {message: $(var b)}]}\n'
         '- log: {message: $(not x)}\n'
     )

@@ -74,7 +74,6 @@ def test_attribute(launcher, attribute, field, expected):
         ('shell: «2»', "'shell' wants a boolean"),
         ('output: «scren»', "'output' cannot be 'scren'"),
         ('launch-prefix: «"a \'b"', 'open quote'),
-        ('launch-prefix: «no-such-program a»', 'no executable'),
     ],
 )
 def test_wrong_attribute(launcher, attribute, message):
@@ -91,11 +90,35 @@ def test_empty_command(launcher, cmd):
 @pytest.mark.parametrize(
     'cmd', ['no-such-program a', './no-such-program', '/bin', 'data.txt']
 )
-def test_missing_program(launcher, cmd):
+def test_missing_command_does_not_stop_the_evaluation(launcher, cmd):
     launcher.write('data.txt', '')
-    error = launcher.error(f'launch:\n- executable: {{cmd: «{cmd}»}}\n')
+    # what starts it warns of it, as it knows on which machine it runs
+    assert launcher.process(f'launch:\n- executable: {{cmd: {cmd}}}\n')
+
+
+def test_missing_program_of_a_package_by_its_path(launcher, monkeypatch):
+    monkeypatch.setattr(launcher.packages, 'may_appear', lambda _path: False)
+    path = '«$(find-pkg-prefix alpha)/lib/alpha/nope»'
+    error = launcher.error(f'launch:\n- executable: {{cmd: {path}}}\n')
     assert 'there is no executable' in error.message
     assert error.may_pass_after_build
+
+
+def test_evaluation_notes_where_the_program_is_named(launcher):
+    evaluation = launcher.good(
+        'launch:\n- executable: {cmd: xterm}\n'
+        '- executable: {cmd: sh, launch-prefix: gdb}\n'
+        '- node: {exec: talker}\n'
+    )
+    uses = list(evaluation.programs.values())
+    assert list(evaluation.programs) == ['xterm-1', 'sh-2', 'talker-3']
+    places = [(u.place.position.line, u.place.position.column) for u in uses]
+    assert places == [(2, 21), (3, 40), (4, 16)]
+    assert [use.hint for use in uses] == [
+        None,
+        None,
+        "name its package with 'pkg'",
+    ]
 
 
 def test_program_on_the_path_of_its_own_environment(launcher):

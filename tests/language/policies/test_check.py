@@ -223,6 +223,14 @@ launch:
 launch:
 - executable: {cmd: «no_such_program --verbose»}
 """,
+    'a launch prefix': """
+launch:
+- executable: {cmd: echo, launch-prefix: «no_such_program -e»}
+""",
+    'a program of no package': """
+launch:
+- node: {exec: «no_such_program»}
+""",
     'a program by its path': """
 launch:
 - executable: {cmd: «$(dirname)/no_such_program»}

@@ -171,6 +171,22 @@ def test_a_launch_without_a_workspace(deployer: Deployer) -> None:
     assert '/homes/arm' in output
 
 
+def test_command_that_only_a_machine_needs_is_looked_for_there(
+    deployer: Deployer,
+) -> None:
+    deployer.write(
+        'a.yaml',
+        'launch: [{executable: {cmd: no_such_command, name: a}}, '
+        '{executable: {cmd: echo all the rest, name: b}}]\n',
+    )
+    output = deployer.launch('a.yaml', '--on', 'arm', code=1)
+    assert 'warning' not in output
+    assert 'a-1: could not be started: there is no program' in output
+    assert 'all the rest\n' in output
+    output = deployer.launch('a.yaml', '--on', 'arm', '--check')
+    assert 'no_such_command' not in output.partition('arm')[0]
+
+
 @pytest.mark.parametrize('how', ['interrupt', 'kill'])
 def test_a_build_there_is_ended_with_the_launch(
     robot: Deployer, sshd: Sshd, how: str

@@ -3,7 +3,17 @@
 
 """The mistakes that a guide warns of: each has a message with its cure."""
 
+from pathlib import Path
+
+from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.verb.launching.preflight import missing_programs
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+import pytest
 from support.user import User
+
+AT = Position('a.yaml', 3, 5)
+NO_PACKAGES = PackageLocator((), Path('/install'), False, {})
 
 NODE = 'launch:\n  - node: {pkg: {name}, exec: hello.sh}\n'
 
@@ -183,3 +193,84 @@ def test_component_that_is_not_registered(user: User) -> None:
     # who only looks is shown the rest as well
     output = user.launch('one', 'one', '--plan')
     assert 'talker, node /talker, package one, plugin one::Talkr' in output
+
+
+def test_launch_goes_on_without_commands_that_this_machine_lacks(
+    user: User,
+) -> None:
+    user.write(
+        'a.yaml',
+        'launch:\n'
+        '- executable: {cmd: no_such_broker -v}\n'
+        '- executable: {cmd: ./start_app.sh}\n'
+        '- executable: {cmd: echo, launch-prefix: "no_such_terminal -e"}\n'
+        '- executable: {cmd: echo all the rest}\n',
+    )
+    output = user.launch('a.yaml', code=1)
+    assert (
+        "a.yaml:2:21: warning: there is no executable 'no_such_broker' on "
+        'the PATH, so no_such_broker-1 cannot be started\n'
+    ) in output
+    assert 'help: install it (sudo apt install no_such_broker)' in output
+    assert "a.yaml:3:21: warning: there is no executable './star" in output
+    assert f'let there be a program {user.root}/start_app.sh' in output
+    assert "a.yaml:4:42: warning: there is no executable 'no_such_te" in output
+    assert 'install no_such_terminal), or correct the name' in output
+    assert output.index('warning') < output.index('started, pid')
+    assert 'all the rest\n' in output
+    assert 'then failed: echo-3 could not be started' in output
+    # the same plan, saved
+    (user.root / 'plan').write_text(user.launch('a.yaml', '--plan=json'))
+    plan = (user.root / 'plan').read_text()
+    (user.root / 'plan').write_text(plan[plan.index('\n{') :])
+    output = user.launch('--from-plan', 'plan', code=1)
+    assert "a.yaml:2:3: warning: there is no executable 'no_such_br" in output
+    assert 'all the rest\n' in output
+    # a check has them as errors
+    output = user.launch('a.yaml', '--check', code=1)
+    assert output.count(': error: there is no executable') == 3
+
+
+def test_program_of_a_package_stays_an_error(user: User) -> None:
+    user.package(
+        'one',
+        'launch:\n'
+        '  - executable: {cmd: $(find-pkg-prefix one)/lib/one/no_such}\n'
+        '  - executable: {cmd: echo all the rest}\n',
+    )
+    output = user.launch('one', 'one', code=1)
+    assert "error: there is no executable '" in output
+    assert 'all the rest' not in output
+
+
+@pytest.mark.parametrize(
+    ('argv', 'path', 'hint'),
+    [
+        (('no_such',), None, 'install it (sudo apt install no_such)'),
+        (('gzserver',), '/nowhere', 'install it (sudo apt install gazebo)'),
+        (('./no_such',), None, 'let there be a program {}/no_such'),
+        (('./data',), None, 'make it executable: chmod +x {}/data'),
+        (('/bin',), None, 'let there be a program /bin'),
+        (('sh',), '/nowhere', 'install it (sudo apt install sh)'),
+    ],
+)
+def test_missing_command_has_a_way_out(
+    tmp_path: Path, argv: tuple[str, ...], path: str | None, hint: str
+) -> None:
+    (tmp_path / 'data').write_text('')
+    own = () if path is None else (('PATH', path),)
+    process = Process('a', argv, str(tmp_path), AT, environment=own)
+    (found,) = missing_programs([process], {}, NO_PACKAGES, {'PATH': '/bin'})
+    assert (found.severity, found.position) == ('warning', AT)
+    assert (found.hint or '').startswith(hint.format(tmp_path))
+
+
+def test_command_on_the_path_of_its_own_environment_is_found(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / 'tool').write_text('#!/bin/sh\n')
+    (tmp_path / 'tool').chmod(0o755)
+    own = (('PATH', str(tmp_path)),)
+    found = Process('a', ('tool',), '/', AT, environment=own)
+    by_path = Process('b', ('./tool',), str(tmp_path), AT)
+    assert not list(missing_programs([found, by_path], {}, NO_PACKAGES, {}))

@@ -187,6 +187,10 @@ class DeployedLaunch:
             self.records = self.machines.records()
         return placed.whole
 
+    def local(self, plan: Plan) -> Plan:
+        """Return what of a plan runs here."""
+        return self.machines.place(plan).local
+
     @property
     def digest(self) -> str:
         """What tells the deployment from others."""

@@ -100,6 +100,7 @@ class LaunchPreparation(LaunchBasis):
         plan = evaluation.plan
         if self._deployed is not None:
             plan = self._deployed.settled(plan)
+        self._warn_of_missing_programs(plan, request.environment)
         return plan, request.environment
 
     def explain(self, target: Target, evaluation: Evaluation) -> None:
@@ -232,6 +233,18 @@ class LaunchPreparation(LaunchBasis):
                 self.builds.tell()
         elif self._options.why:
             self.explain(target, evaluation)
+
+    def _warn_of_missing_programs(
+        self, plan: Plan, environment: Mapping[str, str]
+    ) -> None:
+        from colcon_yamllaunch.verb.launching.preflight import missing_programs
+
+        uses = {} if self.evaluation is None else self.evaluation.programs
+        here = plan if self._deployed is None else self._deployed.local(plan)
+        found = missing_programs(
+            here.processes(), uses, self.locator, environment
+        )
+        self.report(found)
 
     def _check_before_start(self, evaluation: Evaluation) -> None:
         from colcon_yamllaunch.verb.launching.preflight import preflight

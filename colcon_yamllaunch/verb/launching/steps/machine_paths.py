@@ -24,6 +24,8 @@ from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: What is asked of the machine.
 LOOK = 'paths_there.look'
+#: The fix for a program that no package has.
+INSTALL = 'install it there'
 
 
 class Asked(Protocol):
@@ -116,11 +118,13 @@ class PathsThere:
         there = self.folders.text(path)
         who = f'{process.label} runs on {machine}'
         if path == process.argv[0]:
+            way = self._way_to_program(path, process)
             yield Diagnostic(
-                'error',
+                # as on this computer, the launch goes on without it
+                'warning' if way == INSTALL else 'error',
                 f"{who}, and there is no program '{there}' there",
                 process.position,
-                self._way_to_program(path, process),
+                way,
             )
         elif not self.folders.covers(path):
             yield Diagnostic(
@@ -152,7 +156,7 @@ class PathsThere:
             )
         if process.package is not None:
             return f'install the package {process.package} there'
-        return 'install it there'
+        return INSTALL
 
     def _with_folder(self, entry: Entry) -> Entry:
         """Return an entry whose processes run in a folder that is there."""

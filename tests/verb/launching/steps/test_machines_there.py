@@ -3,6 +3,7 @@
 
 """Machines are connected with, given their parts, and left in order."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import ClassVar
@@ -178,12 +179,21 @@ def test_no_part_is_left_when_another_one_does_not_start(contacts):
     assert gpu.is_closed
 
 
-def test_a_program_that_is_missing_is_an_error(contacts):
+@pytest.mark.parametrize(
+    ('package', 'severity', 'hint'),
+    [
+        ('nav2', 'error', 'install the package nav2 there'),
+        (None, 'warning', 'install it there'),
+    ],
+)
+def test_only_a_missing_program_of_a_package_is_an_error(
+    contacts, package, severity, hint
+):
     there = machines()
-    plan = Plan((process('arm', '/missing'),))
+    plan = Plan((replace(process('arm', '/missing'), package=package),))
     (found,) = there.check(begin(there, plan))
-    assert found.severity == 'error'
+    assert found.severity == severity
     assert found.message == (
         "arm│arm runs on arm, and there is no program '/missing' there"
     )
-    assert found.hint == 'install it there'
+    assert found.hint == hint
