@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from dataclasses import replace
+import getpass
 from importlib.util import find_spec
 import os
 from pathlib import Path
@@ -48,6 +49,8 @@ from colcon_yamllaunch.workspace.packages.workspace_root import is_package
 
 #: How long git may take to tell a setting (seconds).
 GIT_TIMEOUT = 10.0
+#: The address of a maintainer who has told git none.
+TODO_EMAIL = 'TODO@example.com'
 
 _BUILD_TYPE = re.compile(r'<build_type\b[^>]*>\s*(\w+)')
 _DEPENDENCY = re.compile(r'[a-zA-Z0-9][a-zA-Z0-9_.+-]*')
@@ -66,9 +69,10 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
     if options.add_node is not None:
         show(_add_node(options.package, options.add_node, cwd, environment))
         return 0
-    package = new_package(
+    name, email, unknown = _maintainer(
         options, lambda name: git_setting(name, cwd, environment)
     )
+    package = new_package(options, name, email)
     folder = destination(options.destination, cwd) / package.name
     try:
         there = next(p for p in (folder, *folder.parents) if p.is_dir())
@@ -86,6 +90,7 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
         )
     make_package(package, folder)
     for warning in (
+        *unknown,
         *_warnings(package, options, environment),
         *_misspelt(options.dependencies, locator),
     ):
@@ -161,14 +166,13 @@ def _root_of(folder: Path) -> Path | None:
         return None
 
 
-def new_package(
-    options: CreateOptions, setting: Callable[[str], str | None]
-) -> NewPackage:
+def new_package(options: CreateOptions, name: str, email: str) -> NewPackage:
     """
     Fill in what the user did not say.
 
-    :param setting: Returns a setting of git, or None
-    :raises UserError: when something cannot be, or is not known
+    :param name: The name of the maintainer
+    :param email: The address of the maintainer
+    :raises UserError: when something cannot be
     """
     check_package_name(options.package, options.build_type)
     node = options.node or default_node_name(options.package)
@@ -181,10 +185,6 @@ def new_package(
         )
     node = node.removesuffix('.py').removesuffix('.cpp')
     check_node_name(node, options.build_type, is_cpp)
-    name = options.maintainer_name or setting('user.name')
-    email = options.maintainer_email or setting('user.email')
-    if not name or not email:
-        raise UserError(_no_maintainer(name, email))
     return NewPackage(
         name=options.package,
         build_type=options.build_type,
@@ -198,6 +198,42 @@ def new_package(
             options.description or f'The node {node} and its launch file.'
         ),
     )
+
+
+def _maintainer(
+    options: CreateOptions, setting: Callable[[str], str | None]
+) -> tuple[str, str, list[str]]:
+    """
+    Return the name and address of the maintainer, and a warning, if any.
+
+    :param setting: Returns a setting of git, or None
+    """
+    name = options.maintainer_name or setting('user.name')
+    email = options.maintainer_email or setting('user.email')
+    missing = []
+    if not name:
+        missing.append('name')
+        name = _login_name()
+    if not email:
+        missing.append('e-mail address')
+        email = TODO_EMAIL
+    if not missing:
+        return name, email, []
+    warning = (
+        f'git knows no {" and ".join(missing)}, so package.xml names '
+        f'{name} <{email}> as the maintainer: correct that there, and tell '
+        "git once: git config --global user.name 'NAME' and "
+        'git config --global user.email ADDRESS'
+    )
+    return name, email, [warning]
+
+
+def _login_name() -> str:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        # a container may run as a user that has no name
+        return 'TODO'
 
 
 def git_setting(
@@ -250,20 +286,6 @@ def _dependencies(options: CreateOptions, is_cpp: bool) -> Iterator[str]:
                 f"--dependencies: '{name}' is no name of a package"
             )
         yield name
-
-
-def _no_maintainer(name: str | None, email: str | None) -> str:
-    missing = ' and '.join(
-        what
-        for what, value in (('name', name), ('e-mail address', email))
-        if not value
-    )
-    return (
-        f'package.xml needs a maintainer, and git knows no {missing}: give '
-        '--maintainer-name and --maintainer-email, or tell git once: '
-        "git config --global user.name 'NAME' and "
-        'git config --global user.email ADDRESS'
-    )
 
 
 def _one_line(text: str) -> str:

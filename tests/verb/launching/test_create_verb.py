@@ -229,14 +229,36 @@ def test_dependencies_that_are_misspelt(developer: User) -> None:
 
 
 def test_maintainer(developer: User) -> None:
-    Path(developer.environment['HOME'], '.gitconfig').unlink()
-    message = error(developer, 'my_pkg', '--maintainer-name', 'Ada')
-    assert 'git knows no e-mail address: give' in message
-    assert '--maintainer-email' in message
     who = ['--maintainer-name', 'Ada', '--maintainer-email']
     message = error(developer, 'my_pkg', *who, 'ada@localhost')
     assert 'Invalid email "ada@localhost"' in message
-    create(developer, 'my_pkg', *who, 'ada@example.com')
+    done = create(developer, 'my_pkg', *who, 'ada@example.com')
+    assert 'maintainer' not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ('settings', 'missing', 'maintainer'),
+    [
+        ('', 'name and e-mail address', 'grace <TODO@example.com>'),
+        ('name = Ada', 'e-mail address', 'Ada <TODO@example.com>'),
+        ('email = a@example.com', 'name', 'grace <a@example.com>'),
+    ],
+)
+def test_maintainer_whom_git_does_not_know_is_the_login_name(
+    developer: User, settings: str, missing: str, maintainer: str
+) -> None:
+    home = Path(developer.environment['HOME'])
+    (home / '.gitconfig').write_text(f'[user]\n{settings}\n')
+    developer.environment['LOGNAME'] = 'grace'
+    done = create(developer, 'my_pkg', '--license', 'MIT')
+    (warning,) = done.stderr.splitlines()
+    assert f'warning: git knows no {missing}, so package.xml' in warning
+    assert f' {maintainer} ' in warning
+    manifest = developer.root / 'src/my_pkg/package.xml'
+    root = ET.parse(manifest).getroot()
+    element = root.find('maintainer')
+    assert element is not None
+    assert f'{element.text} <{element.get("email")}>' == maintainer
 
 
 @pytest.mark.parametrize(
