@@ -143,11 +143,11 @@ def _add_node(
     if added.is_ros:
         lines.append(
             f'  - node: {{pkg: {name}, exec: {added.executable}, '
-            f'name: {node}, output: screen}}'
+            f'name: {node}, output: both}}'
         )
     else:
         program = f'$(find-pkg-prefix {name})/lib/{name}/{added.executable}'
-        lines.append(f'  - executable: {{cmd: {program}, output: screen}}')
+        lines.append(f'  - executable: {{cmd: {program}, output: both}}')
     return '\n'.join(lines)
 
 

@@ -67,6 +67,9 @@ def launch_and_test(user: User, made: str, greeting: str) -> None:
     command = made.rpartition('Try it:')[2].strip()
     launch = user.start(*shlex.split(command))
     launch.wait_for(f'{greeting} 2')
+    logs = user.start('colcon', 'launch', '--logs')
+    logs.wait_for(f'{greeting} 1')
+    logs.interrupt()
     assert launch.interrupt() == 0, launch.output
     for words in (['test'], ['test-result', '--verbose']):
         test = user.start('colcon', *words)

@@ -5,7 +5,7 @@ launch:
       pkg: @(name)
       exec: @(executable)
       name: @(node)
-      output: screen
+      output: both
       param:
         - from: $(find-pkg-share @(name))/config/@(name).yaml
 @[else]@
@@ -13,5 +13,5 @@ launch:
       cmd: >-
         $(find-pkg-prefix @(name))/lib/@(name)/@(executable)
         --settings $(find-pkg-share @(name))/config/@(name).ini
-      output: screen
+      output: both
 @[end if]@

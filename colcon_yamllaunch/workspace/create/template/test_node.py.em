@@ -1,4 +1,5 @@
 # Run them:    colcon test --packages-select @(name)
+# When the node does something else, test that here instead.
 """Tests of the node `@(node)`."""
 
 from pathlib import Path
