@@ -12,6 +12,7 @@ from functools import cache
 from graphlib import CycleError
 from graphlib import TopologicalSorter
 from pathlib import Path
+import subprocess
 
 import pytest
 from support.sources import modules
@@ -116,3 +117,25 @@ def test_no_modules_import_one_another_in_a_circle() -> None:
 @pytest.mark.parametrize('depth', [1, 2])
 def test_arrows_between_folders_go_one_way(depth: int) -> None:
     assert circle(folded(imports(), depth)) == []
+
+
+def test_symlinks_stay_in_the_repository() -> None:
+    root = PACKAGE.parent
+    try:
+        listed = subprocess.run(
+            ['git', 'ls-files', '--stage', '-z'],
+            cwd=root,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip('this is no clone of the repository, or git is missing')
+    links = [
+        root / entry.partition('\t')[2]
+        for entry in listed.split('\0')
+        if entry.startswith('120000')
+    ]
+    for link in links:
+        # a missing target and a circle are errors
+        assert link.resolve(strict=True).is_relative_to(root.resolve()), link
