@@ -3,13 +3,14 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Measure `colcon sweep` beside the runs themselves, and beside Slurm.
+Measure `colcon sweep` beside the runs themselves, GNU parallel and Slurm.
 
 usage: python benchmarks/sweep.py [--runs N] [--jobs N] [WORD ...]
 
-It needs the extra `test`, and for one row Slurm. Prints a table: what was
-measured, the figure, what it is to be seen beside, and the one to reach. A
-row is measured if it contains one of the words; without words all are.
+It needs the extra `test`, and for two rows GNU parallel and Slurm. Prints a
+table: what was measured, the figure, what it is to be seen beside, and the one
+to reach. A row is measured if it contains one of the words; without words all
+are.
 
 A run is a launch of one process that takes 0.1 s. The sum over the jobs is
 what runs of that length would take if nothing else did.
@@ -23,6 +24,8 @@ import os
 from pathlib import Path
 import re
 import resource
+import shutil
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -44,6 +47,9 @@ launch:
   - executable: {{cmd: sleep {LENGTH}}}
 """
 PATIENCE = 3600
+#: Runs at a time beside GNU parallel, and how often both are measured.
+AT_ONCE = 16
+ROUNDS = 3
 
 
 @dataclass(frozen=True)
@@ -125,6 +131,41 @@ def processors(user: User, runs: int, jobs: int) -> tuple[str, str]:
     )
 
 
+def beside_parallel(user: User, runs: int) -> tuple[str, str]:
+    """Measure a sweep and GNU parallel by turns."""
+    ours, theirs = [], []
+    jobs = ('--jobs', str(AT_ONCE))
+    numbers = [str(number) for number in range(1, runs + 1)]
+    for turn in range(ROUNDS):
+        ours.append(
+            cost_of(
+                user,
+                *('colcon', 'sweep', 'sim.yaml', f'seed:=1..{runs}'),
+                *(*jobs, '--results', f'parallel-{turn}'),
+            )
+        )
+        theirs.append(
+            cost_of(
+                user,
+                # the number becomes a comment
+                *('parallel', *jobs, f'sleep {LENGTH} #', ':::', *numbers),
+            )
+        )
+    ratio = statistics.median(
+        one.seconds / other.seconds
+        for one, other in zip(ours, theirs, strict=True)
+    )
+    return (
+        f'{ratio:.2f} x, {_each(ours, runs)}',
+        f'GNU parallel: {_each(theirs, runs)}',
+    )
+
+
+def _each(costs: list[Cost], runs: int) -> str:
+    cpu = statistics.median(cost.cpu for cost in costs) / runs
+    return f'{1000 * cpu:.0f} ms a run'
+
+
 def through_slurm(user: User, runs: int) -> tuple[str, str]:
     """Measure a sweep by Slurm, and an array of as many empty tasks."""
     with (
@@ -158,6 +199,12 @@ def rows(user: User, runs: int, jobs: int) -> Iterator[Row]:
     )
     fewer = max(2, runs // 10)
     yield Row('processors', '', lambda: processors(user, fewer, jobs))
+    if shutil.which('parallel'):
+        yield Row(
+            f'{runs:,} runs, {AT_ONCE} at a time',
+            '1.5 x',
+            lambda: beside_parallel(user, runs),
+        )
     if not why_not():
         yield Row(
             f'{runs:,} runs by Slurm', '', lambda: through_slurm(user, runs)

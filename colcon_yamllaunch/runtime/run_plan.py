@@ -50,8 +50,8 @@ from colcon_yamllaunch.runtime.screen.line_formats import LOG_FORMAT
 from colcon_yamllaunch.runtime.screen.presentation import present
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.runtime.screen.screen import Screen
-from colcon_yamllaunch.runtime.stopping.guard_link import BeginGuard
 from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
+from colcon_yamllaunch.runtime.stopping.guard_link import Guards
 from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
 from colcon_yamllaunch.runtime.streams.relay import Recorder
 from colcon_yamllaunch.runtime.streams.signals import caught
@@ -94,7 +94,7 @@ def run_plan(
     elsewhere: 'Elsewhere | None' = None,
     companion: 'LaunchCompanion | None' = None,
     terminal_size: os.terminal_size | None = None,
-    begin_guard: BeginGuard | None = None,
+    guards: Guards | None = None,
 ) -> int:
     """
     Run a plan to its end, and return the exit code.
@@ -140,7 +140,7 @@ def run_plan(
       is shown then
     :param terminal_size: The size of terminals of processes at first, by
       default that of the stream
-    :param begin_guard: Starts the guard, by default as a new program
+    :param guards: Starts the guard, by default as a new program
     :raises UserError: before anything is started, when the environment lacks
       what the plan needs
     :raises OutputError: at the end, when output could not be shown; not when
@@ -170,7 +170,7 @@ def run_plan(
 
         # what ends it all, come what may; helpers are told from orphans before
         # the guard is there, which is a child, too
-        adoption = _adopt(changes, source, elsewhere, stack)
+        adoption = _adopt(changes, source, elsewhere, guards, stack)
         buffering = LineBuffering(environment.get('PATH', os.defpath))
         settings = Settings(
             identity or new_identity(),
@@ -184,7 +184,7 @@ def run_plan(
             tty,
             terminal_size,
         )
-        guard = _guard(settings.identity, begin_guard, screen, stack)
+        guard = _guard(settings.identity, guards, screen, stack)
         launch_record = LaunchRecord(settings.identity)
         files = _parameter_files(guard, launch_record, stack)
 
@@ -280,10 +280,13 @@ def _adopt(
     changes: 'PlanChanges | None',
     source: PlanSource | None,
     elsewhere: 'Elsewhere | None',
+    guards: Guards | None,
     stack: ExitStack,
 ) -> Adoption:
     """Have orphans of the launch become our children, but no helpers."""
     helpers: set[int] = set()
+    if guards is not None:
+        helpers.add(guards.pid)
     if changes is not None:
         stack.callback(changes.close)
         helpers.update(changes.pids)
@@ -298,11 +301,11 @@ def _adopt(
 
 def _guard(
     identity: str,
-    begin: BeginGuard | None,
+    guards: Guards | None,
     screen: Screen,
     stack: ExitStack,
 ) -> GuardLink:
-    guard = GuardLink(identity, begin)
+    guard = GuardLink(identity, guards)
     try:
         guard.start()
     except OSError as error:

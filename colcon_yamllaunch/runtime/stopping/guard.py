@@ -15,6 +15,7 @@ takes no signal but SIGKILL, and never outlives its work.
 
 The launcher sends messages, each an array of frames in JSON:
 
+- `["dismissed"]`: the launch has ended;
 - `["start", NUMBER, GROUP, SIGTERM_TIMEOUT, SIGKILL_TIMEOUT]`;
 - `["end", GROUP]`: nothing is in the group any more;
 - `["output", KEY, NUMBER, LABEL, FILES, COMMON_FILE]`, with a descriptor to
@@ -59,6 +60,9 @@ from colcon_yamllaunch.runtime.stopping.launch_scan import Known
 from colcon_yamllaunch.runtime.stopping.orphaned_output import HeldOutput
 from colcon_yamllaunch.runtime.stopping.orphaned_output import OrphanedOutput
 from colcon_yamllaunch.runtime.streams.channels import writer_link
+
+#: The message of a launcher whose launch has ended.
+DISMISSED = ['dismissed']
 
 
 class GuardedLaunch(Targets):
@@ -124,6 +128,12 @@ class GuardedLaunch(Targets):
             case ['socket' | 'folder' | 'record' as kind, *place]:
                 self.places.setdefault(kind, []).append(Place(*place))
 
+    def forget(self) -> None:
+        """Close what the launcher has not taken back."""
+        self._drop_terminal()
+        for output in self.outputs.values():
+            os.close(output.descriptor)
+
     def groups(self) -> dict[int, int]:
         """Return the groups whose leader runs, and is not somebody else."""
         return {
@@ -179,22 +189,26 @@ def main() -> None:
     launcher.
     """
     identity, session = sys.argv[1:]
-    guard(identity, int(session))
+    guard(identity, int(session), socket.socket(fileno=0))
 
 
-def guard(identity: str, session: int) -> None:
+def guard(identity: str, session: int, connection: socket.socket) -> None:
     """
-    Guard a launch; the socket to its launcher is standard input.
+    Guard a launch, until it is dismissed or its launcher is gone.
 
     :param session: The session of the launcher
+    :param connection: The socket to its launcher
     """
     launch = GuardedLaunch(identity, session)
     # each process has up to three descriptors
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
-    for frames, descriptors in _messages(socket.socket(fileno=0)):
+    for frames, descriptors in _messages(connection):
         for frame in frames:
             launch.note(frame, descriptors)
+        if DISMISSED in frames:
+            launch.forget()
+            return
     _take_over(launch)
 
 

@@ -3,7 +3,6 @@
 
 """The launcher's side of the guard."""
 
-from collections.abc import Callable
 from collections.abc import Mapping
 import errno
 import json
@@ -36,21 +35,44 @@ _BLOCKED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 Frame = tuple[list[Any], int | None]
 
 
-#: Starts a guard: gets the descriptor of its socket and the identity of the
-#: launch, and returns its process id.
-BeginGuard = Callable[[int, str], int]
+class Guards:
+    """Starts guards, and ends them; each is a new program."""
+
+    #: The process id of a guard that is there before the launch, or 0.
+    pid = 0
+
+    def begin(self, connection: int, identity: str) -> int:
+        """
+        Start a guard, and return its process id.
+
+        :param connection: The descriptor of its socket
+        :param identity: The identity of the launch
+        :raises OSError: when there can be no further process
+        """
+        return _spawn(connection, identity)
+
+    def end(self, pid: int, connection: socket.socket) -> None:
+        """
+        End a guard that is there, without any work for it.
+
+        :param connection: Our end of its socket
+        """
+        del connection
+        # the guard has not been waited for, so the id is still its own
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
 
 
 class GuardLink:
     """
     A guard, and the socket to it.
 
-    :param begin: Starts it; by default it is a new program
+    :param guards: Starts it; by default it is a new program
     """
 
-    def __init__(self, identity: str, begin: BeginGuard | None = None) -> None:
+    def __init__(self, identity: str, guards: Guards | None = None) -> None:
         self._identity = identity
-        self._begin = begin or _spawn
+        self._guards = guards or Guards()
         # what holds now, which another guard is told from the beginning
         self._state: dict[tuple[str, object], Frame] = {}
         self._pending: list[Frame] = []
@@ -70,7 +92,7 @@ class GuardLink:
         ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with its:
             try:
-                self.pid = self._begin(its.fileno(), self._identity)
+                self.pid = self._guards.begin(its.fileno(), self._identity)
             except OSError:
                 ours.close()
                 raise
@@ -234,10 +256,8 @@ class GuardLink:
 
     def dismiss(self) -> None:
         """End the guard without any work for it."""
-        if self.pid:
-            # the guard has not been waited for, so the id is still its own
-            os.kill(self.pid, signal.SIGKILL)
-            os.waitpid(self.pid, 0)
+        if self.pid and self._socket is not None:
+            self._guards.end(self.pid, self._socket)
         self._close()
 
     def abandon(self) -> None:

@@ -25,6 +25,7 @@ _CLONE_NEWNET = 0x40000000
 _MS_REC = 0x4000
 _MS_SLAVE = 0x80000
 _MS_NOSUID_NODEV = 0x6
+_MNT_DETACH = 0x2
 _SIOCSIFFLAGS = 0x8914
 _IFF_UP_RUNNING_MULTICAST = 0x1041
 _SIOCADDRT = 0x890B
@@ -64,9 +65,11 @@ def reason_for_no_network() -> str:
     return '' if said == b'.' else said.decode() or 'it is not allowed'
 
 
-def enter_own_network() -> None:
+def enter_own_network(*, again: bool = False) -> None:
     """
     Be in a network of our own from now on, with all that we start.
+
+    :param again: Whether this process is in one already, which it leaves
 
     :raises OSError: when that is not possible
     """
@@ -85,6 +88,9 @@ def enter_own_network() -> None:
         # what is mounted outside later is to be seen here, but not the other
         # way round
         _mount(b'none', b'/', None, _MS_REC | _MS_SLAVE)
+        if again:
+            # what others left there goes
+            _unmount(_SHARED_MEMORY)
         _mount(b'tmpfs', _SHARED_MEMORY, b'mode=1777', _MS_NOSUID_NODEV)
 
 
@@ -122,6 +128,14 @@ def _mount(
     libc = ctypes.CDLL(None, use_errno=True)
     result = libc.mount(source, target, source, ctypes.c_ulong(flags), options)
     if result:
+        raise _error(ctypes.get_errno())
+
+
+def _unmount(target: bytes) -> None:
+    import ctypes
+
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.umount2(target, _MNT_DETACH):
         raise _error(ctypes.get_errno())
 
 

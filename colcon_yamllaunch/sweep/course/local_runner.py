@@ -4,17 +4,18 @@
 """
 The runs of a sweep on this machine, some at a time.
 
-Each run is a fork of this process, which has imported all and knows the
-workspace, so that it costs little more than its plan. It leads a session of
-its own, in a network of its own where that is possible, and ends when this
-process does, whatever ends that. The next runs are planned while others go
-on, and wait until it is their turn.
+Workers do them: forks of this process, which has imported all and knows the
+workspace. A worker does one run after the other, as most of what a short run
+costs is the memory that a fork copies. Each run has a network of its own where
+that is possible, and ends when this process does, whatever ends that. The next
+runs are planned while others go on, and wait until it is their turn.
 """
 
 from collections import deque
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
+from collections.abc import Mapping
 from contextlib import suppress
 import gc
 import json
@@ -35,6 +36,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.runtime.core.outcome import signal_name
 from colcon_yamllaunch.sweep.course.domain_ids import DomainIds
 from colcon_yamllaunch.sweep.course.domain_ids import VARIABLE
+from colcon_yamllaunch.sweep.course.forked_guard import ForkedGuards
 from colcon_yamllaunch.sweep.course.isolation import end_with
 from colcon_yamllaunch.sweep.course.isolation import enter_own_network
 from colcon_yamllaunch.sweep.course.move_keeper import MoveKeeper
@@ -60,6 +62,10 @@ _AHEAD = 8
 _HURRIES = 3
 _HURRY_INTERVAL = 0.3
 _GO = b'g'
+#: Runs that a worker does, so that it does not grow without end, and bytes of
+#: the number of one.
+_RUNS_OF_WORKER = 100
+_NUMBER = 32
 
 
 class NotBuiltError(Exception):
@@ -77,13 +83,16 @@ class Work(Protocol):
         self, run: Run, folder: Path, variables: dict[str, str]
     ) -> PlannedRun:
         """
-        Plan a run, in a process of its own.
+        Plan a run, in another process.
 
         :param folder: Where its logs go
         :param variables: Variables that its environment has, too
         :raises NotBuiltError: when it needs what is not built
         :raises PlanError: when it cannot be planned
         """
+
+    def leave(self) -> None:
+        """Close what was planned last, in the process that planned it."""
 
     def build(self, run: Run) -> None:
         """
@@ -129,20 +138,30 @@ class Settings:
 
 
 class _Child:
-    """A run that is planned, waits or goes on."""
+    """A worker, whose run is planned, waits or goes on, or that is idle."""
 
     def __init__(
         self, run: Run, pid: int, link: socket.socket, said: int, domain: int
     ) -> None:
-        self.run = run
         self.pid = pid
         self.link = link
         self.said = said
         self.domain = domain
+        self.begin(run)
+
+    def begin(self, run: Run) -> None:
+        """Have another run."""
+        self.run = run
+        self.is_idle = False
         self.is_planned = False
         self.goes_on = False
         self.is_over = False
         self.result: RunResult | None = None
+
+    def rest(self) -> None:
+        """Have none."""
+        self.begin(self.run)
+        self.is_idle = True
 
 
 class LocalRunner:
@@ -164,6 +183,7 @@ class LocalRunner:
         self._watcher = watcher
         self._domains = domains
         self._queue: deque[Run] = deque()
+        self._runs: dict[int, Run] = {}
         # those that need what is not built
         self._unbuilt: list[Run] = []
         self._children: dict[int, _Child] = {}
@@ -182,6 +202,7 @@ class LocalRunner:
         Must be called in the main thread.
         """
         self._queue.extend(runs)
+        self._runs = {run.number: run for run in self._queue}
         # what both have is shared as long as nobody writes to it
         gc.collect()
         gc.freeze()
@@ -223,7 +244,7 @@ class LocalRunner:
         if self.stopped_by is None:
             self._fill()
             self._begin()
-        if not self._children:
+        if all(child.is_idle for child in self._children.values()):
             return bool(self._queue) and self.stopped_by is None
         self._watcher.tick()
         for descriptor, _ in self._poll.poll(self._wait()):
@@ -242,6 +263,9 @@ class LocalRunner:
         """Have the next runs planned."""
         if self._unbuilt:
             return
+        for child in self._children.values():
+            if self._queue and child.is_idle:
+                self._employ(child)
         most = self._settings.jobs + min(self._settings.jobs, _AHEAD)
         while self._queue and len(self._children) < most:
             domain = self._domains.take()
@@ -266,6 +290,17 @@ class LocalRunner:
                     '--jobs'
                 ) from e
 
+    def _employ(self, child: _Child) -> None:
+        """Give the next run to a worker that is idle."""
+        run = self._queue[0]
+        self._settings.clear(run.number)
+        # one that was killed ends in a moment, and another one has the run
+        with suppress(OSError):
+            child.link.send(str(run.number).encode())
+            self._queue.popleft()
+            child.begin(run)
+            self._watcher.planned(run)
+
     def _begin(self) -> None:
         """Let those begin that are planned."""
         running = sum(
@@ -287,7 +322,11 @@ class LocalRunner:
 
     def _build(self) -> None:
         """Build what runs need; all that is planned is planned anew."""
-        waiting = [child.run for child in self._children.values()]
+        waiting = [
+            child.run
+            for child in self._children.values()
+            if not child.is_idle and child.run not in self._unbuilt
+        ]
         self._end_all()
         for run in self._unbuilt:
             self._work.build(run)
@@ -322,7 +361,7 @@ class LocalRunner:
                 child.link.close()
                 os.close(child.said)
             resource.setrlimit(resource.RLIMIT_NOFILE, self._files)
-            _be(run, its, said, domain, settings, self._work)
+            _be(run, its, said, domain, settings, self._work, self._runs)
         its.close()
         child = _Child(run, pid, ours, said, domain)
         self._children[ours.fileno()] = child
@@ -345,40 +384,49 @@ class LocalRunner:
                 child.is_over = True
             case {'not built': True}:
                 self._unbuilt.append(child.run)
-            case {'result': values}:
+            case {'result': values, 'idle': is_idle}:
                 child.result = result_from_json(values)
+                if is_idle and child.result is not None:
+                    self._finish(child, child.result)
+                    child.rest()
             case _:
                 return
 
     def _ended(self, child: _Child) -> None:
+        """Take note that a worker ended, in order or not."""
+        if child.result is not None:
+            self._finish(child, child.result)
         status = self._forget(child)
-        result = child.result
         is_unbuilt = child.run in self._unbuilt
-        if result is None and (is_unbuilt or self.stopped_by is not None):
+        is_done = child.is_idle or child.result is not None
+        if is_done or is_unbuilt or self.stopped_by is not None:
             return
-        if result is None:
-            code = os.waitstatus_to_exitcode(status)
-            how = (
-                f'was killed by {signal_name(-code)}'
-                if code < 0
-                else (f'ended with exit code {code}')
-            )
-            result = RunResult(
-                child.run.number, 'error', f'what launches it {how}'
-            )
+        code = os.waitstatus_to_exitcode(status)
+        how = (
+            f'was killed by {signal_name(-code)}'
+            if code < 0
+            else f'ended with exit code {code}'
+        )
+        reason = f'what launches it {how}'
+        result = RunResult(child.run.number, 'error', reason)
+        self._watcher.done(child.run, result)
+
+    def _finish(self, child: _Child, result: RunResult) -> None:
+        """Keep what came of a run, and what was said as it was planned."""
+        if os.lseek(child.said, 0, os.SEEK_END):
+            _keep(child, self._settings.folder_of(child.run.number))
+            os.ftruncate(child.said, 0)
+            os.lseek(child.said, 0, os.SEEK_SET)
         self._moves.note(result.seconds)
         self._watcher.done(child.run, result)
 
     def _forget(self, child: _Child) -> int:
-        """Reap a run that ends, and return its status."""
+        """Reap a worker that ends, and return its status."""
         del self._children[child.link.fileno()]
         self._poll.unregister(child.link)
         child.link.close()
         _, status = os.waitpid(child.pid, 0)
         self._domains.give_back(child.domain)
-        size = os.lseek(child.said, 0, os.SEEK_END)
-        if size and child.result is not None:
-            _keep(child, self._settings.folder_of(child.run.number))
         os.close(child.said)
         return status
 
@@ -441,9 +489,11 @@ def _be(
     domain: int,
     settings: Settings,
     work: Work,
+    runs: Mapping[int, Run],
 ) -> NoReturn:
-    """Be the process of a run, to its end."""
+    """Be a worker, to its end."""
     parent = os.getppid()
+    guards = ForkedGuards()
     code = 1
     try:
         signal.set_wakeup_fd(-1)
@@ -456,10 +506,19 @@ def _be(
         for descriptor, target in ((null, 0), (said, 1), (said, 2)):
             os.dup2(descriptor, target)
         os.close(null)
-        if settings.own_network:
-            enter_own_network()
-        end_with(parent)
-        _tell(link, _do(run, link, said, domain, settings, work))
+        for left in reversed(range(_RUNS_OF_WORKER)):
+            if settings.own_network:
+                enter_own_network(again=left + 1 < _RUNS_OF_WORKER)
+            end_with(parent)
+            message = _do(run, link, said, domain, settings, work, guards)
+            sys.stdout.flush()
+            sys.stderr.flush()
+            message['idle'] = left > 0 and message.get('idle', True)
+            _tell(link, message)
+            following = link.recv(_NUMBER) if message['idle'] else b''
+            if not following:
+                break
+            run = runs[int(following)]
         code = 0
     except KeyboardInterrupt:
         code = 130
@@ -481,6 +540,7 @@ def _do(
     domain: int,
     settings: Settings,
     work: Work,
+    guards: ForkedGuards,
 ) -> dict[str, Any]:
     """Plan a run, wait until it is its turn, and return what came of it."""
     folder = settings.folder_of(run.number)
@@ -505,10 +565,16 @@ def _do(
         with suppress(OSError):
             _tell(link, {'over': True})
 
-    result = perform(run.number, planned, folder, settings.goal, wait, over)
+    try:
+        result = perform(
+            run.number, planned, folder, settings.goal, guards, wait, over
+        )
+    finally:
+        work.leave()
     if result is None:
         raise KeyboardInterrupt
-    return {'result': result.as_json()}
+    # what the host of a launch file in Python leaves goes with its worker
+    return {'result': result.as_json(), 'idle': planned.source is None}
 
 
 def first_error(text: str) -> str:

@@ -20,7 +20,7 @@ from colcon_yamllaunch.runtime.record.failures import OwnerOf
 from colcon_yamllaunch.runtime.run_plan import run_plan
 from colcon_yamllaunch.runtime.screen.presentation import Presentation
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
-from colcon_yamllaunch.sweep.course.forked_guard import fork_guard
+from colcon_yamllaunch.sweep.course.forked_guard import ForkedGuards
 from colcon_yamllaunch.sweep.results.run_metrics import Metric
 from colcon_yamllaunch.sweep.results.run_metrics import MetricSearch
 from colcon_yamllaunch.sweep.results.run_result import one_reason
@@ -102,6 +102,7 @@ def perform(
     planned: PlannedRun,
     folder: Path,
     goal: Goal,
+    guards: ForkedGuards,
     wait: Callable[[], object] = bool,
     over: Callable[[], object] = bool,
 ) -> RunResult | None:
@@ -110,11 +111,13 @@ def perform(
 
     :param number: Its number
     :param folder: Where its logs go
+    :param guards: Has guarded other launches of this process, and guards it
     :param wait: Returns when its processes may be started; all else is done
       before that
     :param over: Is called when nothing of it runs any more, before all else
       is done that is to be done then
     """
+    before = _processor_time()
     listener = _Listener()
     search = MetricSearch(goal.metrics)
     turn = _Turn(goal, wait, over)
@@ -133,7 +136,7 @@ def perform(
                 owner_of=planned.owner_of,
                 identity=planned.identity,
                 source=planned.source,
-                begin_guard=fork_guard,
+                guards=guards,
             )
         except UserError as e:
             # what the environment lacks; nothing was started
@@ -141,15 +144,19 @@ def perform(
     seconds = time.monotonic() - turn.begun
     if listener.interrupted:
         return None
-    usage = resource.getrusage(resource.RUSAGE_SELF)
     return RunResult(
         number,
         'failed' if code else 'succeeded',
         listener.reason if code else '',
         round(seconds, 3),
         search.found,
-        round(usage.ru_utime + usage.ru_stime, 4),
+        round(_processor_time() - before, 4),
     )
+
+
+def _processor_time() -> float:
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    return usage.ru_utime + usage.ru_stime
 
 
 class _Listener:

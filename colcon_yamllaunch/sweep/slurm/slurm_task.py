@@ -8,6 +8,7 @@ It needs the standard library only, so any Python that the node has will do.
 """
 
 from collections.abc import Mapping
+from contextlib import closing
 import json
 import os
 from pathlib import Path
@@ -16,6 +17,7 @@ import sys
 from colcon_yamllaunch.language.plan.plan_json import plan_from_json
 from colcon_yamllaunch.sweep.course.domain_ids import DomainIds
 from colcon_yamllaunch.sweep.course.domain_ids import VARIABLE
+from colcon_yamllaunch.sweep.course.forked_guard import ForkedGuards
 from colcon_yamllaunch.sweep.course.isolation import enter_own_network
 from colcon_yamllaunch.sweep.course.one_run import perform
 from colcon_yamllaunch.sweep.course.one_run import PlannedRun
@@ -79,7 +81,8 @@ def _result(number: int, folder: Path, common: Common) -> RunResult | None:
     planned = PlannedRun(
         plan_from_json(json.dumps(values['plan'])), environment
     )
-    return perform(number, planned, folder, common.goal)
+    with closing(ForkedGuards()) as guards:
+        return perform(number, planned, folder, common.goal, guards)
 
 
 def environment_here(

@@ -124,6 +124,8 @@ class LaunchVariants:
             flow.close()
             raise
         identity, source = flow.plan_source()
+        uses = self._code.missing(self._uses(flow, plan))
+        self._code.add(uses)
         # what it holds ends with it
         self._planned = flow
         locator = flow.locator
@@ -133,5 +135,5 @@ class LaunchVariants:
             identity,
             source,
             lambda module, user: locator.undeclared_owner(module, user),
-            tuple(self._code.missing(self._uses(flow, plan))),
+            tuple(uses),
         )

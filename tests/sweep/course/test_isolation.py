@@ -10,7 +10,8 @@ import signal
 import socket
 import time
 
-from colcon_yamllaunch.sweep.course.forked_guard import fork_guard
+from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
+from colcon_yamllaunch.sweep.course.forked_guard import ForkedGuards
 from colcon_yamllaunch.sweep.course.isolation import end_with
 from colcon_yamllaunch.sweep.course.isolation import enter_own_network
 from colcon_yamllaunch.sweep.course.isolation import reason_for_no_network
@@ -92,7 +93,8 @@ def test_a_process_ends_with_its_parent() -> None:
 
 def test_a_guard_by_fork_is_called_otherwise() -> None:
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    pid = fork_guard(its.fileno(), f'{1:016x}')
+    guards = ForkedGuards()
+    pid = guards.begin(its.fileno(), f'{1:016x}')
     try:
         its.close()
         deadline = time.monotonic() + DEADLINE
@@ -110,5 +112,26 @@ def test_a_guard_by_fork_is_called_otherwise() -> None:
     finally:
         # with the launcher gone, and nothing to end, it ends
         ours.close()
+        guards.close()
         _, status = os.waitpid(pid, 0)
     assert status == 0
+
+
+def test_a_guard_serves_one_launch_after_the_other() -> None:
+    guards = ForkedGuards()
+    try:
+        first = GuardLink(f'{1:016x}', guards)
+        first.start()
+        pid = first.pid
+        first.dismiss()
+        second = GuardLink(f'{2:016x}', guards)
+        second.start()
+        assert second.pid == pid
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+        second.restart()
+        assert second.pid != pid
+        second.dismiss()
+    finally:
+        guards.close()
+        os.waitpid(guards.pid, 0)

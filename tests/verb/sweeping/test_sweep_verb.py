@@ -13,6 +13,7 @@ import signal
 import subprocess
 import time
 
+from colcon_yamllaunch.sweep.course.isolation import reason_for_no_network
 import pytest
 from support.terminal import Terminal
 from support.user import BLOCKING
@@ -264,13 +265,43 @@ def test_a_sweep_that_is_killed_leaves_nothing(patient: User) -> None:
     assert '4 runs: 4 succeeded' in output
 
 
+def test_runs_of_one_worker_do_not_meet(sim: User) -> None:
+    """A process does one run after the other, each in new surroundings."""
+    if reason_for_no_network():
+        pytest.skip('runs share /dev/shm here')
+    sim.write('sim.sh', 'ls /dev/shm; echo $PPID > by-$1; touch /dev/shm/$1')
+    sweep(sim, 'sim.yaml', 'seed:=1..6', '--jobs', '1', '--results', 'r')
+    workers = {path.read_text() for path in sim.root.glob('by-*')}
+    assert len(workers) < 6
+    for number in range(1, 7):
+        run = sim.root / 'r' / 'runs' / f'000{number}'
+        assert not (run / 'sim-1' / 'stdout.log').read_text()
+
+
+def test_a_worker_that_is_killed_in_a_later_run(patient: User) -> None:
+    for seed in '123':
+        patient.write(f'go-{seed}', '')
+    words = ['sim.yaml', 'seed:=1..5', '--jobs', '1', '--results', 'r']
+    launch = patient.start('colcon', 'sweep', *words)
+    wait((patient.root / 'begun-4').exists)
+    kill_children(launch)
+    patient.write('go-all', '')
+    assert launch.end() == 1
+    assert 'run 4, seed:=4: what launches it was killed' in launch.output
+    wait(lambda: not left(patient))
+
+
+def kill_children(launch: Launch) -> None:
+    """Kill all workers of a sweep."""
+    pid = launch.process.pid
+    children = Path(f'/proc/{pid}/task/{pid}/children').read_text()
+    for child in children.split():
+        os.kill(int(child), signal.SIGKILL)
+
+
 def test_a_run_whose_launcher_is_killed(patient: User) -> None:
     launch = begun(patient)
-    children = Path(
-        f'/proc/{launch.process.pid}/task/{launch.process.pid}/children'
-    )
-    for pid in children.read_text().split():
-        os.kill(int(pid), signal.SIGKILL)
+    kill_children(launch)
     patient.write('go-all', '')
     assert launch.end() == 1
     assert 'what launches it was killed by SIGKILL' in launch.output
