@@ -9,7 +9,36 @@ class UserError(RuntimeError):
     Something that the user can put right, such as the command line.
 
     It is a RuntimeError because colcon shows these without a traceback.
+
+    :param problem: What is wrong
+    :param hint: How to fix it, if that is known
+    :param place: The file that is wrong, with the line if that is known
     """
+
+    def __init__(
+        self,
+        problem: str,
+        hint: str | None = None,
+        *,
+        place: str | None = None,
+    ) -> None:
+        super().__init__(': '.join(filter(None, (place, problem, hint))))
+        self.problem = problem
+        self.hint = hint
+        self.place = place
+
+    def lines(self, command: str) -> str:
+        """
+        Return what to show, in the format of errors in launch files.
+
+        :param command: What stands in front where no file is wrong
+        """
+        text = f'{self.place or command}: error: {self.problem}'
+        if self.hint is None:
+            return text
+        # further lines, such as those of a list, belong to it
+        hint = self.hint.replace('\n', '\n  ')
+        return f'{text}\n  help: {hint}'
 
 
 class WorkspaceError(UserError):

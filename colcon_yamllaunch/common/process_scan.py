@@ -47,8 +47,8 @@ def need_proc() -> None:
     """
     if not os.path.isdir('/proc/self/fd'):
         raise UserError(
-            '/proc is not mounted, where the processes of a launch are '
-            'found: mount -t proc proc /proc'
+            '/proc is not mounted, where the processes of a launch are found',
+            'mount -t proc proc /proc',
         )
 
 

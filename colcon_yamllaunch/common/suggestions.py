@@ -4,7 +4,9 @@
 """The nearest name to one that does not exist."""
 
 from collections.abc import Iterable
+from collections.abc import Mapping
 import os
+import re
 
 #: How alike two names must be to suggest one for the other, from 0 to 1.
 CUTOFF = 0.6
@@ -20,6 +22,7 @@ _DEBIAN_PACKAGES = {
     'pip': 'python3-pip',
     'x-terminal-emulator': 'xterm',
 }
+_PACKAGE_NAME = re.compile('[a-zA-Z][a-zA-Z0-9_-]*')
 
 
 def nearest(word: str, names: Iterable[str]) -> str | None:
@@ -49,6 +52,41 @@ def did_you_mean(word: str, names: Iterable[str]) -> str | None:
     """Return the nearest name as a question, if any is near."""
     name = nearest(word, names)
     return None if name is None else f"did you mean '{name}'?"
+
+
+def no_package(
+    name: str,
+    names: Iterable[str],
+    environment: Mapping[str, str],
+    otherwise: str = 'source the setup.bash of the workspace that has it',
+) -> tuple[str, str | None]:
+    """
+    Return what to say of a package that does not exist, and how to get it.
+
+    :param names: Those of the packages that exist
+    :param environment: The variables that tell the sourced ROS 2
+    :param otherwise: What to do where another workspace has the package
+    """
+    problem = (
+        f"there is no package '{name}' in the workspace or the sourced "
+        'environment'
+    )
+    names = tuple(names)
+    meant = did_you_mean(name, names)
+    # what the command would be made of is written by anybody
+    if not _PACKAGE_NAME.fullmatch(name) or is_slip(name, names):
+        return problem, meant
+    import shutil
+
+    distribution = environment.get('ROS_DISTRO', '<distro>')
+    debian = f'ros-{distribution}-{name.lower().replace("_", "-")}'
+    ways = [f'install it: sudo apt install {debian}']
+    if shutil.which('apt') is None:
+        ways = [f'install it, which on Ubuntu is: sudo apt install {debian}']
+    if 'ROS_DISTRO' not in environment:
+        ways.insert(0, 'source /opt/ros/<distro>/setup.bash first')
+    way = '; or '.join([*ways, otherwise])
+    return problem, way if meant is None else f'{meant} Or {way}'
 
 
 def one_of(word: str, names: Iterable[str]) -> str:

@@ -110,8 +110,9 @@ class SweepReports:
             write_text(path / REPORT, report_page(page))
         except OSError as e:
             raise UserError(
-                f'{path} cannot be written: {e.strerror or e}; what '
-                'journal.jsonl there has is kept, and the same command goes on'
+                f'{path} cannot be written: {e.strerror or e}',
+                'what journal.jsonl there has is kept, and the same command '
+                'goes on',
             ) from e
 
     def is_enough(self, required: float | None) -> bool:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import os
 
 from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.suggestions import no_package
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.evaluation.scope import Scope
 from colcon_yamllaunch.language.evaluation.values import known
@@ -89,10 +90,7 @@ class Surroundings:
 
     def no_package(self, name: str) -> tuple[str, str | None]:
         """Return what to say of a package that is not there: and the hint."""
-        return (
-            f"there is no package '{name}' in the workspace or an underlay",
-            did_you_mean(name, self.packages.names()),
-        )
+        return no_package(name, self.packages.names(), self.environment)
 
     def no_launch_file(
         self, written: str, path: str

@@ -133,6 +133,8 @@ CLIENT_STEADY = 60.0
 CLIENT_PATIENCE = 0.5
 #: How many Pythons of the environment are tried.
 PYTHONS = 4
+#: Seconds that a Python gets to say which modules it does not find.
+INTERPRETER_TIMEOUT = 5.0
 
 #: Bytes of the latest events, and of the latest output, that are kept for
 #: clients of the control socket, and pieces of output at most.

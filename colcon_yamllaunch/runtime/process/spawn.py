@@ -21,7 +21,17 @@ _SIGNALS = sorted(signal.valid_signals() - {signal.SIGKILL, signal.SIGSTOP})
 
 
 class StartError(Exception):
-    """A process cannot be started; the text says why, in one line."""
+    """
+    A process cannot be started; the text says why, in one line.
+
+    :param problem: Why
+    :param hint: How to fix it, if that is known
+    """
+
+    def __init__(self, problem: str, hint: str | None = None) -> None:
+        super().__init__('; '.join(filter(None, (problem, hint))))
+        self.problem = problem
+        self.hint = hint
 
 
 def spawn_process(
@@ -72,7 +82,7 @@ def explained(program: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise StartError(_explanation(error, program)) from error
+        raise _explanation(error, program) from error
     except ValueError as error:
         raise StartError(
             f'{program}: its arguments or its environment cannot be '
@@ -104,21 +114,21 @@ def find_program(name: str, path: str) -> str:
                 return candidate
             denied = denied or candidate
     if denied is not None:
-        raise StartError(_not_executable(denied))
+        raise _not_executable(denied)
     raise StartError(
-        f"there is no program '{name}' in the folders of PATH; "
-        'install it, or give its path'
+        f"there is no program '{name}' in the folders of PATH",
+        'install it, or give its path',
     )
 
 
-def _explanation(error: OSError, program: str) -> str:
+def _explanation(error: OSError, program: str) -> StartError:
     """Say why the system would not start a program, and the way out."""
     if error.errno == errno.EACCES:
         if Path(program).is_dir():
-            return f"'{program}' is a folder, not a program"
+            return StartError(f"'{program}' is a folder, not a program")
         interpreter = _interpreter(program)
         if os.access(program, os.X_OK) and interpreter is not None:
-            return (
+            return StartError(
                 f"the first line of '{_source(program)}' names the "
                 f"interpreter '{interpreter}', which may not be executed"
             )
@@ -128,7 +138,7 @@ def _explanation(error: OSError, program: str) -> str:
     if error.errno == errno.ENOEXEC:
         return _wrong_format(program)
     reason = os.strerror(error.errno) if error.errno else str(error)
-    return f"'{program}': {reason}"
+    return StartError(f"'{program}': {reason}")
 
 
 def _source(program: str) -> str:
@@ -136,13 +146,13 @@ def _source(program: str) -> str:
     return os.path.realpath(program)
 
 
-def _ends_as_on_windows(program: str) -> str:
+def _ends_as_on_windows(program: str) -> StartError:
     """Return what to say of a script with the line ends of Windows."""
-    return (
+    return StartError(
         f"the lines of '{program}' end as on Windows, so its "
-        'interpreter is not found; convert it: '
+        'interpreter is not found',
         # in place of a link, sed would put a copy
-        f"sed -i 's/\\r$//' {_source(program)}"
+        f"convert it: sed -i 's/\\r$//' {_source(program)}",
     )
 
 
@@ -164,7 +174,7 @@ def interpreter_of(program: str, path: str) -> str | None:
     if Path(words[0]).name != 'env':
         return words[0]
     if line.endswith(b'\r'):
-        raise StartError(_ends_as_on_windows(program))
+        raise _ends_as_on_windows(program)
     if len(words) != 2 or set('-=') & set(words[1]):
         return None
     try:
@@ -172,8 +182,8 @@ def interpreter_of(program: str, path: str) -> str | None:
     except StartError:
         raise StartError(
             f"the first line of '{_source(program)}' names the interpreter "
-            f"'{words[1]}', which is not in the folders of PATH; "
-            'install it, or correct the line'
+            f"'{words[1]}', which is not in the folders of PATH",
+            'install it, or correct the line',
         ) from None
 
 
@@ -200,38 +210,40 @@ def _working_directory(path: str) -> Iterator[None]:
         os.close(before)
 
 
-def _not_executable(program: str) -> str:
-    return (
-        f"'{program}' may not be executed; "
-        f'make it executable: chmod +x {program}'
+def _not_executable(program: str) -> StartError:
+    return StartError(
+        f"'{program}' may not be executed",
+        f'make it executable: chmod +x {program}',
     )
 
 
-def _missing(program: str) -> str:
+def _missing(program: str) -> StartError:
     interpreter = _interpreter(program)
     if not Path(program).exists():
-        return f"'{program}' is a link to a file that does not exist"
+        return StartError(
+            f"'{program}' is a link to a file that does not exist"
+        )
     if interpreter is None:
-        return (
+        return StartError(
             f"'{program}' needs a program loader that does not exist here; "
             'it was made for another system'
         )
     if interpreter.endswith('\r'):
         return _ends_as_on_windows(program)
-    return (
+    return StartError(
         f"the first line of '{_source(program)}' names the interpreter "
-        f"'{interpreter}', which does not exist; "
-        'install it, or correct the line'
+        f"'{interpreter}', which does not exist",
+        'install it, or correct the line',
     )
 
 
-def _wrong_format(program: str) -> str:
+def _wrong_format(program: str) -> StartError:
     start = _first_bytes(program)
     if start.startswith(b'\x7fELF'):
-        return f"'{program}' was made for another kind of machine"
+        return StartError(f"'{program}' was made for another kind of machine")
     if not start:
-        return f"'{program}' is empty"
-    return (
+        return StartError(f"'{program}' is empty")
+    return StartError(
         f"'{program}' is no program: a script needs a first line that names "
         'its interpreter, such as #!/usr/bin/env python3'
     )

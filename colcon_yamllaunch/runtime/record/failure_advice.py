@@ -4,6 +4,7 @@
 """What to do about a process that failed, where its last words tell."""
 
 from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -13,7 +14,11 @@ import re
 import signal
 import sys
 
+from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.suggestions import is_slip
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.runtime.core import limits
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.process.line_buffering import (
     LINE_BUFFERED_VARIABLE,
@@ -34,6 +39,12 @@ _KEYBOARD = re.compile(
 )
 # AddressSanitizer, where another library was loaded before
 _NOT_FIRST = 'runtime does not come first in initial library list'
+_FIRST_MISSING = """\
+import sys
+from importlib.util import find_spec
+sys.path[0], *modules = sys.argv[1:]
+print(next((m for m in modules if find_spec(m) is None), ''), end='')
+"""
 _CRASHES = frozenset(
     (signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT, signal.SIGFPE)
 )
@@ -60,6 +71,7 @@ class Advisor:
         parameters_of: ParametersOf = lambda process: process.parameters,
         is_elsewhere: Callable[[str], bool] = lambda _label: False,
     ) -> None:
+        self._environment = environment
         self._path = environment.get('PATH', os.defpath)
         self._owner_of = owner_of
         self._holds_back = holds_back
@@ -95,17 +107,73 @@ class Advisor:
                 )
             missing = _MISSING_MODULE.match(line)
             if missing is not None:
-                owner = self._owner_of(missing[1], process.package)
-                if owner is not None:
-                    return (
-                        f"the package {owner} has the module '{missing[1]}': "
-                        f'add <exec_depend>{owner}</exec_depend> to the '
-                        f'package.xml of {process.package}'
-                    )
-                if self._is_elsewhere(process.label):
-                    return None
-                return self._missing_module(program, missing[1])
+                cure = self._undeclared(missing[1], process.package)
+                if cure is not None or self._is_elsewhere(process.label):
+                    return cure
+                used = self._interpreter(program)
+                return used and (
+                    f"it ran with {used}, which has no module '{missing[1]}'; "
+                    f'{self._cure(program, used, missing[1])}'
+                )
         return None
+
+    def lacks(
+        self, program: str, package: str, modules: Sequence[str]
+    ) -> tuple[str, str, str] | None:
+        """
+        Return a module that the interpreter of a script lacks, if it does.
+
+        Beside it the interpreter, and the way out.
+
+        :param modules: What the script imports
+        """
+        used = self._interpreter(program)
+        if used is None or not os.path.basename(used).startswith('python'):
+            return None
+        folder = os.path.dirname(os.path.realpath(program))
+        there = self._folders(used)
+        # to ask the interpreter takes as long as the start of a program
+        doubtful = [
+            module
+            for module in modules
+            if module not in sys.stdlib_module_names
+            and not _has_module((Path(folder), *there), module)
+        ]
+        missing = doubtful and self._asked(used, folder, doubtful)
+        if not missing:
+            return None
+        cure = self._undeclared(missing, package)
+        return missing, used, cure or self._cure(program, used, missing)
+
+    def _undeclared(self, module: str, package: str | None) -> str | None:
+        owner = self._owner_of(module, package)
+        if owner is None:
+            return None
+        return (
+            f"the package {owner} has the module '{module}': add "
+            f'<exec_depend>{owner}</exec_depend> to the package.xml of '
+            f'{package}'
+        )
+
+    def _asked(
+        self, interpreter: str, folder: str, modules: Sequence[str]
+    ) -> str:
+        """Return the first module that an interpreter does not find."""
+        # few scripts lack one
+        import subprocess
+
+        try:
+            return subprocess.run(
+                [interpreter, '-c', _FIRST_MISSING, folder, *modules],
+                env=dict(self._environment),
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                timeout=limits.INTERPRETER_TIMEOUT,
+                check=False,
+            ).stdout
+        except (OSError, subprocess.TimeoutExpired):
+            return ''
 
     def _debugger(self, program: str, label: str) -> str | None:
         try:
@@ -121,22 +189,37 @@ class Advisor:
             f'--launch-prefix-filter {os.path.basename(program)}'
         )
 
-    def _missing_module(self, program: str, module: str) -> str | None:
+    def _interpreter(self, program: str) -> str | None:
         try:
             program = find_program(program, self._path)
-            used = interpreter_of(program, self._path) or program
+            return interpreter_of(program, self._path) or program
         except StartError:
             return None
-        text = f"it ran with {used}, which has no module '{module}'"
-        # what is installed may be a link to the file that is edited
-        source = os.path.realpath(program)
+
+    def _cure(self, program: str, used: str, module: str) -> str:
+        """Return what to do about a module that an interpreter lacks."""
         for other in self._interpreters():
-            if other != used and _has_module(other, module):
+            if other != used and _has_module(_libraries(other), module):
+                # what is installed may be a link to the file that is edited
+                source = os.path.realpath(find_program(program, self._path))
                 return (
-                    f'{text}; {other} has it: let the first line of '
-                    f'{source} be #!/usr/bin/env python3'
+                    f'{other} has it: let the first line of {source} be '
+                    '#!/usr/bin/env python3'
                 )
-        return f'{text}: install it there, or source the underlay that has it'
+        names = {
+            file.name.partition('.')[0]
+            for folder in self._folders(used)
+            if folder.is_dir()
+            for file in folder.iterdir()
+        } | sys.stdlib_module_names
+        if is_slip(module, names):
+            return did_you_mean(module, names) or ''
+        return 'install it there, or source the setup.bash that has it'
+
+    def _folders(self, interpreter: str) -> list[Path]:
+        """Return the folders in which an interpreter finds packages."""
+        given = split_path(self._environment.get('PYTHONPATH', ''))
+        return [*map(Path, given), *_libraries(interpreter)]
 
     def _interpreters(self) -> Iterator[str]:
         for folder in self._path.split(':'):
@@ -156,11 +239,16 @@ def _program_of(process: Process) -> str:
     return argv[0]
 
 
-def _has_module(interpreter: str, module: str) -> bool:
+def _libraries(interpreter: str) -> Iterator[Path]:
     # where a virtual environment, or an installed Python, keeps its packages
-    library = Path(interpreter).parents[1] / 'lib'
+    return (Path(interpreter).parent.parent / 'lib').glob(
+        'python3*/*-packages'
+    )
+
+
+def _has_module(folders: Iterable[Path], module: str) -> bool:
     return any(
         Path(folder, name).exists()
-        for folder in library.glob('python3*/*-packages')
+        for folder in folders
         for name in (module, f'{module}.py')
     )

@@ -273,8 +273,8 @@ class LocalRunner:
                 if self._children:
                     return
                 raise UserError(
-                    'every ROS_DOMAIN_ID is taken by other sweeps: wait for '
-                    'them'
+                    'every ROS_DOMAIN_ID is taken by other sweeps',
+                    'wait for them',
                 )
             run = self._queue.popleft()
             try:
@@ -286,8 +286,8 @@ class LocalRunner:
                     # when another one has ended, there may be room
                     return
                 raise UserError(
-                    f'no run can be started: {e.strerror or e}; try fewer '
-                    '--jobs'
+                    f'no run can be started: {e.strerror or e}',
+                    'try fewer --jobs',
                 ) from e
 
     def _employ(self, child: _Child) -> None:

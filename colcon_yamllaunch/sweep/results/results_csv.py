@@ -47,7 +47,8 @@ def refuse_columns_twice(
             what = 'a launch argument' if name in known else 'each result'
             raise UserError(
                 f"--metric: results.csv has a column '{name}' already, of "
-                f'{what}: call the metric otherwise'
+                f'{what}',
+                'call the metric otherwise',
             )
 
 

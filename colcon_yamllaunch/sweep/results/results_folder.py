@@ -110,7 +110,8 @@ class ResultsFolder:
         ):
             raise UserError(
                 f"--results: '{path}' has other files than the results of a "
-                'sweep: give a new or an empty folder'
+                'sweep',
+                'give a new or an empty folder',
             )
         if known is not None and self._is_unused():
             # of a sweep that came to nothing, as its command had a mistake
@@ -123,7 +124,8 @@ class ResultsFolder:
             command = known.get('command') if isinstance(known, dict) else ''
             raise UserError(
                 f"--results: '{path}' has the results of another sweep: "
-                f'{command}\n  Give another folder, or delete that one'
+                f'{command}',
+                'give another folder, or delete that one',
             )
         if known is None:
             write_json(
@@ -162,8 +164,8 @@ class ResultsFolder:
                 waited = time.monotonic() - begin
                 if waited > _PATIENCE:
                     raise UserError(
-                        f'another colcon sweep is at work in {self.path}: '
-                        'wait for it, or give another folder with --results'
+                        f'another colcon sweep is at work in {self.path}',
+                        'wait for it, or give another folder with --results',
                     ) from e
                 if waited > _QUIET and not has_said:
                     has_said = True
@@ -195,7 +197,8 @@ class ResultsFolder:
         reason = (error and error.strerror) or 'no permission, or no room'
         return UserError(
             f"the folder for the results, '{self.path}', cannot be written: "
-            f'{reason}; name another one with --results DIR'
+            f'{reason}',
+            'name another one with --results DIR',
         )
 
 

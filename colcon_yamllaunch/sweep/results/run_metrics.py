@@ -43,13 +43,13 @@ def read_metric(option: str, text: str) -> Metric:
     name = name.strip()
     if not is_given or not expression:
         raise UserError(
-            f"{option} is written name=REGEX, not '{text}': such as "
-            r"'distance=drove ([\d.]+) m'"
+            f"{option} is written name=REGEX, not '{text}'",
+            r"such as 'distance=drove ([\d.]+) m'",
         )
     if not _NAME.fullmatch(name):
         raise UserError(
-            f"{option}: '{name}' is no name of a metric: it begins with a "
-            'letter'
+            f"{option}: '{name}' is no name of a metric",
+            'it begins with a letter',
         )
     try:
         pattern = LinePattern(expression)
@@ -60,8 +60,8 @@ def read_metric(option: str, text: str) -> Metric:
     if not pattern.groups:
         raise UserError(
             f"{option}: '{expression}' has no group, so nothing says which "
-            'part of the line is the value: put that in brackets, as in '
-            r"'drove ([\d.]+) m'"
+            'part of the line is the value',
+            r"put that in brackets, as in 'drove ([\d.]+) m'",
         )
     return Metric(name, pattern)
 

@@ -151,6 +151,6 @@ class SweepJournal:
 
     def _failed(self, error: OSError) -> UserError:
         return UserError(
-            f'{self._path} cannot be written: {error.strerror or error}; what '
-            'it has is kept, and the same command goes on from there'
+            f'{self._path} cannot be written: {error.strerror or error}',
+            'what it has is kept, and the same command goes on from there',
         )

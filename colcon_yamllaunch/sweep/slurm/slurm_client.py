@@ -63,8 +63,8 @@ class SlurmClient:
             if shutil.which(name, path=path) is None:
                 raise SlurmError(
                     f"--on slurm needs the command '{name}' of Slurm, and "
-                    'there is none here: go to a machine of the cluster that '
-                    'has it'
+                    'there is none here',
+                    'go to a machine of the cluster that has it',
                 )
         self._has_accounts = shutil.which('sacct', path=path) is not None
 

@@ -211,6 +211,6 @@ class SlurmFiles:
 
 def _unwritable(path: Path, error: OSError) -> UserError:
     return UserError(
-        f"'{path}' cannot be written: {error.strerror or error}; name another "
-        'folder with --results DIR'
+        f"'{path}' cannot be written: {error.strerror or error}",
+        'name another folder with --results DIR',
     )

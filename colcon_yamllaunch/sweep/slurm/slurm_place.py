@@ -54,8 +54,9 @@ def _sbatch_option(option: str, word: str) -> str:
     name = name.strip().removeprefix('--')
     if not _NAME.fullmatch(name):
         raise UserError(
-            f"{option}: '{word}' is no option of sbatch: they are written "
-            'name=value, as in partition=cpu; a comma separates them'
+            f"{option}: '{word}' is no option of sbatch",
+            'they are written name=value, as in partition=cpu; a comma '
+            'separates them',
         )
     if name in _OURS:
         raise UserError(

@@ -84,8 +84,8 @@ def run_table(
     count = len(rows) * prod(map(len, values.values())) * repeats
     if count > MAXIMUM_RUNS:
         raise UserError(
-            f'these are {count:,} runs, and a sweep may have '
-            f'{MAXIMUM_RUNS:,}: give fewer values, or several sweeps'
+            f'these are {count:,} runs, and a sweep may have {MAXIMUM_RUNS:,}',
+            'give fewer values, or several sweeps',
         )
     varied = [n for n in columns if len({row[n] for row in rows}) > 1]
     varied += [name for name, found in values.items() if len(found) > 1]

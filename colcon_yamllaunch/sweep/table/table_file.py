@@ -71,12 +71,13 @@ def parse_table(text: str, shown: str) -> TableFile:
     for line, row in _rows(text, shown):
         if columns is None:
             columns = tuple(cell.strip() for cell in row)
-            _check_columns(columns, f'--table: {shown}:{line}')
+            _check_columns(columns, f'{shown}:{line}')
             continue
         if len(row) != len(columns):
             raise UserError(
-                f'--table: {shown}:{line}: there are {_count(len(row))}, and '
-                f'the first line names {len(columns)}: {", ".join(columns)}'
+                f'there are {_count(len(row))}, and the first line names '
+                f'{len(columns)}: {", ".join(columns)}',
+                place=f'{shown}:{line}',
             )
         rows.append(tuple(row))
         if len(rows) > MAXIMUM_RUNS:
@@ -85,13 +86,16 @@ def parse_table(text: str, shown: str) -> TableFile:
             )
     if columns is None:
         raise UserError(
-            f"--table: '{shown}' is empty: its first line has the names of "
-            'launch arguments, each further one their values for a run'
+            'the table is empty',
+            'its first line has the names of launch arguments, each further '
+            'one their values for a run',
+            place=shown,
         )
     if not rows:
         raise UserError(
-            f"--table: '{shown}' has no run: below its first line, each "
-            'further one has the values for a run'
+            'the table has no run',
+            'below its first line, each further one has the values for a run',
+            place=shown,
         )
     return TableFile(shown, columns, tuple(rows))
 
@@ -107,7 +111,7 @@ def _rows(text: str, shown: str) -> Iterator[tuple[int, list[str]]]:
         except StopIteration:
             return
         except csv.Error as e:
-            raise UserError(f'--table: {shown}:{line}: {e}') from e
+            raise UserError(str(e), place=f'{shown}:{line}') from e
         if any(cell.strip() for cell in row) or len(row) > 1:
             yield line, row
 
@@ -116,18 +120,21 @@ def _check_columns(columns: tuple[str, ...], place: str) -> None:
     for number, name in enumerate(columns, 1):
         if not name:
             raise UserError(
-                f'{place}: column {number} has no name: each is that of a '
-                'launch argument'
+                f'column {number} has no name',
+                'each is that of a launch argument',
+                place=place,
             )
         if columns.index(name) != number - 1:
             raise UserError(
-                f"{place}: the column '{name}' is there twice: each is one "
-                'launch argument'
+                f"the column '{name}' is there twice",
+                'each is one launch argument',
+                place=place,
             )
         if ':=' in name:
             raise UserError(
-                f"{place}: '{name}' is no name of a launch argument: the "
-                'first line has the names, those below it the values'
+                f"'{name}' is no name of a launch argument",
+                'the first line has the names, those below it the values',
+                place=place,
             )
 
 

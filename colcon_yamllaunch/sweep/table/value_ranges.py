@@ -42,8 +42,8 @@ def values_of(name: str, text: str) -> tuple[str, ...]:
     for item in items:
         if not item and len(items) > 1:
             raise UserError(
-                f'{place} a value of the list is empty: there is a comma too '
-                'many'
+                f'{place} a value of the list is empty',
+                'there is a comma too many',
             )
         values.extend(_expanded(item, place))
         if len(values) > MAXIMUM_RUNS:
@@ -52,8 +52,8 @@ def values_of(name: str, text: str) -> tuple[str, ...]:
     for value in values:
         if value in seen:
             raise UserError(
-                f"{place} the value '{value}' comes twice; to run each "
-                'combination several times: --repeat N'
+                f"{place} the value '{value}' comes twice",
+                'to run each combination several times: --repeat N',
             )
         seen.add(value)
     return tuple(values)
@@ -87,8 +87,8 @@ def _expanded(item: str, place: str) -> list[str]:
     if found is None:
         if _NEARLY.fullmatch(item):
             raise UserError(
-                f"{place} the range '{item}' is not made of numbers: it is "
-                'written first..last or first..last..step'
+                f"{place} the range '{item}' is not made of numbers",
+                'it is written first..last or first..last..step',
             )
         return [item]
     first_text, last_text, step_text = found.groups()

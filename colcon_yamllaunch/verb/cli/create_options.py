@@ -11,7 +11,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.verb.cli.option_parser import read_options
 from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
 
-_USAGE = 'Usage: colcon create PKG [options]'
+_USAGE = 'usage: colcon create PKG [options]'
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,14 +39,16 @@ def parse_create_options(known: Any) -> CreateOptions:
     words = known.positionals
     refuse_unknown(words, 'create')
     if not words:
-        swallowed = ''
         if known.dependencies:
-            swallowed = '--dependencies took all that follows it: put it '
-            swallowed += 'behind the name of the package. '
-        raise UserError(f'{swallowed}Which package? {_USAGE}')
+            raise UserError(
+                '--dependencies took all that follows it',
+                'put it behind the name of the package',
+            )
+        raise UserError('there is no name for the package', _USAGE)
     if len(words) > 1:
         raise UserError(
             f"'{words[1]}' is one word too many: one package is made at a "
-            f'time. {_USAGE}'
+            'time',
+            _USAGE,
         )
     return CreateOptions(words[0], **read_options(known, 'create'))

@@ -194,13 +194,13 @@ def _control_options(
     _refuse_options(action, names)
     if action == 'status' and positionals:
         raise UserError(
-            f"--status takes no '{positionals[0]}': it shows all running "
-            'launches; one of them with --of LAUNCH'
+            f"--status takes no '{positionals[0]}'",
+            'it shows all running launches; one of them with --of LAUNCH',
         )
     if action == 'restart' and not (values.restart or positionals):
         raise UserError(
-            "--restart needs the NAME of a process or component; '*' means "
-            'all of them'
+            '--restart needs the NAME of a process or component',
+            "'*' means all of them",
         )
     transition = ''
     if action == 'lifecycle':
@@ -221,7 +221,7 @@ def _refuse_options(action: str, names: Sequence[str]) -> None:
         meant = f"--{action} '*' means all of a launch"
         if action in ('status', 'stop'):
             meant = f"--{action} --of '*' means all launches"
-        raise UserError(f"there is no option '--all': {meant}")
+        raise UserError("there is no option '--all'", meant)
     refuse_unknown(names, 'launch')
 
 
@@ -235,12 +235,12 @@ def _read_transition(words: Sequence[str]) -> tuple[Sequence[str], str]:
         return names, last
     if len(words) < 2:
         raise UserError(
-            '--lifecycle needs the NAME of a lifecycle node and a transition: '
-            f'{", ".join(TRANSITIONS)}'
+            '--lifecycle needs the NAME of a lifecycle node and a transition',
+            f'it is one of {", ".join(TRANSITIONS)}',
         )
     raise UserError(
-        f"--lifecycle: there is no transition '{last}': "
-        f'{one_of(last, TRANSITIONS)}'
+        f"--lifecycle: there is no transition '{last}'",
+        one_of(last, TRANSITIONS),
     )
 
 
@@ -259,8 +259,8 @@ def named(word: str) -> tuple[str, str]:
     name, _, value = word.partition(':=')
     if not name:
         raise UserError(
-            f"the launch argument '{word}' has no name: it is written "
-            'name:=value'
+            f"the launch argument '{word}' has no name",
+            'it is written name:=value',
         )
     return name, value
 
@@ -270,23 +270,26 @@ def _refuse_unclear(options: LaunchOptions) -> None:
         if options.inspects or options.positionals:
             raise UserError('--from-plan FILE takes nothing else to launch')
     elif not (options.positionals or options.schema or options.checks_all):
-        usage = 'colcon launch PKG FILE, or colcon launch path/to/file.yaml'
-        reason = 'there is nothing to launch.'
         if options.paths:
-            reason = (
-                '--paths took all that follows it: put it behind PKG and '
-                "FILE, or '--' after the paths."
+            raise UserError(
+                '--paths took all that follows it',
+                "put it behind PKG and FILE, or '--' after the paths",
             )
-        raise UserError(f'{reason} Usage: {usage}')
+        raise UserError(
+            'there is nothing to launch',
+            'usage: colcon launch PKG FILE, or '
+            'colcon launch path/to/file.yaml',
+        )
     if options.watch is not None and options.timeout and not options.until:
         raise UserError(
-            '--watch goes on until it is stopped: with it, --timeout is for '
-            'what --until waits for'
+            '--watch goes on until it is stopped',
+            'with it, --timeout is for what --until waits for',
         )
     if options.until or options.timeout is None or options.for_ is None:
         return
     raise UserError(
         '--for and --timeout exclude one another: the one ends the launch '
-        'with success, the other with failure. With --until, --timeout is '
-        'for what comes before, and --for for what comes after'
+        'with success, the other with failure',
+        'with --until, --timeout is for what comes before, and --for for '
+        'what comes after',
     )

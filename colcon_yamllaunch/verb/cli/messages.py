@@ -193,7 +193,7 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
             sys.stdout.flush()
         return code
     except UserError as e:
-        say(f'colcon {verb}: error: {e}')
+        say(e.lines(f'colcon {verb}'))
         return 1
     except KeyboardInterrupt:
         return INTERRUPTED

@@ -143,8 +143,8 @@ def refuse_unknown(words: Sequence[str], verb: Verb) -> None:
         name = word.partition('=')[0]
         if verb != 'launch' and name in options_of('launch'):
             raise UserError(
-                f"'colcon {verb}' has no option '{name}': it is one of "
-                "'colcon launch'"
+                f"'colcon {verb}' has no option '{name}'",
+                "it is one of 'colcon launch'",
             )
         meant = [nearest(word, options_of(verb))]
         if verb in ('launch', 'sweep'):
@@ -153,7 +153,7 @@ def refuse_unknown(words: Sequence[str], verb: Verb) -> None:
         hint = f"'colcon {verb} --help' lists the options"
         if listed:
             hint = f'did you mean {listed}?'
-        raise UserError(f"there is no option '{word}': {hint}")
+        raise UserError(f"there is no option '{word}'", hint)
 
 
 def _as_argument(word: str, rest: Sequence[str]) -> str | None:
@@ -191,8 +191,8 @@ def read_value(option: Option, given: Any) -> Any:
     choices = option.value.choices
     if choices and given not in choices:
         raise UserError(
-            f"{option.name} has no format '{given}': it is one of "
-            f'{", ".join(choices)}'
+            f"{option.name} has no format '{given}'",
+            f'it is one of {", ".join(choices)}',
         )
     read = READERS[option.value.kind]
     if isinstance(given, str):
@@ -293,8 +293,8 @@ def read_size(option: str, text: str) -> int | None:
     size = int(float(number) * base ** _POWERS.index(prefix.lower()))
     if size < SMALLEST_LOG_LIMIT:
         raise UserError(
-            f"{option} is at least 1MB, not '{text}'; '{NO_LIMIT}' means no "
-            'limit'
+            f"{option} is at least 1MB, not '{text}'",
+            f"'{NO_LIMIT}' means no limit",
         )
     return size
 

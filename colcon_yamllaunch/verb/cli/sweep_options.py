@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.sweep.slurm.slurm_place import SlurmPlace
 
 _USAGE = (
-    'colcon sweep PKG FILE name:=1..100, or '
+    'usage: colcon sweep PKG FILE name:=1..100, or '
     'colcon sweep path/to/file.yaml name:=1..100'
 )
 
@@ -109,8 +109,9 @@ def parse_sweep_options(known: Any) -> SweepOptions:
     for name, value in map(named, arguments):
         if name in given:
             raise UserError(
-                f"the launch argument '{name}' is given twice; several values "
-                f'are written as one list: {name}:={given[name]},{value}'
+                f"the launch argument '{name}' is given twice",
+                'several values are written as one list: '
+                f'{name}:={given[name]},{value}',
             )
         given[name] = value
     options = SweepOptions(tuple(positionals), given, fixed, **read)
@@ -120,13 +121,12 @@ def parse_sweep_options(known: Any) -> SweepOptions:
 
 def _refuse_unclear(options: SweepOptions) -> None:
     if not options.positionals:
-        reason = 'there is nothing to launch.'
         if options.paths:
-            reason = (
-                '--paths took all that follows it: put it behind PKG and '
-                "FILE, or '--' after the paths."
+            raise UserError(
+                '--paths took all that follows it',
+                "put it behind PKG and FILE, or '--' after the paths",
             )
-        raise UserError(f'{reason} Usage: {_USAGE}')
+        raise UserError('there is nothing to launch', _USAGE)
     names = [metric.name for metric in options.metric]
     for name in names:
         if names.count(name) > 1:
@@ -137,6 +137,7 @@ def _refuse_unclear(options: SweepOptions) -> None:
     if both and not options.until:
         raise UserError(
             '--for and --timeout exclude one another: the one ends a run with '
-            'success, the other with failure. With --until, --timeout is for '
-            'what comes before, and --for for what comes after'
+            'success, the other with failure',
+            'with --until, --timeout is for what comes before, and --for for '
+            'what comes after',
         )

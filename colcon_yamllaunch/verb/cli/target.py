@@ -10,7 +10,6 @@ from pathlib import Path
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import nearest
 from colcon_yamllaunch.verb.cli.log_base import PATH_SUFFIXES
 from colcon_yamllaunch.workspace.packages.launch_files import (
@@ -48,14 +47,14 @@ def path_target(positionals: tuple[str, ...], cwd: Path) -> Target | None:
         _refuse_more(positionals[1:])
         return Target(str(path), str(path))
     if '/' in word or (len(positionals) == 1 and word.endswith(PATH_SUFFIXES)):
-        hint = ''
+        hint = None
         if path.parent.is_dir():
             names = [child.name for child in path.parent.iterdir()]
             near = nearest(path.name, names)
             if near is not None:
                 # as it works from here
-                hint = f": did you mean '{Path(word).parent / near}'?"
-        raise UserError(f"there is no launch file '{word}'{hint}")
+                hint = f"did you mean '{Path(word).parent / near}'?"
+        raise UserError(f"there is no launch file '{word}'", hint)
     return None
 
 
@@ -75,17 +74,17 @@ def package_target(
     _refuse_more(rest[1:])
     prefix = locator.prefix(package)
     if prefix is None:
-        raise UserError(unknown_package(package, locator, broken))
+        raise unknown_package(package, locator, broken)
     own = locator.package(package)
     folder = Path(locator.share(package) or '') if own is None else own.path
     files = find_launch_files(folder)
     if not rest:
         likely = likely_ones(files)
         listed = ''.join(f'\n  {one_line(file)}' for file in likely)
+        if not likely:
+            raise UserError(f'{package} has no launch files')
         raise UserError(
-            f'which launch file of {package}? It has:{listed}'
-            if likely
-            else f'{package} has no launch files'
+            f'no launch file of {package} is given', f'it has:{listed}'
         )
     path = str(folder / choose_launch_file(package, files, rest[0]))
     name = path
@@ -98,7 +97,7 @@ def unknown_package(
     package: str,
     locator: PackageLocator,
     broken: Callable[[], Iterable[BrokenManifest]],
-) -> str:
+) -> UserError:
     """
     Return what to say of a package that does not exist.
 
@@ -106,27 +105,21 @@ def unknown_package(
     """
     for manifest in broken():
         if package in (manifest.name, manifest.path.name):
-            return (
-                f'{manifest.path / "package.xml"} is invalid, so '
-                f'{package} is no package: {manifest.reason}'
+            return UserError(
+                f'{package} is no package, as this file is invalid: '
+                f'{manifest.reason}',
+                place=str(manifest.path / 'package.xml'),
             )
-    names = locator.names()
-    hint = did_you_mean(package, names)
-    if hint is None:
-        hint = (
-            'run in the workspace that has it, or name the folder of that one '
-            'with --workspace'
-        )
-    return (
-        f"there is no package '{package}' in the workspace or an underlay: "
-        f'{hint}'
+    return locator.no_package(
+        package,
+        'run in the workspace that has it, or name that one with --workspace',
     )
 
 
 def _refuse_more(positionals: list[str] | tuple[str, ...]) -> None:
     for word in positionals:
         raise UserError(
-            f"malformed launch argument '{word}': {_argument_hint(word)}"
+            f"malformed launch argument '{word}'", _argument_hint(word)
         )
 
 

@@ -86,7 +86,9 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
     if known_package is not None:
         raise UserError(
             f'the workspace has a package {package.name} already, in '
-            f'{known_package.path}: nothing was written'
+            f'{known_package.path}: nothing was written',
+            f'to add a node to it: colcon create {package.name} --add-node '
+            'NODE',
         )
     make_package(package, folder)
     for warning in (
@@ -112,19 +114,21 @@ def _add_node(
     if package is None:
         names = [package.name for package in locator.packages()]
         hint = did_you_mean(name, names) or 'make it without --add-node'
-        raise UserError(f"the workspace has no package '{name}': {hint}")
+        raise UserError(f"the workspace has no package '{name}'", hint)
     is_cpp = node.endswith('.cpp')
     build_type = _build_type(package)
     package = replace(package, type=build_type)
     if is_cpp and build_type.endswith('python'):
         raise UserError(
             f"'{node}' is in C++, which {name}, of the build type "
-            f'{build_type}, does not build: make a package for it'
+            f'{build_type}, does not build',
+            'make a package for it',
         )
     if build_type not in ('ament_cmake', 'ament_python', 'cmake', 'python'):
         raise UserError(
             f'a node cannot be added to {name}, as its build type is '
-            f'{build_type}: make a package for it'
+            f'{build_type}',
+            'make a package for it',
         )
     node = node.removesuffix('.py').removesuffix('.cpp')
     check_node_name(node, build_type, is_cpp)
@@ -180,8 +184,9 @@ def new_package(options: CreateOptions, name: str, email: str) -> NewPackage:
     if is_cpp and options.build_type == 'ament_python':
         raise UserError(
             f"'{node}' is in C++, which a package of the build type "
-            'ament_python does not build: leave out --build-type, or say '
-            "'--build-type cmake' for one without ROS"
+            'ament_python does not build',
+            "leave out --build-type, or say '--build-type cmake' for one "
+            'without ROS',
         )
     node = node.removesuffix('.py').removesuffix('.cpp')
     check_node_name(node, options.build_type, is_cpp)
@@ -283,7 +288,8 @@ def _dependencies(options: CreateOptions, is_cpp: bool) -> Iterator[str]:
             raise UserError(f'{name} cannot depend on itself')
         if not _DEPENDENCY.fullmatch(name):
             raise UserError(
-                f"--dependencies: '{name}' is no name of a package"
+                f"--dependencies: '{name}' is no name of a package",
+                'names of packages are separated by spaces',
             )
         yield name
 
@@ -301,7 +307,8 @@ def _refuse_place(folder: Path, root: Path | None) -> None:
         if is_package(parent):
             raise UserError(
                 f'{parent} is a package, and colcon looks for none inside of '
-                'it: say by --destination where to make this one'
+                'it',
+                'say by --destination where to make this one',
             )
 
 

@@ -52,7 +52,7 @@ class LaunchPackages:
 
     def explain_executable(self, package: str, name: str) -> str:
         """Say why a package has no such program, and the way out."""
-        return missing_executable(self._locator, package, name) or ''
+        return str(missing_executable(self._locator, package, name) or '')
 
     def locate(self, path: str) -> tuple[str, str] | None:
         """

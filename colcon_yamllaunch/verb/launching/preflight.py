@@ -12,6 +12,7 @@ import os
 from pathlib import Path
 import shutil
 
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import way_to_program
 from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
 from colcon_yamllaunch.language.evaluation.findings import PluginUse
@@ -30,7 +31,6 @@ from colcon_yamllaunch.workspace.packages.missing_files import (
 from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
-from colcon_yamllaunch.workspace.packages.missing_files import missing_package
 from colcon_yamllaunch.workspace.packages.missing_files import missing_plugin
 from colcon_yamllaunch.workspace.packages.missing_files import MissingPlugin
 from colcon_yamllaunch.workspace.packages.missing_files import not_installed
@@ -136,13 +136,17 @@ def executables_in_vain(
 def _lacking(
     uses: Iterable[ExecutableUse],
     locator: PackageLocator,
-    reason_of: Callable[[PackageLocator, str, str], str | None],
+    problem_of: Callable[[PackageLocator, str, str], UserError | None],
 ) -> Iterator[Diagnostic]:
     for use in uses:
-        reason = reason_of(locator, use.package, use.name)
-        if reason is not None:
+        found = problem_of(locator, use.package, use.name)
+        if found is not None:
             yield Diagnostic(
-                'error', reason, use.position, length=len(use.name)
+                'error',
+                found.problem,
+                use.position,
+                found.hint,
+                len(use.name),
             )
 
 
@@ -152,13 +156,14 @@ def _lacking_plugins(
     reason_of: Callable[[PackageLocator, str, str], MissingPlugin | None],
 ) -> Iterator[Diagnostic]:
     for use in uses:
-        reason = missing_package(locator, use.package)
-        if reason is not None:
+        if locator.prefix(use.package) is None:
+            found = locator.no_package(use.package)
             yield Diagnostic(
                 'error',
-                reason,
+                found.problem,
                 use.package_position,
-                length=len(use.package),
+                found.hint,
+                len(use.package),
             )
         elif use.plugin is not None:
             missing = reason_of(locator, use.package, use.plugin)

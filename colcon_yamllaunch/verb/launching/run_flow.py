@@ -3,6 +3,7 @@
 
 """What `colcon run` does, step by step."""
 
+import ast
 from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import contextmanager
@@ -14,10 +15,15 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.language.syntax.diagnostics import render
+from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.runtime.process.exec_program import exec_program
 from colcon_yamllaunch.runtime.process.spawn import StartError
+from colcon_yamllaunch.runtime.record.failure_advice import Advisor
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import report_errors
+from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.cli.messages import show_help
 from colcon_yamllaunch.verb.cli.messages import show_versions
@@ -33,8 +39,9 @@ from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+from colcon_yamllaunch.workspace.packages.python_modules import certain_imports
 
-_USAGE = 'Usage: colcon run [options] PKG EXEC [argument ...]'
+_USAGE = 'usage: colcon run [options] PKG EXEC [argument ...]'
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,18 +75,17 @@ def parse_run_options(known: Any) -> RunOptions:
     words = words[1:] if words[:1] == ['--'] else words
     read = read_options(known, 'run')
     if not words:
-        reason = 'there is nothing to run.'
         if known.paths:
-            reason = (
-                "--paths took all that follows it: put '--' after the paths."
+            raise UserError(
+                '--paths took all that follows it', "put '--' after the paths"
             )
-        raise UserError(f'{reason} {_USAGE}')
+        raise UserError('there is nothing to run', _USAGE)
     package, *rest = words
     refuse_unknown([package], 'run')
     if rest and rest[0].startswith('-'):
         raise UserError(
-            f"'{rest[0]}' stands where the executable should: options stand "
-            f'in front of the package. {_USAGE}'
+            f"'{rest[0]}' stands where the executable should",
+            f'options stand in front of the package; {_USAGE}',
         )
     executable = rest[0] if rest else None
     return RunOptions(package, executable, tuple(rest[1:]), **read)
@@ -112,12 +118,14 @@ def _run(known: Any, environment: Mapping[str, str]) -> int:
         return returncode
     locator = workspace.locator
     program = find_program(locator, package, executable)
+    if not options.prefix:
+        _warn_of_missing_module(workspace, package, program)
     argv = [*options.prefix, program, *options.arguments]
     workspace.lock.hand_over()
     try:
         exec_program(argv, workspace.environment)
     except StartError as e:
-        raise UserError(str(e)) from e
+        raise UserError(e.problem, e.hint) from e
 
 
 def find_program(
@@ -133,24 +141,51 @@ def find_program(
     names = locator.executables(package)
     if name is None:
         listed = ''.join(f'\n  {one_line(name)}' for name in names)
+        if not names:
+            raise UserError(f'{package} has installed no executables')
         raise UserError(
-            f'which executable of {package}? It has:{listed}'
-            if names
-            else f'{package} has installed no executables'
+            f'no executable of {package} is given', f'it has:{listed}'
         )
     fitting = [n for n in names if n == name]
     fitting = fitting or [n for n in names if Path(n).name == name]
     if len(fitting) > 1:
         listed = ''.join(f'\n  {one_line(n)}' for n in fitting)
         raise UserError(
-            f"'{name}' may be one of these executables of {package}:{listed}\n"
-            'Name one by its path'
+            f"'{name}' may be one of several executables of {package}",
+            f'name one by its path:{listed}',
         )
     prefix = locator.prefix(package) or ''
     if not fitting:
-        reason = missing_executable(locator, package, name)
-        raise UserError(reason or f"{package} has no '{name}'")
+        raise missing_executable(locator, package, name) or UserError(
+            f"{package} has no '{name}'"
+        )
     return str(Path(prefix, 'lib', package, fitting[0]))
+
+
+def _warn_of_missing_module(
+    workspace: WorkspaceSession, package: str, program: str
+) -> None:
+    """Warn of an import that will fail: nobody is there when it does."""
+    path = os.path.realpath(program)
+    imports: dict[str, ast.stmt] = {}
+    for module, node in certain_imports(Path(path)):
+        imports.setdefault(module, node)
+    advisor = Advisor(
+        workspace.environment, workspace.locator.undeclared_owner
+    )
+    lack = advisor.lacks(program, package, list(imports))
+    if lack is None:
+        return
+    module, interpreter, cure = lack
+    node = imports[module]
+    warning = Diagnostic(
+        'warning',
+        f"it runs with {interpreter}, which has no module '{module}'",
+        Position(path, node.lineno, node.col_offset + 1),
+        cure,
+        (node.end_col_offset or 0) - node.col_offset,
+    )
+    say(render([warning], str(Path.cwd())))
 
 
 def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
@@ -158,7 +193,7 @@ def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
     package = options.package
     if workspace.locator.prefix(package) is None and options.paths is None:
         broken = workspace.broken_manifests
-        raise UserError(unknown_package(package, workspace.locator, broken))
+        raise unknown_package(package, workspace.locator, broken)
     if not options.no_build and workspace.root is not None:
         wanted = _wanted(workspace, options)
         builds = Builds(workspace, exactly=options.paths is not None)
@@ -170,7 +205,7 @@ def _prepare(workspace: WorkspaceSession, options: RunOptions) -> int:
         if returncode:
             return returncode
     if workspace.locator.prefix(package) is None:
-        raise UserError(unknown_package(package, workspace.locator, tuple))
+        raise unknown_package(package, workspace.locator, tuple)
     if package in workspace.package_names:
         workspace.check_sourced([package], may_build=not options.no_build)
     return 0
@@ -187,9 +222,9 @@ def _refuse_unknown(
     there = locator.executables(package)
     if name is None or any(name in (n, Path(n).name) for n in there):
         return
-    reason = certainly_unknown_executable(locator, package, name)
-    if reason is not None:
-        raise UserError(reason)
+    problem = certainly_unknown_executable(locator, package, name)
+    if problem is not None:
+        raise problem
 
 
 def _wanted(workspace: WorkspaceSession, options: RunOptions) -> set[str]:

@@ -175,9 +175,7 @@ class WorkspaceSession:
                 cure = 'leave out --no-build, or build it'
                 if may_build:
                     cure = 'its path is not among --paths'
-                raise WorkspaceError(
-                    f'the package {name} is not built: {cure}'
-                )
+                raise WorkspaceError(f'the package {name} is not built', cure)
         if self._sourced.packages.issuperset(names):
             return
         # most launches need not look for them

@@ -133,8 +133,8 @@ class SlurmFlow:
                 place = f' ({shown_position(position, str(Path.cwd()))})'
             raise UserError(
                 'what happens while it runs is up to Python'
-                f'{place}, so its plan cannot be sent to a node: leave out '
-                '--on'
+                f'{place}, so its plan cannot be sent to a node',
+                'leave out --on',
             )
         environment = dict(planned.environment)
         environment.pop(VARIABLE, None)

@@ -213,8 +213,8 @@ def build_lock(
                 if holder.what.startswith(_BUILDS):
                     raise WorkspaceError(
                         f'{holder} in this workspace and has called this '
-                        'command, which cannot build there at the same time: '
-                        'give it --no-build'
+                        'command, which cannot build there at the same time',
+                        'give it --no-build',
                     )
                 yield BuildLock(build_base, -1, title, False)
                 return
@@ -245,8 +245,8 @@ def _take(descriptor: int) -> bool:
 
 def _refusal(build_base: Path, error: OSError) -> WorkspaceError:
     return WorkspaceError(
-        f'cannot build in {build_base}: {error.strerror}. Make it writable, '
-        'or give --no-build'
+        f'cannot build in {build_base}: {error.strerror}',
+        'make it writable, or give --no-build',
     )
 
 

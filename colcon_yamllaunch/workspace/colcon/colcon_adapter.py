@@ -160,7 +160,7 @@ class Colcon:
             names.update(n for f in folders if (n := self._select_one(f)))
         for group, names in found.items():
             if not names:
-                raise UserError(_no_package(given[group]))
+                raise _no_package(given[group])
         return tuple(sorted(set().union(*found.values())))
 
     def settings(self, name: str) -> dict[str, str]:
@@ -544,12 +544,13 @@ def _expand(text: str, base: Path) -> tuple[Path, list[Path]]:
     return path.parent, [path]
 
 
-def _no_package(text: str) -> str:
+def _no_package(text: str) -> UserError:
     folder = text.rstrip('/*') or '.'
-    return (
-        f"--paths: there is no package at '{text}': name a folder that has a "
+    return UserError(
+        f"--paths: there is no package at '{text}'",
+        'name a folder that has a '
         f"package.xml or a CMakeLists.txt itself, or '{folder}/*' for all "
-        'packages in a folder'
+        'packages in a folder',
     )
 
 

@@ -164,8 +164,9 @@ def _with_rule(added: AddedNode, text: str) -> str:
     where = added.package.path / 'CMakeLists.txt'
     if added.is_cpp and _NO_LANGUAGES.search(text):
         raise UserError(
-            f"{where} has no languages: write 'project({added.package.name})' "
-            'there first; nothing was changed'
+            'it has no languages: nothing was changed',
+            f"write 'project({added.package.name})' there first",
+            place=str(where),
         )
     lines = []
     if added.is_cpp:
@@ -185,8 +186,9 @@ def _with_rule(added: AddedNode, text: str) -> str:
     ends = list(_AMENT_PACKAGE.finditer(text))
     if len(ends) != 1:
         raise UserError(
-            f"{where} has no line 'ament_package()' to add the node in front "
-            f'of: add this yourself:\n{rule}'
+            "it has no line 'ament_package()' to add the node in front of",
+            f'add this yourself:\n{rule}',
+            place=str(where),
         )
     return f'{text[: ends[0].start()]}{rule}\n{text[ends[0].start() :]}'
 
@@ -207,9 +209,10 @@ def _with_entry(added: AddedNode, text: str) -> str:
         if _has_entry(new, entry.strip("',")):
             return new
     raise UserError(
-        f"{added.package.path / 'setup.py'} has no list 'console_scripts' to "
-        f'add the node to: add {entry} to the entry_points yourself; nothing '
-        'was changed'
+        "it has no list 'console_scripts' to add the node to: nothing was "
+        'changed',
+        f'add {entry} to the entry_points yourself',
+        place=str(added.package.path / 'setup.py'),
     )
 
 
@@ -237,8 +240,9 @@ def _with_dependency(text: str, library: str, folder: Path) -> str:
     end = re.search(r'^[ \t]*(<export>|</package>)', text, re.M)
     if end is None:
         raise UserError(
-            f'{folder / "package.xml"} has no line with </package>: nothing '
-            'was changed'
+            'it has no line with </package>: nothing was changed',
+            'end it with </package>',
+            place=str(folder / 'package.xml'),
         )
     line = f'  <depend>{library}</depend>\n'
     return text[: end.start()] + line + text[end.start() :]

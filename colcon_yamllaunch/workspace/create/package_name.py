@@ -43,8 +43,9 @@ def check_package_name(name: str, build_type: str) -> None:
     """
     if not _PACKAGE.fullmatch(name):
         raise UserError(
-            f"'{name}' is no name for a package: REP 144 asks for lower case "
-            f'letters, digits and underscores, and a letter first'
+            f"'{name}' is no name for a package",
+            'REP 144 asks for lower case letters, digits and underscores, and '
+            'a letter first',
         )
     module = module_name(name)
     if keyword.iskeyword(module):
@@ -87,8 +88,9 @@ def check_node_name(name: str, build_type: str, is_cpp: bool = False) -> None:
     """
     if not _NODE.fullmatch(name):
         raise UserError(
-            f"'{name}' is no name for a node: it consists of letters, digits "
-            'and underscores, with a letter first'
+            f"'{name}' is no name for a node",
+            'it consists of letters, digits and underscores, with a letter '
+            'first',
         )
     if is_cpp:
         if name in _CMAKE_TARGETS:

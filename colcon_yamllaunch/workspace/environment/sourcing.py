@@ -80,7 +80,7 @@ def source(
     """
     bash, env = programs(environment)
     if not setup.is_file():
-        raise WorkspaceError(_no_setup(setup))
+        raise _no_setup(setup)
     # in memory, so that neither a full disk nor other users matter
     result, log = os.memfd_create('result'), os.memfd_create('log')
     try:
@@ -139,18 +139,22 @@ def programs(environment: Mapping[str, str]) -> tuple[str, str]:
         if program is None:
             raise WorkspaceError(
                 f"the program '{name}' is needed to source setup.bash, and "
-                'it is not on the PATH: install it'
+                'it is not on the PATH',
+                'install it',
             )
         found.append(program)
     return found[0], found[1]
 
 
-def _no_setup(setup: Path) -> str:
+def _no_setup(setup: Path) -> WorkspaceError:
     if not setup.with_suffix('.sh').is_file():
-        return f'there is no {setup}: build the workspace first'
-    return (
-        f'there is no {setup}, only a setup.sh: install the package '
-        'colcon-bash (pip install colcon-bash), then build again'
+        return WorkspaceError(
+            f'there is no {setup}', 'build the workspace first'
+        )
+    return WorkspaceError(
+        f'there is no {setup}, only a setup.sh',
+        'install the package colcon-bash (pip install colcon-bash), then '
+        'build again',
     )
 
 

@@ -206,6 +206,6 @@ def remove_folder(path: Path, why: str = ' to build it from scratch') -> None:
             shutil.rmtree(path)
     except OSError as e:
         raise WorkspaceError(
-            f'cannot remove {path}{why}: {e.strerror}. Remove it, then try '
-            'again'
+            f'cannot remove {path}{why}: {e.strerror}',
+            'remove it, then try again',
         ) from e

@@ -226,7 +226,8 @@ class Freshness:
         if not self._path(name).is_file():
             raise WorkspaceError(
                 f'{self._path(name)} was removed while {name} was built, so '
-                'what it was built from is not known: launch again'
+                'what it was built from is not known',
+                'launch again',
             )
 
     def give_up(self, attempt: Attempt) -> None:

@@ -126,13 +126,13 @@ def _only(packages: list[Package]) -> Package:
         return packages[0]
     paths = ''.join(f'\n  {path}' for path in sorted(p.path for p in packages))
     raise WorkspaceError(
-        f"several packages are named '{packages[0].name}':{paths}\n"
-        'Rename all but one, or put a file COLCON_IGNORE into the others'
+        f"several packages are named '{packages[0].name}':{paths}",
+        'rename all but one, or put a file COLCON_IGNORE into the others',
     )
 
 
 def _circle(names: list[str]) -> WorkspaceError:
     return WorkspaceError(
-        f'packages depend on each other in a circle: {" -> ".join(names)}\n'
-        'Remove one of these dependencies from its package.xml'
+        f'packages depend on each other in a circle: {" -> ".join(names)}',
+        'remove one of these dependencies from its package.xml',
     )

@@ -119,7 +119,7 @@ def choose_launch_file(package: str, files: Sequence[str], wanted: str) -> str:
         fitting = [f for f in files if matches(f, name)]
         if fitting:
             return _only(package, fitting, wanted)
-    raise UserError(_nothing(package, files, wanted))
+    raise _nothing(package, files, wanted)
 
 
 def _only(package: str, fitting: list[str], wanted: str) -> str:
@@ -129,17 +129,17 @@ def _only(package: str, fitting: list[str], wanted: str) -> str:
         return fitting[0]
     listed = ''.join(f'\n  {one_line(f)}' for f in fitting)
     raise UserError(
-        f"'{wanted}' may be one of these launch files of {package}:{listed}\n"
-        'Name one by its path'
+        f"'{wanted}' may be one of several launch files of {package}",
+        f'name one by its path:{listed}',
     )
 
 
-def _nothing(package: str, files: Sequence[str], wanted: str) -> str:
+def _nothing(package: str, files: Sequence[str], wanted: str) -> UserError:
     likely = likely_ones(files)
     if not likely:
-        return (
-            f'{package} has no launch files: put {wanted} into the folder '
-            'launch of the package'
+        return UserError(
+            f'{package} has no launch files',
+            f'put {wanted} into the folder launch of the package',
         )
     by_name = {PurePosixPath(f).name: f for f in reversed(likely)}
     order = nearest(PurePosixPath(wanted).name, by_name)
@@ -147,7 +147,9 @@ def _nothing(package: str, files: Sequence[str], wanted: str) -> str:
     listed += [f for f in likely if f not in listed]
     lines = ''.join(f'\n  {one_line(f)}' for f in listed[:LISTED])
     more = '\n  …' if len(listed) > LISTED else ''
-    return f"{package} has no launch file '{wanted}'. It has:{lines}{more}"
+    return UserError(
+        f"{package} has no launch file '{wanted}'", f'it has:{lines}{more}'
+    )
 
 
 def _may_be_launch_file(path: Path) -> bool:

@@ -9,6 +9,7 @@ from pathlib import Path
 import re
 from typing import NamedTuple
 
+from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
@@ -46,7 +47,7 @@ _SCRIPT_FOLDER = re.compile('script[-_]dir|install[-_]scripts')
 
 def missing_executable(
     locator: PackageLocator, package: str, name: str
-) -> str | None:
+) -> WorkspaceError | None:
     """
     Explain why a package has no such program, with the cure; None if it has.
 
@@ -54,7 +55,7 @@ def missing_executable(
     """
     prefix = locator.prefix(package)
     if prefix is None:
-        return f"there is no package '{package}'"
+        return locator.no_package(package)
     path = Path(prefix, 'lib', package, name)
     if is_executable(path):
         return None
@@ -64,18 +65,18 @@ def missing_executable(
         return _not_executable(_origin(path, own), own)
     spelling = _same_stem(name, there)
     if spelling:
-        return f"{package} has no '{name}': did you mean '{spelling[0]}'?"
+        return _meant(package, name, spelling[0])
     if Path(prefix, 'bin', name).is_file():
         return _in_bin(package, name, own)
     source = own and _source_file(own, name)
     if own is not None and source:
         return _not_installed_program(own, source, name)
-    return f"{package} has no executable '{name}'{_nearest(name, there)}"
+    return _no_executable(package, name, _nearest(name, there))
 
 
 def unknown_executable(
     locator: PackageLocator, package: str, name: str
-) -> str | None:
+) -> WorkspaceError | None:
     """
     Explain why not even a build would bring a program.
 
@@ -110,7 +111,7 @@ def unknown_executable(
         same = _same_stem(name, programs.names)
         if not same:
             return _not_installed_program(own, source, name)
-        return f"{package} has no '{name}': did you mean '{same[0]}'?"
+        return _meant(package, name, same[0])
     if source is not None and Path(source).name == name:
         files = (own.path / file for file, _ in source_files(own.path))
         # setuptools makes executable what it installs
@@ -124,8 +125,7 @@ def unknown_executable(
     if programs.may_have(name):
         return None
     if source is not None and Path(source).suffix in _SCRIPTS:
-        source = Path(source).name
-        return f"{package} has no '{name}': did you mean '{source}'?"
+        return _meant(package, name, Path(source).name)
     scripts = programs.names or {
         Path(file).name
         for file, _ in source_files(own.path)
@@ -134,13 +134,13 @@ def unknown_executable(
         and _NO_PROGRAMS.isdisjoint(Path(file).parts)
     }
     there = {*locator.executables(package), *scripts}
-    listed = _nearest(name, there) if there else ': its build files name none'
-    return f"{package} has no executable '{name}'{listed}"
+    listed = _nearest(name, there) if there else 'its build files name none'
+    return _no_executable(package, name, listed)
 
 
 def certainly_unknown_executable(
     locator: PackageLocator, package: str, name: str
-) -> str | None:
+) -> WorkspaceError | None:
     """
     Explain why a build would be in vain, as it brings no such program.
 
@@ -161,7 +161,19 @@ def certainly_unknown_executable(
     return unknown_executable(locator, package, name)
 
 
-def _in_bin_by_default(package: str, name: str, own: Package) -> str | None:
+def _meant(package: str, name: str, other: str) -> WorkspaceError:
+    return WorkspaceError(
+        f"{package} has no '{name}'", f"did you mean '{other}'?"
+    )
+
+
+def _no_executable(package: str, name: str, listed: str) -> WorkspaceError:
+    return WorkspaceError(f"{package} has no executable '{name}'", listed)
+
+
+def _in_bin_by_default(
+    package: str, name: str, own: Package
+) -> WorkspaceError | None:
     """Explain why setuptools installs a program where none is looked for."""
     is_elsewhere = _SCRIPT_FOLDER.search(text_of(own.path / 'setup.cfg'))
     if is_elsewhere or not own.type.endswith('python'):
@@ -235,15 +247,6 @@ def unknown_plugin(
     return _no_plugin(package, plugin, there | source_plugins(own.path))
 
 
-def missing_package(locator: PackageLocator, package: str) -> str | None:
-    """Explain that there is no such package; None if there is."""
-    if locator.prefix(package) is not None:
-        return None
-    hint = did_you_mean(package, locator.names())
-    reason = f"there is no package '{package}' in the workspace or an underlay"
-    return reason if hint is None else f'{reason}: {hint}'
-
-
 def _no_plugin(
     package: str, plugin: str, there: Iterable[str]
 ) -> MissingPlugin:
@@ -253,7 +256,7 @@ def _no_plugin(
 
 def _alike(plugin: str, there: Iterable[str]) -> str:
     meant = did_you_mean(plugin, there)
-    names = _nearest(plugin, there).removeprefix(': ')
+    names = _nearest(plugin, there)
     return names if meant is None else f'{meant} {names}'
 
 
@@ -315,9 +318,9 @@ def nearest(wanted: str, names: Iterable[str]) -> list[str]:
 def _nearest(name: str, there: Iterable[str]) -> str:
     names = nearest(name, there)
     if not names:
-        return ': it has installed none'
+        return 'it has installed none'
     more = ', …' if len(names) > LISTED else ''
-    return f': it has {", ".join(names[:LISTED])}{more}'
+    return f'it has {", ".join(names[:LISTED])}{more}'
 
 
 def _origin(path: Path, own: Package | None) -> Path:
@@ -332,15 +335,17 @@ def _origin(path: Path, own: Package | None) -> Path:
     return path if is_executable(origin) else origin
 
 
-def _not_executable(path: Path, own: Package | None) -> str:
+def _not_executable(path: Path, own: Package | None) -> WorkspaceError:
     real = Path(os.path.realpath(path))
     if own is not None and real.is_relative_to(os.path.realpath(own.path)):
         relative = os.path.relpath(real, os.path.realpath(own.path))
-        return (
-            f"{relative} of {own.name} is not executable: run 'chmod +x "
-            f"{relative}' in {own.path}"
+        return WorkspaceError(
+            f'{relative} of {own.name} is not executable',
+            f"run 'chmod +x {relative}' in {own.path}",
         )
-    return f"{path} is not executable: run 'chmod +x {path}'"
+    return WorkspaceError(
+        f'{path} is not executable', f"run 'chmod +x {path}'"
+    )
 
 
 def _source_file(package: Package, name: str) -> str | None:
@@ -362,23 +367,27 @@ def _is_program(path: Path) -> bool:
     return path.suffix == '' and is_executable(path)
 
 
-def _not_installed_program(package: Package, source: str, name: str) -> str:
-    text = f'{source} of {package.name} is not installed: add '
+def _not_installed_program(
+    package: Package, source: str, name: str
+) -> WorkspaceError:
+    text = f'{source} of {package.name} is not installed'
     if package.type.endswith('python') and source.endswith('.py'):
         module = source.removesuffix('.py').replace(os.sep, '.')
         program = name.removesuffix('.py')
-        return (
-            f"{text}'{program} = {module}:main' to the console_scripts in "
-            f'entry_points of {package.path / "setup.py"}'
+        return WorkspaceError(
+            text,
+            f"add '{program} = {module}:main' to the console_scripts in "
+            f'entry_points of {package.path / "setup.py"}',
         )
     what, chmod = f'PROGRAMS {source}', ''
     if Path(source).suffix.startswith('.c'):
         what = f'TARGETS {_target(package, name)}'
     elif not is_executable(package.path / source):
         chmod = f", and run 'chmod +x {source}' in {package.path}"
-    return (
-        f"{text}'install({what} DESTINATION lib/${{PROJECT_NAME}})' to "
-        f'{package.path / "CMakeLists.txt"}{chmod}'
+    return WorkspaceError(
+        text,
+        f"add 'install({what} DESTINATION lib/${{PROJECT_NAME}})' to "
+        f'{package.path / "CMakeLists.txt"}{chmod}',
     )
 
 
@@ -388,17 +397,20 @@ def _target(package: Package, name: str) -> str:
     return name if name in targets or len(targets) != 1 else str(targets[0])
 
 
-def _in_bin(package: str, name: str, own: Package | None) -> str:
+def _in_bin(package: str, name: str, own: Package | None) -> WorkspaceError:
     text = f"'{name}' of {package} is installed in bin/, not in lib/{package}/"
     if own is None:
-        return text
+        return WorkspaceError(text)
     if own.type.endswith('python'):
-        return (
-            f"{text}: add the lines '[install]' and 'install_scripts="
-            f"$base/lib/{package}', and the lines '[develop]' and 'script_dir="
-            f"$base/lib/{package}', to {own.path / 'setup.cfg'}"
+        return WorkspaceError(
+            text,
+            "add the lines '[install]' and 'install_scripts=$base/lib/"
+            f"{package}', and the lines '[develop]' and 'script_dir=$base/lib/"
+            f"{package}', to {own.path / 'setup.cfg'}",
         )
-    return f'{text}: install it with DESTINATION lib/${{PROJECT_NAME}}'
+    return WorkspaceError(
+        text, 'install it with DESTINATION lib/${PROJECT_NAME}'
+    )
 
 
 def _install_command(relative: Path, origin: str, path: Path) -> str:

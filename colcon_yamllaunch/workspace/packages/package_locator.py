@@ -10,7 +10,9 @@ from functools import cached_property
 import os
 from pathlib import Path
 
+from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.suggestions import no_package
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package import prefix_of
@@ -43,6 +45,7 @@ class PackageLocator:
             self._packages.setdefault(package.name, package)
         self._install_base = install_base
         self._merge_install = merge_install
+        self._environment = environment
         self._ament = _prefixes(environment, 'AMENT_PREFIX_PATH')
         self._colcon = _prefixes(environment, 'COLCON_PREFIX_PATH')
 
@@ -53,6 +56,13 @@ class PackageLocator:
     def packages(self) -> Iterable[Package]:
         """Return the packages of the workspace."""
         return self._packages.values()
+
+    def no_package(self, name: str, *otherwise: str) -> WorkspaceError:
+        """Return what to say of a package that is not there."""
+        names, environment = self.names(), self._environment
+        return WorkspaceError(
+            *no_package(name, names, environment, *otherwise)
+        )
 
     def undeclared_owner(self, module: str, user: str | None) -> str | None:
         """

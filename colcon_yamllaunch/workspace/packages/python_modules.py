@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.source_files import source_files
 
@@ -69,7 +70,8 @@ def undeclared_imports(
         path = user.path / name
         if path.suffix != '.py' or _TESTS.intersection(Path(name).parts):
             continue
-        for module, node in _imports(path):
+        tree = _parsed(path)
+        for module, node in _imports(ast.walk(tree) if tree else ()):
             if module not in owners:
                 owners[module] = undeclared_owner(module, user, packages)
             owner = owners[module]
@@ -79,12 +81,27 @@ def undeclared_imports(
                 )
 
 
-def _imports(path: Path) -> Iterator[tuple[str, ast.stmt]]:
-    try:
-        tree = ast.parse(path.read_bytes())
-    except (OSError, SyntaxError, ValueError, RecursionError):
+def certain_imports(path: Path) -> Iterator[tuple[str, ast.stmt]]:
+    """
+    Iterate over the modules that a script imports as it starts.
+
+    None where it changes `sys.path`.
+    """
+    tree = _parsed(path)
+    if tree is None or 'sys.path' in text_of(path):
         return
-    for node in ast.walk(tree):
+    yield from _imports(tree.body)
+
+
+def _parsed(path: Path) -> ast.Module | None:
+    try:
+        return ast.parse(path.read_bytes())
+    except (OSError, SyntaxError, ValueError, RecursionError):
+        return None
+
+
+def _imports(nodes: Iterable[ast.AST]) -> Iterator[tuple[str, ast.stmt]]:
+    for node in nodes:
         if isinstance(node, ast.Import):
             for alias in node.names:
                 yield alias.name.partition('.')[0], node

@@ -88,13 +88,14 @@ class Trust:
             if stranger is not None and not self._is_listed(root):
                 raise UntrustedError(
                     f'the workspace {root} is not used: {path} belongs to '
-                    f'{_name(stranger)}, and what is in it would run as you. '
-                    f'{self._cure(root)}'
+                    f'{_name(stranger)}, and what is in it would run as you',
+                    self._cure(root),
                 )
         if _is_for_everyone(root) and not self._is_listed(root):
             raise UntrustedError(
                 f'{root} is not used as a workspace: everyone may put files '
-                f'there, and they would run as you. {self._cure(root)}'
+                f'there, and they would run as you',
+                self._cure(root),
             )
 
     def _stranger(self, path: Path | str) -> int | None:
@@ -122,7 +123,7 @@ class Trust:
     def _cure(self, root: Path) -> str:
         words = shlex.quote(os.pathsep.join((*self._listed, str(root))))
         return (
-            f'To use it nevertheless: export {TRUST}={words} (or name another '
+            f'to use it nevertheless: export {TRUST}={words} (or name another '
             'one with --workspace)'
         )
 

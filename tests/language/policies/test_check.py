@@ -453,7 +453,8 @@ launch:
     )
     assert problems == [
         "error: unknown action 'nod'",
-        "error: there is no package 'alhpa' in the workspace or an underlay",
+        "error: there is no package 'alhpa' in the workspace or the sourced "
+        'environment',
         "error: package 'alpha' has no executable 'talkr'",
     ]
 

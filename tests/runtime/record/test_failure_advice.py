@@ -79,7 +79,14 @@ def test_the_file_to_edit_is_the_source_that_is_linked(advice, machine):
 
 
 def test_a_module_that_nobody_has(advice):
-    assert 'install it there, or source the underlay' in advice(MISSING)
+    assert 'install it there, or source the setup.bash' in advice(MISSING)
+
+
+def test_a_module_whose_name_is_misspelt(advice, machine):
+    library = machine / 'old/lib/python3/dist-packages'
+    (library / 'missions').mkdir(parents=True)
+    text = advice(MISSING)
+    assert text.endswith("has no module 'mission'; did you mean 'missions'?")
 
 
 def test_a_module_of_a_package_that_is_not_declared(advice):

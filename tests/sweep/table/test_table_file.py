@@ -25,8 +25,8 @@ def test_a_table() -> None:
 @pytest.mark.parametrize(
     ('text', 'error'),
     [
-        ('', "'runs.csv' is empty: its first line has the names"),
-        ('a,b\n', "'runs.csv' has no run"),
+        ('', 'runs.csv: the table is empty: its first line has the names'),
+        ('a,b\n', 'runs.csv: the table has no run'),
         ('a,b\n1,2\n3\n', 'runs.csv:3: there are 1 value, and the first'),
         ('a,b\n1,2,3\n', 'runs.csv:2: there are 3 values, and the first'),
         ('a,,b\n1,2,3\n', 'runs.csv:1: column 2 has no name'),
@@ -40,7 +40,7 @@ def test_mistakes_have_their_place(text: str, error: str) -> None:
     with pytest.raises(UserError) as caught:
         parse_table(text, 'runs.csv')
     assert error in str(caught.value)
-    assert str(caught.value).startswith('--table: ')
+    assert caught.value.lines('colcon sweep').startswith('runs.csv')
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:

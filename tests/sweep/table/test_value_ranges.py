@@ -65,7 +65,7 @@ def test_no_value_is_an_empty_one() -> None:
         ('0..1..0.0000001', 'more than 1,000,000 values'),
         ('a,,b', 'a value of the list is empty'),
         ('a,', 'a value of the list is empty'),
-        ('a,b,a', "the value 'a' comes twice; to run each combination"),
+        ('a,b,a', "the value 'a' comes twice: to run each combination"),
         ('1..3,2', "the value '2' comes twice"),
         ('1..1000000000000000', 'has too long numbers'),
     ],

@@ -57,7 +57,8 @@ def error(user: User, *words: str, cwd: Path | None = None) -> str:
     done = create(user, *words, code=1, cwd=cwd)
     assert done.stdout == ''
     assert sorted(user.root.rglob('*')) == before
-    found = re.fullmatch('colcon create: error: (.*)\n', done.stderr)
+    pattern = r'colcon create: error: ([^\n]*(\n  help: [^\n]*)?)\n'
+    found = re.fullmatch(pattern, done.stderr)
     assert found, done.stderr
     return found[1]
 
@@ -267,7 +268,7 @@ def test_maintainer_whom_git_does_not_know_is_the_login_name(
 @pytest.mark.parametrize(
     ('words', 'message'),
     [
-        ([], 'Which package?'),
+        ([], 'no name for the package\n  help: usage: colcon create PKG'),
         (['a_b', 'c_d'], "'c_d' is one word too many"),
         (['a_b', '--nude', 'c'], "did you mean '--node'?"),
         (['--dependencies', 'rclpy', 'a_b'], 'took all that follows it'),

@@ -73,7 +73,8 @@ def test_program_without_its_extension(user: User) -> None:
 def test_unknown_program_lists_those_there_are(user: User) -> None:
     user.package('one', NODE.replace('hello.sh', 'goodbye'))
     output = user.launch('one', 'one', code=1)
-    assert "one has no executable 'goodbye': it has hello.sh" in output
+    assert "error: one has no executable 'goodbye'\n" in output
+    assert '\n  help: it has hello.sh\n' in output
 
 
 def test_launch_folder_is_not_installed(user: User) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import re
 import signal
 import subprocess
+import sys
 
 import pytest
 from support.terminal import Terminal
@@ -177,14 +178,16 @@ def test_prefix(tools: User) -> None:
     done = run(tools, '--prefix', prefix, 'tools', 'show.py', 'a b', '')
     path = tools.root / 'install/tools/lib/tools/show.py'
     assert done.stdout == f'<{path}><a b><>'
-    assert "no program 'gbd'" in error(
-        tools, '--prefix', 'gbd -ex run', 'tools', 'show.py'
+    assert error(tools, '--prefix', 'gbd -ex run', 'tools', 'show.py') == (
+        "there is no program 'gbd' in the folders of PATH\n"
+        '  help: install it, or give its path'
     )
 
 
 def test_without_executable_they_are_listed(tools: User) -> None:
     assert error(tools, 'tools') == (
-        'which executable of tools? It has:\n  answer\n  show.py'
+        'no executable of tools is given\n'
+        '  help: it has:\n    answer\n    show.py'
     )
 
 
@@ -203,8 +206,8 @@ def test_executables_in_subfolders(tools: User) -> None:
         )
     tools.write('src/tools/CMakeLists.txt', text)
     assert error(tools, 'tools', 'twin') == (
-        "'twin' may be one of these executables of tools:\n"
-        '  a/twin\n  b/twin\nName one by its path'
+        "'twin' may be one of several executables of tools\n"
+        '  help: name one by its path:\n    a/twin\n    b/twin'
     )
     done = run(tools, 'tools', 'a/twin', 'x')
     assert json.loads(done.stdout)['arguments'] == ['x']
@@ -225,6 +228,34 @@ def test_script_that_is_not_installed(tools: User) -> None:
         cure = 'install(PROGRAMS more/new.py'
         assert cure in error(tools, 'tools', 'new.py')
         assert (tools.root / 'install').exists() is (text == CMAKE)
+
+
+def test_module_of_another_python_is_named_before_the_start(
+    tools: User,
+) -> None:
+    other = tools.root / 'venv'
+    (other / 'lib/python3.11/site-packages/mission').mkdir(parents=True)
+    (other / 'bin').mkdir()
+    (other / 'bin/python3').symlink_to(sys.executable)
+    tools.environment['PATH'] += f':{other}/bin'
+    script = tools.root / 'src/tools/scripts/show.py'
+    text = f'#!{sys.executable}\nimport json\nimport mission.parts as m\n'
+    tools.write('src/tools/scripts/show.py', text, 0o755)
+    launch = tools.start('colcon', 'run', 'tools', 'show.py')
+    assert launch.end() == 1
+    assert (
+        'src/tools/scripts/show.py:3:1: warning: it runs with '
+        f"{sys.executable}, which has no module 'mission'\n"
+        '  3 | import mission.parts as m\n'
+        '    | ^^^^^^^^^^^^^^^^^^^^^^^^^\n'
+        f'  help: {other}/bin/python3 has it: let the first line of {script} '
+        'be #!/usr/bin/env python3\n'
+        'Traceback'
+    ) in launch.output
+    tools.write('lib/mission.py', 'parts = 1\n')
+    tools.environment['PYTHONPATH'] = str(tools.root / 'lib')
+    tools.write('src/tools/scripts/show.py', text.replace('.parts', ''), 0o755)
+    assert run(tools, 'tools', 'show.py').stderr == ''
 
 
 def test_script_that_windows_wrote(tools: User) -> None:

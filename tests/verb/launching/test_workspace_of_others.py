@@ -49,12 +49,12 @@ def test_no_verb_is_lured(
 ) -> None:
     launch = user.start('colcon', *words, cwd=bait)
     assert launch.end() == 1
-    (line,) = launch.output.splitlines()
+    line, hint = launch.output.splitlines()
     assert line.startswith(
         f'colcon {words[0]}: error: the workspace {user.root} is not used: '
         f'{user.root / "install"} belongs to '
     )
-    assert f'export COLCON_LAUNCH_TRUST={user.root} ' in line
+    assert f'export COLCON_LAUNCH_TRUST={user.root} ' in hint
     assert not (user.root / 'lured').exists()
     assert not (user.root / 'log').exists()
 

@@ -11,7 +11,6 @@ from colcon_yamllaunch.workspace.packages.missing_files import (
 from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
-from colcon_yamllaunch.workspace.packages.missing_files import missing_package
 from colcon_yamllaunch.workspace.packages.missing_files import missing_plugin
 from colcon_yamllaunch.workspace.packages.missing_files import nearest
 from colcon_yamllaunch.workspace.packages.missing_files import not_installed
@@ -133,7 +132,8 @@ def test_package_of_and_installed_path(tree):
 
 
 def missing(tree, name, package='my_pkg'):
-    return missing_executable(tree.locator, package, name)
+    problem = missing_executable(tree.locator, package, name)
+    return problem and str(problem)
 
 
 def test_program_that_is_there(tree):
@@ -264,7 +264,7 @@ def test_what_is_no_program_is_not_offered_as_one(tree):
     for path in ('test/test_drive.py', 'launch/x.launch.py', 'setup.py'):
         tree.src(path)
     problem = unknown_executable(tree.locator, 'my_pkg', 'test_driv')
-    assert problem.endswith(
+    assert str(problem) == (
         "my_pkg has no executable 'test_driv': it has drive.py"
     )
 
@@ -326,14 +326,32 @@ def test_components_that_a_build_may_bring(tree):
 
 
 def test_a_package_that_is_not_there(tree):
-    assert missing_package(tree.locator, 'rclpy') is None
-    assert missing_package(tree.locator, 'my_pgk') == (
-        "there is no package 'my_pgk' in the workspace or an underlay: "
-        "did you mean 'my_pkg'?"
+    assert str(tree.locator.no_package('my_pgk')) == (
+        "there is no package 'my_pgk' in the workspace or the sourced "
+        "environment: did you mean 'my_pkg'?"
     )
-    assert missing_package(tree.locator, 'quite_other') == (
-        "there is no package 'quite_other' in the workspace or an underlay"
-    )
+
+
+@pytest.mark.parametrize(
+    ('variables', 'programs', 'hint'),
+    [
+        ({'ROS_DISTRO': 'jazzy'}, ['apt'], 'install it: sudo apt install '),
+        ({'ROS_DISTRO': 'jazzy'}, [], 'install it, which on Ubuntu is: sudo '),
+        ({}, ['apt'], 'source /opt/ros/<distro>/setup.bash first; or install'),
+    ],
+)
+def test_unknown_package_is_to_be_installed(
+    tmp_path, monkeypatch, variables, programs, hint
+):
+    for name in programs:
+        (tmp_path / name).touch(0o755)
+    monkeypatch.setenv('PATH', str(tmp_path))
+    locator = PackageLocator([], tmp_path, False, variables)
+    found = locator.no_package('rviz_common')
+    assert found.hint.startswith(hint)
+    distro = variables.get('ROS_DISTRO', '<distro>')
+    assert f'sudo apt install ros-{distro}-rviz-common; or' in found.hint
+    assert 'apt' not in (locator.no_package('a; rm b').hint or '')
 
 
 @given(st.text())
@@ -347,11 +365,11 @@ def test_any_list_of_components_can_be_read(text):
 def test_what_the_source_tells_before_a_build(tree):
     def explain(name):
         texts = {
-            explain(tree.locator, 'my_pkg', name)
+            str(explain(tree.locator, 'my_pkg', name) or '')
             for explain in (unknown_executable, certainly_unknown_executable)
         }
         assert len(texts) == 1
-        return texts.pop()
+        return texts.pop() or None
 
     rule = 'install(PROGRAMS scripts/{} DESTINATION lib/${{PROJECT_NAME}})\n'
     cmake = tree.src('CMakeLists.txt', rule.format('counter.py'))
@@ -382,7 +400,8 @@ def test_what_a_setup_tells_before_a_build(tmp_path):
     tree.src('my_pkg/hear.py')
 
     def explain(name):
-        return certainly_unknown_executable(tree.locator, 'my_pkg', name)
+        problem = certainly_unknown_executable(tree.locator, 'my_pkg', name)
+        return problem and str(problem)
 
     assert explain('talk') is None
     assert explain('talk.py').endswith("did you mean 'talk'?")
@@ -398,10 +417,10 @@ def test_what_its_build_files_name_is_not_unknown(tree):
     )
     assert unknown_executable(tree.locator, 'my_pkg', 'my_pkg_node') is None
     problem = unknown_executable(tree.locator, 'my_pkg', 'drive')
-    assert problem.endswith(': it has my_pkg_node')
+    assert problem.hint == 'it has my_pkg_node'
     tree.src('CMakeLists.txt').write_text('project(my_pkg)\n')
     problem = unknown_executable(tree.locator, 'my_pkg', 'drive')
-    assert problem.endswith(': its build files name none')
+    assert problem.hint == 'its build files name none'
 
 
 def test_an_entry_point_with_the_name_of_a_module(tmp_path):

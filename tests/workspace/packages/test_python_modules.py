@@ -6,6 +6,7 @@
 from pathlib import Path
 
 from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.python_modules import certain_imports
 from colcon_yamllaunch.workspace.packages.python_modules import (
     undeclared_imports,
 )
@@ -24,6 +25,18 @@ def package(root: Path, name: str, *needs: str, **files: str) -> Package:
     return Package(
         name, folder, 'ros.ament_cmake', frozenset(), frozenset(needs)
     )
+
+
+def test_only_what_fails_for_certain_is_imported_for_certain(
+    tmp_path: Path,
+) -> None:
+    text = 'import a.b, c\nfrom . import d\ntry:\n    import e\nexcept: 0\n'
+    script = tmp_path / 'node.py'
+    script.write_text(text)
+    assert [name for name, _ in certain_imports(script)] == ['a', 'c']
+    for other in (f'import sys\nsys.path.append(1)\n{text}', 'import', '\0'):
+        script.write_text(other)
+        assert list(certain_imports(script)) == []
 
 
 def test_undeclared_imports(tmp_path: Path) -> None:

@@ -152,7 +152,7 @@ class LaunchPreparation(LaunchBasis):
             problem = launch_arguments.undeclared_argument(name, '')
             message = problem.diagnostics[0].message
             if message in told:
-                raise UserError(f'{message}: {told[message]}')
+                raise UserError(message, told[message])
 
     def _stop_at_foreign_plugins(self, evaluation: Evaluation) -> None:
         """Stop at components that no build of the workspace brings."""
