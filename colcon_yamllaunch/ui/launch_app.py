@@ -4,27 +4,39 @@
 """The full screen as a program of its own."""
 
 import asyncio
+from codecs import getincrementaldecoder
 from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import partial
+import os
+import signal
 import time
 from typing import Any
 from typing import ClassVar
 
 from colcon_yamllaunch.runtime.clients.resource_usage import Usage
 from colcon_yamllaunch.runtime.clients.resource_usage import usage_of
+from colcon_yamllaunch.runtime.keys.keyboard import is_in_foreground
 from colcon_yamllaunch.ui.launch_screen import LaunchScreen
 from colcon_yamllaunch.ui.launch_screen import Terminal
 from colcon_yamllaunch.ui.model.link import LaunchFeed
 from textual.app import App
 from textual.binding import Binding
 from textual.binding import BindingType
+from textual.drivers import linux_driver
 
 #: Seconds between two looks at what processes use.
 MEASURED_EVERY = 2.0
 
 Measure = Callable[[Collection[int]], Mapping[int, Usage]]
+
+
+# keys of another encoding than UTF-8 are none, and no errors
+linux_driver.getincrementaldecoder = (  # type: ignore[attr-defined]
+    lambda name: partial(getincrementaldecoder(name), 'replace')
+)
 
 
 class LaunchApp(App[None]):
@@ -75,9 +87,10 @@ class LaunchApp(App[None]):
         shown: Callable[[bool], None] = lambda _: None,
     ) -> None:
         # the colours of the terminal, and none of ours
-        super().__init__(ansi_color=True)
+        super().__init__(driver_class=_Driver, ansi_color=True)
         self._measure = measure
-        self._tell_shown = shown
+        #: Is told when the terminal is ours, and when it is not.
+        self.tell_shown = shown
         self.panes = LaunchScreen(feed, terminal, clock)
         #: The signal that ended it, None where the user left.
         self.signal: int | None = None
@@ -96,9 +109,6 @@ class LaunchApp(App[None]):
         self._mounted_in = loop
         if self.signal is not None:
             self.exit()
-        self._tell_shown(True)
-        self.app_suspend_signal.subscribe(self, self._suspended)
-        self.app_resume_signal.subscribe(self, self._resumed)
         self.run_worker(self._measure_on())
 
     def action_interrupt(self) -> None:
@@ -127,12 +137,6 @@ class LaunchApp(App[None]):
         if isinstance(error, Exception):
             self._handle_exception(error)
 
-    def _suspended(self, _: object) -> None:
-        self._tell_shown(False)
-
-    def _resumed(self, _: object) -> None:
-        self._tell_shown(True)
-
     async def _measure_on(self) -> None:
         model = self.panes.model
         while not model.ending:
@@ -143,3 +147,45 @@ class LaunchApp(App[None]):
                 model.take_usage(await asyncio.to_thread(self._measure, pids))
             self.panes.look_again()
             await asyncio.sleep(MEASURED_EVERY)
+
+
+class _Driver(linux_driver.LinuxDriver):
+    """The terminal, which others have while we are stopped."""
+
+    _app: LaunchApp
+
+    def start_application_mode(self) -> None:
+        """Take the terminal."""
+        super().start_application_mode()  # type: ignore[no-untyped-call]
+        self._app.tell_shown(True)
+
+    def stop_application_mode(self) -> None:
+        """Give it back as it was."""
+        super().stop_application_mode()
+        self._app.tell_shown(False)
+
+    def run_input_thread(self) -> None:
+        """Read keys."""
+        try:
+            super().run_input_thread()
+        except Exception as e:  # noqa: BLE001
+            self._app.call_later(self._app._handle_exception, e)
+
+    def _sigcont_application(self, *_: object) -> None:
+        # a process, or the pager, may have the terminal; or it is gone, which
+        # is told by this signal, too
+        if not (self._auto_restart and os.isatty(self.fileno)):
+            return
+        if not is_in_foreground(self.fileno):
+            os.kill(os.getpid(), signal.SIGSTOP)
+        elif self._must_signal_resume:
+            super()._sigcont_application()
+        else:
+            # nobody could give it back before a SIGSTOP
+            loop = asyncio.get_running_loop()
+            loop.call_soon_threadsafe(self._begin_anew)
+
+    def _begin_anew(self) -> None:
+        self.suspend_application_mode()
+        self._must_signal_resume = True
+        self.resume_application_mode()

@@ -127,8 +127,13 @@ class PartList(ScrollView, can_focus=True):
         if number >= len(self._rows):
             return Strip.blank(width, style)
         text = self._text_of(self._rows[number], width)
-        if number == self._cursor:
-            text.stylize('reverse' if self.has_focus else 'bold')
+        if number == self._cursor and self.has_focus:
+            text.pad_right(width - text.cell_len)
+            # reversed, each colour would be another background
+            text.spans = []
+            text.stylize('reverse')
+        elif number == self._cursor:
+            text.stylize('bold')
         strip = Strip(text.render(self.app.console), text.cell_len)
         return strip.crop_extend(0, width, style)
 

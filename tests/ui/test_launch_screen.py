@@ -16,6 +16,8 @@ from colcon_yamllaunch.ui.key_table import ON_ALL
 from colcon_yamllaunch.ui.key_table import ON_ONE
 from colcon_yamllaunch.ui.launch_app import LaunchApp
 from colcon_yamllaunch.ui.launch_screen import LaunchScreen
+from colcon_yamllaunch.ui.part_list import PartList
+from rich.style import Style
 from support.shown_launch import component
 from support.shown_launch import exited
 from support.shown_launch import happened
@@ -408,5 +410,21 @@ def test_a_component_writes_nothing_of_its_own() -> None:
             await shown.shows('talker is a component: its container writes')
             await shown.types('1', 'f')
             await shown.shows('nothing has failed')
+
+    play(launch, act)
+
+
+def test_the_row_of_the_cursor_has_one_colour() -> None:
+    launch = ShownLaunch(
+        process('kitchen', phase='ended', ending='exited with code 3'),
+        process('box'),
+    )
+
+    async def act(shown: Shown) -> None:
+        launch.tell(exited('kitchen', 3))
+        await shown.shows('1 ✗ kitchen', 'exit 3')
+        strip = shown.app.panes.query_one(PartList).render_line(0)
+        styles = {segment.style for segment in strip if segment.text}
+        assert styles == {Style(reverse=True)}
 
     play(launch, act)

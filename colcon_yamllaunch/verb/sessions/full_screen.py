@@ -46,6 +46,8 @@ _GLANCE = 0.4
 #: Seconds that the screen may take to close after a signal.
 _PATIENCE = 1.0
 _ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+#: Signals that the library takes, and does not leave to others at its end.
+_KEPT = (signal.SIGTSTP, signal.SIGCONT)
 
 
 def need_screen(environment: Mapping[str, str]) -> None:
@@ -238,6 +240,7 @@ def _ended_by_signals(
 
     handlers = dict.fromkeys(_ENDING, end) | {signal.SIGALRM: give_up}
     before = {n: signal.signal(n, h) for n, h in handlers.items()}
+    before |= {number: signal.getsignal(number) for number in _KEPT}
     try:
         yield
     finally:

@@ -4,8 +4,8 @@
 """
 A process that looks after the terminal of the full screen.
 
-It gives the terminal back should the full screen be killed, and tells the full
-screen, by SIGHUP, when the terminal is gone.
+It gives the terminal back should the full screen be killed, or be stopped by
+SIGSTOP, and tells the full screen, by SIGHUP, when the terminal is gone.
 """
 
 from contextlib import suppress
@@ -17,6 +17,8 @@ import time
 from types import TracebackType
 from typing import Any
 
+from colcon_yamllaunch.common.process_scan import is_suspended
+
 # ends what the library begins: keys of the kitty protocol, the mouse, pastes
 # and changes of focus and size that are told, one drawing at once, no wraps,
 # the other screen, no cursor; see xterm's ctlseqs
@@ -25,7 +27,8 @@ _RESTORE = (
     b'\x1b[?2048l\x1b[?2026l\x1b[0m\x1b[?7h\x1b[?1049l\x1b[?25h'
 )
 _ON, _OFF = b'+', b'-'
-#: Seconds between two times that it tells of a terminal that is gone.
+#: Seconds between two times that it tells of a terminal that is gone, or looks
+#: whether the screen is stopped.
 _INTERVAL = 0.5
 _SIGNALS = (
     *(signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP),
@@ -87,18 +90,28 @@ def _keep(reader: int, terminal: int, before: list[Any], screen: int) -> None:
     # that it is hung up is told in any case
     poll.register(terminal, 0)
     while True:
-        if reader in dict(poll.poll()):
+        found = dict(poll.poll(1000 * _INTERVAL if last == _ON else None))
+        if reader in found:
             if not (read := os.read(reader, 64)):
                 break
             last = read[-1:]
-        else:
+        elif found:
             # who is no job of that terminal, or has given it to another
             # program, does not hear of it otherwise
             os.kill(screen, signal.SIGHUP)
             time.sleep(_INTERVAL)
+        elif is_suspended(screen):
+            # it takes the terminal anew when it goes on
+            _restore(terminal, before)
+            last = _OFF
     if last == _ON:
-        with suppress(OSError, termios.error):
-            os.write(terminal, _RESTORE)
-            # with it, keys make no signals; if they do, a shell was faster
-            if not termios.tcgetattr(terminal)[3] & termios.ISIG:
-                termios.tcsetattr(terminal, termios.TCSANOW, before)
+        _restore(terminal, before)
+
+
+def _restore(terminal: int, before: list[Any]) -> None:
+    """Make the terminal what it was before the screen."""
+    with suppress(OSError, termios.error):
+        os.write(terminal, _RESTORE)
+        # with it, keys make no signals; if they do, a shell was faster
+        if not termios.tcgetattr(terminal)[3] & termios.ISIG:
+            termios.tcsetattr(terminal, termios.TCSANOW, before)

@@ -1,16 +1,18 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A full screen ends whose terminal is gone, or takes nothing."""
+"""A full screen gives its terminal back, or ends where that is gone."""
 
 from collections.abc import Iterator
 import os
 from pathlib import Path
+import select
 import signal
 import subprocess
 import sys
 import termios
 import time
+from typing import Any
 
 import pytest
 
@@ -26,8 +28,23 @@ class Launch:
     def subscribe(self, _):
         return ShownLaunch(process('kitchen'))
 
-sys.exit(128 + (show(Launch(), OuterTerminal(0, {})) or 0))
+{defect}
+try:
+    sys.exit(128 + (show(Launch(), OuterTerminal(0, {})) or 0))
+except ValueError as e:
+    sys.exit(f'defect: {e}')
 """
+#: Has keys raise what no key does.
+DEFECT = """\
+from textual.drivers.linux_driver import LinuxDriver
+
+def raise_error(_):
+    raise ValueError('of a key')
+
+LinuxDriver.run_input_thread = raise_error
+"""
+TAKEN = b'\x1b[?1049h'
+GIVEN_BACK = b'\x1b[?1049l'
 #: Seconds after which it will not end any more.
 DEADLINE = 60.0
 
@@ -37,12 +54,14 @@ pytestmark = pytest.mark.full
 class Screen:
     """A full screen in a terminal that nobody reads."""
 
-    def __init__(self) -> None:
+    def __init__(self, defect: str = '') -> None:
         self.ours, self._theirs = os.openpty()
+        self.before = self.modes
+        self.written = b''
         # all that it starts has this, too
         self._alive, held = os.pipe()
         self.process = subprocess.Popen(
-            [sys.executable, '-c', SCREEN],
+            [sys.executable, '-c', SCREEN.replace('{defect}', defect)],
             stdin=self._theirs,
             stdout=self._theirs,
             stderr=self._theirs,
@@ -65,6 +84,24 @@ class Screen:
             assert self.process.poll() is None
             time.sleep(0.02)
         return self
+
+    @property
+    def modes(self) -> list[Any]:
+        return termios.tcgetattr(self._theirs)
+
+    def writes(self, text: bytes) -> None:
+        """Wait until it has written a text, from now on."""
+        deadline = time.monotonic() + DEADLINE
+        self.written = b''
+        while text not in self.written:
+            assert time.monotonic() < deadline, self.written
+            if select.select([self.ours], [], [], 0.1)[0]:
+                self.written += os.read(self.ours, 4096)
+
+    def leaves(self) -> int:
+        """Wait until it has given the terminal back; return its code."""
+        self.writes(GIVEN_BACK)
+        return self.process.wait(DEADLINE)
 
     def fill(self) -> None:
         """Have the terminal take nothing more."""
@@ -115,6 +152,55 @@ def test_one_ends_whose_terminal_takes_nothing(screen: Screen) -> None:
     assert screen.process.wait(DEADLINE) == 128 + signal.SIGTERM
     screen.hang_up()
     assert screen.leaves_nothing()
+
+
+def test_a_key_that_is_no_utf_8_is_none(screen: Screen) -> None:
+    screen.writes(b'kitchen')
+    os.write(screen.ours, b'\xff?')
+    screen.writes(b'kill it with all')
+    os.write(screen.ours, b'q')
+    screen.writes(b'kitchen')
+    os.write(screen.ours, b'q')
+    assert screen.leaves() == 128
+    assert screen.modes == screen.before
+
+
+def test_a_screen_that_was_stopped_goes_on(screen: Screen) -> None:
+    screen.writes(b'kitchen')
+    screen.process.send_signal(signal.SIGSTOP)
+    screen.writes(GIVEN_BACK)
+    # the modes come after that
+    while screen.modes != screen.before:
+        time.sleep(0.02)
+    screen.process.send_signal(signal.SIGCONT)
+    screen.writes(TAKEN)
+    screen.writes(b'kitchen')
+    assert screen.modes != screen.before
+    os.write(screen.ours, b'q')
+    assert screen.leaves() == 128
+    assert screen.modes == screen.before
+
+
+def test_one_goes_on_that_was_stopped_for_a_moment_only(
+    screen: Screen,
+) -> None:
+    screen.writes(b'kitchen')
+    screen.process.send_signal(signal.SIGSTOP)
+    screen.process.send_signal(signal.SIGCONT)
+    screen.writes(TAKEN)
+    screen.writes(b'kitchen')
+    os.write(screen.ours, b'q')
+    assert screen.leaves() == 128
+    assert screen.modes == screen.before
+
+
+def test_a_defect_ends_it_in_one_line() -> None:
+    screen = Screen(DEFECT)
+    screen.writes(b'defect: of a key')
+    assert screen.process.wait(DEADLINE) == 1
+    assert b'Traceback' not in screen.written
+    assert screen.modes == screen.before
+    screen.close()
 
 
 def test_what_cannot_be_written_any_more_does_not_count() -> None:
