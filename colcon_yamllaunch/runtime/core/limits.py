@@ -62,6 +62,8 @@ TAIL_BYTES = 4096
 #: Bytes of a label that a folder's name takes.
 FOLDER_NAME_BYTES = 200
 
+#: Bytes of output that wait for the table of what was started.
+HELD_FOR_TABLE = 1024 * 1024
 #: Processes that are started before output and signals get a turn.
 STARTS_PER_TURN = 4
 #: Quiet processes whose log files are opened before the same.

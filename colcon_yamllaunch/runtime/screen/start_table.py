@@ -42,8 +42,9 @@ class StartTable:
     """
     Shows the processes that a plan starts at once in a table.
 
-    Those behind timers, and those that are started again, come later; they
-    are shown by a line each.
+    What happens until all are started comes after it, as it names them. Those
+    behind timers, and those that are started again, come later; they are shown
+    by a line each.
     """
 
     def __init__(
@@ -53,42 +54,42 @@ class StartTable:
         self._size = size
         self._screen = screen
         self._started: list[events.Started] = []
-        self._attached: list[events.Attached] = []
+        # what happened meanwhile, and the bytes of output in it
+        self._held: list[events.Event] = []
+        self._held_bytes = 0
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
+        pending = self._pending
+        if not pending:
+            self._screen.handle(event)
+            return
         match event:
-            case events.Started() if event.process.label in self._pending:
-                self._pending.discard(event.process.label)
+            case events.Started() if event.process.label in pending:
                 self._started.append(event)
-                if not self._pending:
-                    self._show()
-                return
-            case events.StartFailed() if event.process.label in self._pending:
-                self._pending.discard(event.process.label)
-                if not self._pending:
-                    self._show()
-            case events.Attached() if self._pending:
-                self._attached.append(event)
-                return
-            case events.ShuttingDown():
-                self._pending.clear()
-                self._show()
             case _:
-                pass
-        self._screen.handle(event)
+                self._held.append(event)
+        match event:
+            case events.Started() | events.StartFailed() | events.Dropped():
+                pending.discard(event.process.label)
+            case events.Output():
+                self._held_bytes += len(event.data)
+            case events.ShuttingDown() | events.MachineGone() | events.Ended():
+                pending.clear()
+        if not pending or self._held_bytes > limits.HELD_FOR_TABLE:
+            pending.clear()
+            self._show()
 
     def _show(self) -> None:
-        started, self._started = self._started, []
-        attached, self._attached = self._attached, []
-        rows = [row_of(s.process, s.pid) for s in started]
+        rows = [row_of(s.process, s.pid) for s in self._started]
         lines = start_table_lines(rows, self._size)
         if not lines:
-            for event in started:
+            for event in self._started:
                 self._screen.handle(event)
         self._screen.show_table(lines)
-        for hint in attached:
-            self._screen.handle(hint)
+        for held in self._held:
+            self._screen.handle(held)
+        self._held.clear()
 
 
 def row_of(process: Process, pid: int) -> Row:

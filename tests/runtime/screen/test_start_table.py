@@ -8,10 +8,15 @@ import os
 
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.runtime.core.events import Dropped
+from colcon_yamllaunch.runtime.core.events import Exited
+from colcon_yamllaunch.runtime.core.events import MachineGone
 from colcon_yamllaunch.runtime.core.events import Output
 from colcon_yamllaunch.runtime.core.events import ShuttingDown
 from colcon_yamllaunch.runtime.core.events import Started
 from colcon_yamllaunch.runtime.core.events import StartFailed
+from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.screen.screen import Screen
 from colcon_yamllaunch.runtime.screen.start_table import Row
 from colcon_yamllaunch.runtime.screen.start_table import row_of
@@ -121,24 +126,40 @@ def test_processes_of_no_package_are_told_by_program():
     ]
 
 
-def test_it_shows_when_all_were_started(table, process):
+def test_it_comes_first_when_all_were_started(table, process):
     a, b, late = process('a'), process('b'), process('late')
     shown = table(
         [a, Timer(5.0, (late,)), b],
         Started(a, 1),
         Output(a, 'stdout', b'hello\n'),
+        Exited(a, 1, Outcome(code=0), 0.1, asked=False, failed=False),
         Started(b, 2),
         Started(late, 3),
         Started(a, 4),
     )
     assert shown == [
-        '[a]      hello',
         'NAME  PID',
         'a     1',
         'b     2',
+        '[a]      hello',
+        '[launch] a: finished after 0.1 s',
         '[launch] late: started, pid 3',
         '[launch] a: started, pid 4',
     ]
+
+
+def test_much_output_does_not_wait_for_it(table, process):
+    a, b = process('a'), process('b')
+    much = b'x' * limits.HELD_FOR_TABLE + b'\n'
+    shown = table([a, b], Started(a, 1), Output(a, 'stdout', much))
+    assert shown[:2] == ['NAME  PID', 'a     1']
+    assert len(shown) == 3
+
+
+def test_what_is_never_started_is_not_waited_for(table, process):
+    a, b = process('a'), process('b')
+    for event in (Dropped(b), MachineGone('arm', 'it is off', ('b',))):
+        assert table([a, b], Started(a, 1), event)[1] == 'a     1'
 
 
 def test_what_could_not_be_started_is_told_beside(table, process):
