@@ -80,12 +80,9 @@ clean:
 distclean: clean
 	rm -rf $(VENV)
 
-# Not editable: the demo and the tests run what a user gets. A `build` folder
-# that is left over would bring deleted modules back.
+# Not editable: the demo and the tests run what a user gets.
 $(VENV)/.installed: $(VENV)/.dependencies $(SOURCES) README.md
-	@rm -rf build *.egg-info
 	@$(PIP_INSTALL) --no-build-isolation --no-deps --force-reinstall .
-	@rm -rf build *.egg-info
 	@touch $@
 
 # setuptools below 80 still has what colcon needs for --symlink-install, and
@@ -101,7 +98,6 @@ $(VENV)/.dependencies: setup.cfg setup.py | $(BIN)/python
 $(VENV)/.test-dependencies: $(VENV)/.dependencies
 	@echo 'Installing what the tests use into $(VENV)…'
 	@$(PIP_INSTALL) --no-build-isolation '.[test]'
-	@rm -rf build *.egg-info
 	@touch $@
 
 $(BIN)/python:
