@@ -18,6 +18,8 @@ from colcon_yamllaunch.machines.wire.frames import FrameReader
 #: Seconds without a word after which the launcher is gone; it says one each
 #: second.
 SILENCE = 30.0
+#: Seconds between two words to the launcher.
+BEAT = 1.0
 
 _READ = 256 * 1024
 
@@ -52,29 +54,42 @@ class LauncherChannel:
     def __init__(self) -> None:
         self._reader = FrameReader()
         self._frames: list[Frame] = []
-        self._heard = time.monotonic()
+        self._heard = self._beaten = time.monotonic()
         self._was_asked = False
 
     def poll(
-        self, others: Mapping[int, int], seconds: float | None
+        self,
+        others: Mapping[int, int],
+        seconds: float = BEAT,
+        *,
+        listens: bool = True,
     ) -> set[int]:
         """
         Wait for the launcher, and for others; return who is ready of these.
 
+        The launcher gets a heartbeat each second, so this is to be called
+        between two frames.
+
         :param others: Descriptors with what they are waited for
+        :param seconds: How long to wait at most
+        :param listens: Whether something is taken of the launcher
         :raises LauncherGoneError: when the launcher is
         """
         poll = select.poll()
-        poll.register(0, select.POLLIN)
+        if listens:
+            poll.register(0, select.POLLIN)
         for descriptor, mask in others.items():
             poll.register(descriptor, mask)
-        left = self._heard + SILENCE - time.monotonic()
-        wait = left if seconds is None else min(left, seconds)
-        ready = {d for d, _ in poll.poll(max(0.0, wait) * 1000)}
+        due = self._beaten + BEAT - time.monotonic()
+        ready = {d for d, _ in poll.poll(max(0, min(due, seconds)) * 1000)}
+        now = time.monotonic()
         if 0 in ready:
             self._read()
-        elif time.monotonic() - self._heard > SILENCE:
+        elif listens and now - self._heard > SILENCE:
             raise LauncherGoneError
+        if now >= self._beaten + BEAT:
+            self._beaten = now
+            send({'beat': 0})
         return ready - {0}
 
     def taken_frames(self) -> list[Frame]:
@@ -104,7 +119,7 @@ class LauncherChannel:
         if not self._frames and self._was_asked:
             idle()
         while not self._frames:
-            self.poll({}, None)
+            self.poll({})
         self._was_asked = True
         return self._frames.pop(0)
 
@@ -138,7 +153,8 @@ def write(data: bytes, descriptor: int = 1) -> None:
         except BlockingIOError:
             poll = select.poll()
             poll.register(descriptor, select.POLLOUT)
-            poll.poll()
+            if not poll.poll(SILENCE * 1000):
+                raise LauncherGoneError from None
         except OSError as error:
             raise LauncherGoneError from error
 

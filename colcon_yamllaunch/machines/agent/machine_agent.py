@@ -54,6 +54,8 @@ def main(temporary: str) -> None:
     for number in (signal.SIGHUP, signal.SIGINT, signal.SIGPIPE):
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _hang_up)
+    # so that a launcher that takes nothing shows
+    os.set_blocking(1, False)
     _complete_environment()
     launcher_channel.PROGRAM.folder = temporary
     try:

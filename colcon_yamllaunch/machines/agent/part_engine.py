@@ -56,7 +56,7 @@ def start_engine(
     told = b''
     try:
         while True:
-            if ours in launcher.poll({ours: select.POLLIN}, None):
+            if ours in launcher.poll({ours: select.POLLIN}):
                 more = os.read(ours, 1 << 16)
                 if not more:
                     break

@@ -80,11 +80,9 @@ def _pass_on(
         masks = dict.fromkeys(readers, select.POLLIN)
         if waiting:
             masks[stdin] = select.POLLOUT
-        if len(waiting) < _WAITING:
-            ready = launcher.poll(masks, None)
-        else:
-            # the launcher waits meanwhile
-            ready = _poll(masks)
+        # else the launcher waits meanwhile
+        listens = len(waiting) < _WAITING
+        ready = launcher.poll(masks, listens=listens)
         for frame in launcher.taken_frames():
             if frame.kind == frames.STREAM and not at_end:
                 waiting += frame.body
@@ -113,10 +111,3 @@ def _pass_on(
                 text = data.decode(errors='replace')
                 launcher_channel.send({'errors': text})
     return True
-
-
-def _poll(masks: Mapping[int, int]) -> set[int]:
-    poll = select.poll()
-    for descriptor, mask in masks.items():
-        poll.register(descriptor, mask)
-    return {descriptor for descriptor, _ in poll.poll()}

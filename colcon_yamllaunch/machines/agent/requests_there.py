@@ -19,6 +19,8 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.machines.agent import launcher_channel
 from colcon_yamllaunch.machines.agent.launcher_channel import LauncherChannel
+from colcon_yamllaunch.machines.wire import frames
+from colcon_yamllaunch.machines.wire.frames import FrameReader
 from colcon_yamllaunch.runtime.stopping.launch_scan import LAUNCH_ID_VARIABLE
 from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
 
@@ -27,6 +29,7 @@ _SUFFIX = '_there'
 # for a build, which ends its compilers
 _TIMEOUTS = Timeouts(3.0, 3.0)
 _REPLIED = 0
+_READ = 256 * 1024
 _PR_SET_PDEATHSIG = 1
 
 
@@ -60,16 +63,19 @@ def answer(
             signal.signal(signal.SIGINT, signal.default_int_handler)
             os.environ[LAUNCH_ID_VARIABLE] = f'{identity}.0'
             _end_with_parent()
-            code = _call(function, content)
+            code = _call(function, content, its)
             if os.getppid() != agent:
                 # killed, and nobody else ends what was started
                 _end(identity, 0)
         finally:
             os._exit(code)
     os.close(its)
+    reader = FrameReader()
     try:
-        while not launcher.poll({ours: select.POLLIN}, None):
-            continue
+        while data := _read(launcher, ours):
+            # heartbeats go between two frames
+            for frame in reader.feed(data):
+                launcher_channel.write(frames.encode(frame.kind, frame.body))
     except launcher_channel.LauncherGoneError:
         _end(identity, pid)
         raise
@@ -78,6 +84,12 @@ def answer(
     _, status = os.waitpid(pid, 0)
     if status != _REPLIED:
         raise UserError(f'{name} broke off: {_ending(status)}')
+
+
+def _read(launcher: LauncherChannel, descriptor: int) -> bytes:
+    while not launcher.poll({descriptor: select.POLLIN}):
+        continue
+    return os.read(descriptor, _READ)
 
 
 def _end(identity: str, pid: int) -> None:
@@ -109,13 +121,12 @@ def _function(name: str) -> Any:
     raise UserError(f"there is no request '{name}'")
 
 
-def _call(function: Any, content: Mapping[str, Any]) -> int:
-    """Call it, and answer; return the exit code."""
+def _call(function: Any, content: Mapping[str, Any], connection: int) -> int:
+    """Call it, and answer by a pipe; return the exit code."""
     number = content.get('id')
     null = os.open(os.devnull, os.O_RDONLY)
     os.dup2(null, 0)
     # what it starts is not to write between our frames
-    connection = os.dup(1)
     os.dup2(2, 1)
     said = launcher_channel.say_through(connection)
     try:

@@ -6,8 +6,10 @@ The first words with a machine: they start our program there.
 
 They are a script for `sh`, given by its standard input. It looks for a Python,
 and that for our modules, which it keeps under their hash in
-`~/.cache/colcon-launch`; if it lacks them, it asks for them. Where they cannot
-be kept there, they go to a private folder for as long as it runs. What a shell
+`~/.cache/colcon-launch`; if it lacks them, it asks for them, and says an empty
+line for each piece that comes. Where they cannot be kept there, they go to a
+private folder for as long as it runs; where there is no room either, it says
+so before our program begins. What a shell
 prints before that, because its `.bashrc` does, is left out.
 """
 
@@ -68,31 +70,36 @@ else:
             r = os.read(0, n - len(b))
             if not r:
                 sys.exit(0)
+            os.write(1, b"\\n")
             b += r
         return b
     data = take(int(take(8)))
-    import json, tempfile, zlib
-    try:
+    import json, shutil, tempfile, zlib
+    w = []
+    for p, x in ("new-", c), ("colcon-launch-", None):
         try:
-            os.makedirs(c, 0o700, True)
-            t = tempfile.mkdtemp("", "new-", c)
-        except OSError:
-            t = tempfile.mkdtemp("", "colcon-launch-")
-        for f, s in json.loads(zlib.decompress(data).decode()).items():
-            f = os.path.join(t, f)
-            os.makedirs(os.path.dirname(f), 0o700, True)
-            with open(f, "w", encoding="utf-8") as o:
-                o.write(s)
-    except OSError as e:
-        say("full " + str(e))
+            if x:
+                os.makedirs(x, 0o700, True)
+            t = tempfile.mkdtemp("", p, x)
+            for f, s in json.loads(zlib.decompress(data).decode()).items():
+                f = os.path.join(t, f)
+                os.makedirs(os.path.dirname(f), 0o700, True)
+                with open(f, "w", encoding="utf-8") as o:
+                    o.write(s)
+            break
+        except OSError as e:
+            w.append(str(e.strerror)[:80])
+            shutil.rmtree(t, True)
+    else:
+        say("full " + "; ".join(w))
         sys.exit(0)
+    say("have")
     try:
         os.rename(t, d)
         t = ""
     except OSError:
         try:
             if own(d):
-                import shutil
                 shutil.rmtree(t, True)
                 t = ""
         except OSError:
@@ -116,7 +123,7 @@ exit 0
 }}
 """
 
-State = Literal['noise', 'answered', 'failed']
+State = Literal['noise', 'sending', 'answered', 'failed']
 #: What failed: there is no Python, it is too old, the disk is full, or it was
 #: something else.
 Failure = Literal['none', 'old', 'full', 'noise']
@@ -160,8 +167,9 @@ class Bootstrap:
         """
         Take what has come.
 
-        Return what is to be sent, and what has come behind the answer, which
-        are frames; there is none of both before :attr:`state` is `answered`.
+        Return what is to be sent, once :attr:`state` is `sending`, and what
+        has come behind the last answer, which are frames, once it is
+        `answered`.
         """
         self._data += data
         before, found, rest = self._data.partition(MARK)
@@ -172,12 +180,16 @@ class Bootstrap:
             return b'', b''
         word, _, detail = answer.decode(errors='replace').partition(' ')
         self.detail = detail.strip()
-        if word in ('have', 'need'):
+        if word == 'have':
             self.state = 'answered'
             self._data = b''
-            packed = self._archive.data if word == 'need' else b''
-            size = f'{len(packed):8d}'.encode() if packed else b''
-            return size + packed, frames
+            return b'', frames
+        if word == 'need' and self.state == 'noise':
+            self.state = 'sending'
+            self._data = b''
+            packed = self._archive.data
+            _, rest = self.feed(frames)
+            return f'{len(packed):8d}'.encode() + packed, rest
         self.state = 'failed'
         if word in ('none', 'old', 'full'):
             self.failure = word  # type: ignore[assignment]

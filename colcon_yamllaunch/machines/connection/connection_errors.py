@@ -206,7 +206,7 @@ def no_protocol(machine: Machine, reason: str) -> ConnectError:
 
 
 def lost(machine: Machine, messages: str) -> ConnectError:
-    """Tell that the connection broke off before the launch."""
+    """Tell that the connection broke off, or died, before the launch."""
     return ConnectError(
         f'{described(machine)}: the connection broke off{_shown(messages)}'
     )

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import suppress
+import math
 import os
 import select
 import signal
@@ -17,6 +18,7 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan_json import plan_to_json
 from colcon_yamllaunch.machines.connection import connection_errors
@@ -53,9 +55,13 @@ from colcon_yamllaunch.machines.wire.part_settings import PartSettings
 CONNECT_TIMEOUT = 60.0
 #: Seconds between two words to a machine that is not asked anything.
 BEAT = 1.0
+#: Seconds without a word of a machine after which the connection is lost.
+SILENCE = 4.5
 #: Programs that are looked for at once, as others want to know of them.
 _PROGRAMS = ('rsync', 'colcon', 'bash', 'git')
 _READ = 256 * 1024
+# seconds that a write may take before a connection that is closed is ended
+_PATIENCE = 0.5
 
 #: Takes a line.
 Say = Callable[[str], None]
@@ -151,6 +157,7 @@ class MachineConnection:
         self._beats: threading.Thread | None = None
         self._quiet = threading.Event()
         self._number = 0
+        self._heard = 0.0
         self._facts: Facts | None = None
         self._command: list[str] = []
         # what the user was told last
@@ -236,7 +243,8 @@ class MachineConnection:
             self._write,
             self._reading,
             number,
-            lambda: connection_errors.lost(self.machine, process.messages),
+            SILENCE,
+            lambda: self._lost(process),
         )
 
     def start_part(self, plan: Plan, settings: PartSettings) -> StartedPart:
@@ -249,7 +257,12 @@ class MachineConnection:
         """
         process = self._connected()
         content = {'plan': plan_to_json(plan), 'settings': settings.as_json()}
-        result = self._ask('start', content, self._say)
+        result = self._ask('start', content, self._say, CONNECT_TIMEOUT)
+        identity, boot = result.get('identity'), result.get('boot')
+        if not isinstance(identity, str) or not isinstance(boot, str):
+            raise connection_errors.no_protocol(
+                self.machine, 'it does not tell what it has started'
+            )
         self._stop_beats()
         whole = (frames.encode(f.kind, f.body, f.number) for f in self._frames)
         received = b''.join((*whole, self._reader.rest))
@@ -257,24 +270,26 @@ class MachineConnection:
         return StartedPart(
             self.machine,
             process,
-            str(result['identity']),
-            str(result['boot']),
+            identity,
+            boot,
             received,
             self.facts,
         )
 
     def close(self) -> None:
         """End the connection, and what it does there."""
-        self._stop_beats()
         process = self._process
         if process is None:
             return
-        with self._lock:
-            # what is done there ends with that
-            process.close_input()
-        if self._facts is None:
-            # one that is still on its way there does not notice that
+        if self._facts is None or not self._lock.acquire(timeout=_PATIENCE):
+            # one that is still on its way there does not notice that its
+            # input is closed, and who cannot write to it holds the lock
             process.end(0.0)
+            self._lock.acquire()
+        # what is done there ends with that
+        process.close_input()
+        self._lock.release()
+        self._stop_beats()
         process.end()
         # who reads has noticed that it has ended
         with self._reading:
@@ -288,7 +303,7 @@ class MachineConnection:
         bootstrap = Bootstrap(program_archive(), self.machine.python)
         self._write(bootstrap.script())
         begin = time.monotonic()
-        while bootstrap.state == 'noise':
+        while bootstrap.state not in ('answered', 'failed'):
             left = None
             if patience is not None:
                 left = begin + patience - time.monotonic()
@@ -301,9 +316,12 @@ class MachineConnection:
                     )
             data = self._receive(left)
             answer, rest = bootstrap.feed(data)
+            self._write(answer)
+            if bootstrap.state == 'sending' and (data or patience is None):
+                # from now on it says something now and then
+                begin, patience = time.monotonic(), SILENCE
         if bootstrap.state == 'failed':
             raise connection_errors.not_started(self.machine, bootstrap)
-        self._write(answer)
         self._feed(rest)
 
     def _hello(self) -> Facts:
@@ -312,9 +330,12 @@ class MachineConnection:
             'hello',
             {'workspaces': list(self._places), 'programs': _PROGRAMS},
             None,
+            CONNECT_TIMEOUT,
         )
         now = time.time()
         try:
+            if self._places and not isinstance(result['workspace'], str):
+                raise TypeError
             return Facts(
                 str(result['python']),
                 str(result['executable']),
@@ -327,7 +348,7 @@ class MachineConnection:
                 else str(result['workspace']),
                 bool(result['has_workspace']),
                 dict(result['programs']),
-                float(result['clock']) - (sent + now) / 2,
+                _number(result['clock']) - (sent + now) / 2,
             )
         except (KeyError, TypeError, ValueError) as error:
             raise connection_errors.no_protocol(
@@ -335,9 +356,14 @@ class MachineConnection:
             ) from error
 
     def _ask(
-        self, request: str, content: Mapping[str, Any], on_line: Say | None
+        self,
+        request: str,
+        content: Mapping[str, Any],
+        on_line: Say | None,
+        patience: float = math.inf,
     ) -> dict[str, Any]:
         number = self._request(request, content)
+        begin = self._heard = time.monotonic()
         while True:
             for answer in self._answers():
                 line = answer.get('line')
@@ -347,9 +373,27 @@ class MachineConnection:
                     continue
                 error, result = answer.get('error'), answer.get('result')
                 if error is not None:
-                    raise UserError(f'{self.machine.name}: {error}')
+                    text = printable(str(error))
+                    raise UserError(f'{self.machine.name}: {text}')
                 return result if isinstance(result, dict) else {}
-            self._feed(self._receive(None))
+            data = self._receive(BEAT)
+            now = time.monotonic()
+            if data:
+                self._heard = now
+            elif now - self._heard > SILENCE:
+                raise self._lost(self._connected())
+            if now - begin > patience:
+                raise connection_errors.no_protocol(
+                    self.machine,
+                    f"it does not answer '{request}' within {patience:g} s",
+                )
+            self._feed(data)
+
+    def _lost(self, process: ConnectProcess) -> ConnectError:
+        """Give up a connection, also to those who write to it."""
+        messages = process.messages
+        process.end(0.0)
+        return connection_errors.lost(self.machine, messages)
 
     def _request(self, request: str, content: Mapping[str, Any]) -> int:
         self._number += 1
@@ -457,3 +501,14 @@ class MachineConnection:
         if self._beats is not None and self._beats.is_alive():
             self._beats.join()
         self._beats = None
+
+
+def _number(told: object) -> float:
+    """
+    Return a number that was told.
+
+    :raises TypeError: when it is none
+    """
+    if not isinstance(told, int | float):
+        raise TypeError
+    return float(told)

@@ -30,7 +30,8 @@ class StreamedProgram:
     :param write: Sends bytes
     :param reading: Is held by who reads from that descriptor
     :param number: That of the request
-    :param lost: Returns what is said when the connection is lost
+    :param silence: Seconds without a word after which the connection is lost
+    :param lost: Gives the connection up, and returns what is said of that
     """
 
     def __init__(
@@ -41,6 +42,7 @@ class StreamedProgram:
         write: Callable[[bytes], None],
         reading: threading.Lock,
         number: int,
+        silence: float,
         lost: Callable[[], UserError],
     ) -> None:
         self._source = source
@@ -49,6 +51,7 @@ class StreamedProgram:
         self._write = write
         self._reading = reading
         self._number = number
+        self._silence = silence
         self._lost = lost
         self._errors = b''
         self._code: int | None = None
@@ -142,6 +145,8 @@ class StreamedProgram:
         :raises OSError: when nothing can be read
         """
         is_open = True
+        poll = select.poll()
+        poll.register(self._source, select.POLLIN)
         while True:
             while self._received:
                 frame = self._received.pop(0)
@@ -149,7 +154,8 @@ class StreamedProgram:
                     is_open = _written(descriptor, frame.body)
                 elif frame.kind == frames.CONTROL and self._ends(frame):
                     return
-            data = os.read(self._source, _READ)
+            is_ready = poll.poll(self._silence * 1000)
+            data = os.read(self._source, _READ) if is_ready else b''
             if not data:
                 self._failure = self._lost()
                 return

@@ -168,7 +168,7 @@ class MachineLink:
         process = self._process
         assert process is not None
         process.leave_to_guard()
-        self._heard = time.monotonic()
+        self._heard = self._since = time.monotonic()
         self._watch(process)
         self._resume()
         self._feed(self._part.received)
@@ -197,7 +197,8 @@ class MachineLink:
         if self._process is None:
             self._mind_loss(now)
         elif self._bootstrap is not None or not self._is_resumed:
-            if now - self._since > PATIENCE:
+            # the first connection stands already
+            if now - self._since > (PATIENCE if self.is_lost else SILENCE):
                 self._lose('it does not answer')
         elif now - self._heard > SILENCE:
             self._lose(f'nothing was heard of it for {SILENCE:g} s')
@@ -324,8 +325,8 @@ class MachineLink:
                 # the engine there is at the other end now
                 self._resume()
             case {'resumed': int(number)}:
-                self._is_resumed = True
                 self._outbox.resume(number)
+                self._is_resumed = True
                 self._found_again()
             case {'killed': True}:
                 self._give_up(
@@ -487,6 +488,7 @@ class MachineLink:
     def _greeted(self, bootstrap: Bootstrap, data: bytes) -> bytes:
         """Go on with the first words; return what has come behind them."""
         answer, rest = bootstrap.feed(data)
+        self._put(answer)
         if bootstrap.state == 'failed':
             self._lose('another program answers there')
         elif bootstrap.state == 'answered':
@@ -497,7 +499,7 @@ class MachineLink:
                 'identity': self._part.identity,
                 'boot': self._part.boot,
             }
-            self._put(answer + frames.message(content))
+            self._put(frames.message(content))
         return rest
 
     def _part_with(self, process: ConnectProcess) -> None:

@@ -32,6 +32,7 @@ from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.plan.plan_json import plan_to_json
 from colcon_yamllaunch.machines.deployment.machine import Machine
 from colcon_yamllaunch.machines.link.part_states import PartStates
@@ -44,6 +45,7 @@ from colcon_yamllaunch.runtime.core.tasks import RefusedError
 from colcon_yamllaunch.runtime.course.elsewhere import Done
 from colcon_yamllaunch.runtime.course.elsewhere import LaunchHere
 from colcon_yamllaunch.runtime.record.log_files import size_text
+from colcon_yamllaunch.runtime.stopping.launch_stop import timeouts_of
 from colcon_yamllaunch.runtime.stopping.launch_stop import UNATTRIBUTED
 from colcon_yamllaunch.runtime.streams.watches import Watches
 
@@ -51,6 +53,9 @@ from colcon_yamllaunch.runtime.streams.watches import Watches
 LinkState = Literal['up', 'lost', 'gone', 'done']
 #: Seconds after which something comes late, and has the time at which it was.
 LATE = 1.0
+#: Seconds that a machine gets to end its part, besides the time-outs of its
+#: processes.
+END_PATIENCE = 15.0
 #: How many requests to a machine may wait for their answers.
 MAXIMUM_REQUESTS = 1000
 
@@ -113,6 +118,7 @@ class RemotePart:
     ) -> None:
         self._link = link
         self._tty = tty
+        self._clock = clock
         self._localised = localised
         self._launch: LaunchHere | None = None
         self._parts: dict[str, Process | Component] = {}
@@ -120,6 +126,8 @@ class RemotePart:
         self._by_name: dict[str, str] = {}
         #: The states that it tells.
         self.states = PartStates(clock)
+        # whether its end may wait for timers
+        self._has_timers = False
         self._learn(plan.entries)
         self._ids = count(1)
         self._requests: dict[int, Callable[[Mapping[str, Any]], None]] = {}
@@ -129,6 +137,8 @@ class RemotePart:
         self.reason = ''
         self._is_idle = False
         self._is_finishing = False
+        # by when it must have ended, as the launch does
+        self._ends_by = math.inf
         # whether it has been said that a stop waits for the link
         self._is_waited_for = False
         # which processes are held as the launch is
@@ -180,6 +190,8 @@ class RemotePart:
             if not self._held:
                 self._link.hold(False)
         self._link.advance()
+        if self.state == 'up' and self._clock() > self._ends_by:
+            self._give_up('it does not end, though it was told to')
         self._mind_guard()
 
     def send(self, what: str, **content: Any) -> None:
@@ -214,6 +226,8 @@ class RemotePart:
         if self.state == 'lost' and not self._is_waited_for:
             self._is_waited_for = True
             self._tell(events.Warned(f'{self.machine.name}: {self._waits()}'))
+        if drop_timers or not self._has_timers:
+            self._mind_end()
         self.send(
             'stop',
             reason=reason,
@@ -229,6 +243,8 @@ class RemotePart:
             if self.machine.on_lost == 'keep':
                 what = 'its processes run on there (on_lost: keep)'
             self._give_up(f'{self.reason}; {what}')
+        if self._ends_by == math.inf:
+            self._mind_end()
         self.send('hurry')
 
     def suspend(self, is_suspended: bool) -> None:
@@ -237,12 +253,16 @@ class RemotePart:
             # told when the launch goes on, as it hears nothing meanwhile
             labels = (process.label for process in self.processes())
             self._suspended |= set(filter(self.states.runs, labels))
+        elif self._ends_by < math.inf:
+            self._mind_end()
         self.send('suspend' if is_suspended else 'continue')
 
     def finish(self) -> None:
         """Have it end, as the launch is over."""
         if not self._is_finishing:
             self._is_finishing = True
+            if self._ends_by == math.inf and not self._has_timers:
+                self._mind_end()
             self.send('finish')
 
     def close(self) -> None:
@@ -482,6 +502,8 @@ class RemotePart:
         if self.state == 'lost':
             self.state = 'up'
             self.reason = ''
+            if self._ends_by < math.inf:
+                self._mind_end()
             self._tell(events.LinkBack(self.machine.name, seconds))
 
     def gone(self, reason: str) -> None:
@@ -649,6 +671,7 @@ class RemotePart:
                 raise ValueError(f'there is a process {part.label} already')
         for part in more:
             self._take(part)
+        self._has_timers |= _has_lasting_timers(plan.entries)
 
     def _take(self, part: Process | Component) -> None:
         before = self._parts.get(part.label)
@@ -696,6 +719,12 @@ class RemotePart:
             'stopped there by themselves; Ctrl-C again does not wait'
         )
 
+    def _mind_end(self) -> None:
+        """Have it end within the time that what is there takes for that."""
+        timeouts = map(timeouts_of, self.processes())
+        longest = max((t.sigterm + t.sigkill for t in timeouts), default=0.0)
+        self._ends_by = self._clock() + longest + END_PATIENCE
+
     def _refuse_all(self, why: str) -> None:
         """Answer all requests, as nobody else will."""
         waiting, self._requests = self._requests, {}
@@ -729,6 +758,15 @@ def _past(seconds: object) -> float | None:
     # what comes as fast as it can has the time of here, so that times grow
     is_late = 0 < seconds < time.time() - LATE
     return float(seconds) if is_late else None
+
+
+def _has_lasting_timers(entries: Iterable[Entry]) -> bool:
+    """Tell whether there is a timer that a shutdown does not drop."""
+    return any(
+        not e.cancel_on_shutdown or _has_lasting_timers(e.entries)
+        for e in entries
+        if isinstance(e, Timer)
+    )
 
 
 def soonest(waits: Iterable[float | None]) -> float | None:

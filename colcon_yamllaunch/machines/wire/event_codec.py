@@ -210,7 +210,7 @@ def _check(key: str, value: Any) -> None:
     :raises ValueError: when that is so
     """
     if key in _SIGNALS and value is not None:
-        is_right = 0 <= value < signal.NSIG
+        is_right = 0 < value < signal.NSIG
     elif key == 'level':
         is_right = value in _LEVELS
     else:

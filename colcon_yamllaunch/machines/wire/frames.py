@@ -14,6 +14,7 @@ what has none has the number 0. Behind each body stands an end of line, as
 
 from collections.abc import Iterator
 import json
+import math
 import struct
 from typing import Any
 import zlib
@@ -49,6 +50,8 @@ _PACKED = 1
 # below that nothing is gained
 _WORTH_PACKING = 512
 _STREAMS = ('stdout', 'stderr')
+# no number that is meant is larger, and each that is not can be a float
+_DIGITS = 19
 # time, stream, length of the label
 _OUTPUT = struct.Struct('>dBH')
 
@@ -71,12 +74,12 @@ class Frame:
 
     def content(self) -> dict[str, Any]:
         """
-        Return the object of a message.
+        Return the object of a message; its numbers are finite.
 
         :raises FrameError: when it is none
         """
         try:
-            content = json.loads(self.body)
+            content = _READER.decode(self.body.decode())
         except (ValueError, RecursionError):
             content = None
         if not isinstance(content, dict):
@@ -185,6 +188,24 @@ class FrameReader:
         content = bytes(memoryview(self._data)[body:end])
         self._at = end + len(_END)
         return Frame(kind, number, _unpacked(content, flags))
+
+
+def _integer(digits: str) -> int:
+    if len(digits) > _DIGITS:
+        raise ValueError
+    return int(digits)
+
+
+def _float(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError
+    return number
+
+
+_READER = json.JSONDecoder(
+    parse_int=_integer, parse_float=_float, parse_constant=_float
+)
 
 
 def _unpacked(body: bytes, flags: int) -> bytes:

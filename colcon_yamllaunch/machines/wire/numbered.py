@@ -49,6 +49,8 @@ class Outbox:
         self._size = 0
         # how many of them have been sent by this connection
         self._sent = 0
+        # the last one that has been sent by any
+        self._last_sent = 0
         self._file = -1
         self._read_at = self._write_at = 0
         #: Bytes of output that did not fit.
@@ -105,6 +107,7 @@ class Outbox:
             taken.append(data)
             count += len(data)
             self._sent += 1
+            self._last_sent = max(self._last_sent, number)
         return b''.join(taken)
 
     @property
@@ -113,7 +116,14 @@ class Outbox:
         return self._sent < len(self._kept)
 
     def acknowledged(self, number: int) -> None:
-        """Keep what the other side has no longer."""
+        """
+        Forget what the other side has.
+
+        :param number: The last one that it has
+        :raises FrameError: when that has not been sent
+        """
+        if not 0 <= number <= self._last_sent:
+            raise FrameError('it has received more than it was sent')
         while self._kept and self._kept[0][0] <= number:
             _, _, body = self._kept.popleft()
             self._size -= len(body)
@@ -125,6 +135,7 @@ class Outbox:
         Send again, through another connection.
 
         :param number: The last one that the other side has
+        :raises FrameError: when that has not been sent
         """
         self.acknowledged(number)
         self._sent = 0

@@ -32,6 +32,8 @@ class ExitConditions:
     :param duration: Seconds that the launch goes on for from when all was
       found; then it is stopped
     :param clock: Returns seconds that never go back
+    :param begun: When the time for that begins, on the clock; None for when
+      the launch does
     """
 
     def __init__(
@@ -40,6 +42,7 @@ class ExitConditions:
         timeout: float | None = None,
         duration: float | None = None,
         clock: Callable[[], float] = time.monotonic,
+        begun: float | None = None,
     ) -> None:
         self._patterns = tuple(until)
         self._unseen = list(dict.fromkeys(p.text for p in self._patterns))
@@ -47,6 +50,7 @@ class ExitConditions:
         self._duration = duration
         self._clock = clock
         self._start = clock()
+        self._begun_at = begun
         self._seen: dict[str, float] = {}
         self._slow: dict[str, int] = {}
         self._given_up: str | None = None
@@ -93,7 +97,10 @@ class ExitConditions:
         if self._lasts:
             assert self._duration is not None
             return self._start + self._found_at + self._duration
-        return None if self._timeout is None else self._start + self._timeout
+        if self._timeout is None:
+            return None
+        begun = self._start if self._begun_at is None else self._begun_at
+        return begun + self._timeout
 
     def waited_for(self) -> tuple[str, ...]:
         """Return what has not been seen yet, as the user wrote it."""

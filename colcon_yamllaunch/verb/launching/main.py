@@ -96,7 +96,8 @@ def _launch(
 
         watch = WatchFlow(options, cwd, environment, log_folder)
     plan_run = PlanRun(options, cwd, environment, background)
-    with plan_run.reported():
+    code = 1
+    with plan_run.reported(), plan_run.timed():
         flow = LaunchFlow(options, cwd, environment, log_folder)
         with closing(flow):
             flow.start_host()

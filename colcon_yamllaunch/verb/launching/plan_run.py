@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 from contextlib import contextmanager
 from pathlib import Path
+import signal
 import time
 from typing import TYPE_CHECKING
 
@@ -69,6 +70,7 @@ class PlanRun:
         self._when_started: Callable[[], object] = bool
         self._to_start: set[str] = set()
         self._started = time.monotonic()
+        self._is_late = False
         if self._options.junit is not None:
             from colcon_yamllaunch.runtime.record.junit import JUnitReport
 
@@ -111,6 +113,9 @@ class PlanRun:
         :param source: Where more plan comes from while it runs, if anywhere
         :param elsewhere: The parts that run on other machines, if any do
         """
+        # from here on its time is minded by the launch
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        self._is_late = False
         self._when_started = when_started
         entries = plan.entries
         self._to_start = {e.label for e in entries if isinstance(e, Process)}
@@ -172,10 +177,49 @@ class PlanRun:
     def _conditions(self) -> ExitConditions:
         options = self._options
         if options.watch is None:
-            return ExitConditions(options.until, options.timeout, options.for_)
+            return ExitConditions(
+                options.until,
+                options.timeout,
+                options.for_,
+                begun=self._started,
+            )
         from colcon_yamllaunch.runtime.course.check_rounds import CheckRounds
 
         return CheckRounds(options.until, options.timeout)
+
+    @contextmanager
+    def timed(self) -> Iterator[None]:
+        """
+        End what is done before the launch runs when --timeout is over.
+
+        That is interrupted as by Ctrl-C.
+
+        :raises UserError: when it was
+        """
+        seconds = self._options.timeout
+        if seconds is None or self._options.watch is not None:
+            yield
+            return
+
+        def end(_number: int, _frame: object) -> None:
+            self._is_late = True
+            signal.raise_signal(signal.SIGINT)
+
+        before = signal.signal(signal.SIGALRM, end)
+        left = self._started + seconds - time.monotonic()
+        signal.setitimer(signal.ITIMER_REAL, max(left, 0.001))
+        try:
+            yield
+        except (KeyboardInterrupt, SystemExit):
+            if not self._is_late:
+                raise
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, before)
+        if self._is_late:
+            raise UserError(
+                f'--timeout: the launch did not begin within {seconds:g} s'
+            )
 
     @contextmanager
     def reported(self) -> Iterator[None]:

@@ -176,6 +176,15 @@ def test_an_end_there_counts(
     sshd.wait_until_empty()
 
 
+def test_timeout_ends_the_connecting(deployer: Deployer) -> None:
+    machines = {'arm': {'connect': ['sh', '-c', 'exec sleep 1000']}}
+    deployer.places({'one': ('arm', deployer.talker)}, machines, sync='none')
+    launch = deployer.deploys('--timeout', '3')
+    assert launch.end() == 1
+    assert '--timeout: the launch did not begin within 3 s' in launch.output
+    deployer.wait_until_empty()
+
+
 def test_a_line_there_ends_the_launch(deployer: Deployer, sshd: Sshd) -> None:
     _one(deployer, 'sh', '-c', 'echo Goal reached; exec sleep 1000')
     launch = deployer.deploys('--until', 'Goal reached', '--timeout', '60')

@@ -9,8 +9,10 @@ import termios
 
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.plan.plan_json import plan_from_json
 from colcon_yamllaunch.machines.deployment.placement import Placed
+from colcon_yamllaunch.machines.link.remote_part import END_PATIENCE
 from colcon_yamllaunch.machines.link.remote_parts import MEASURING
 from colcon_yamllaunch.machines.link.remote_parts import RemoteParts
 from colcon_yamllaunch.runtime.control.launch_states import ComponentState
@@ -524,3 +526,45 @@ def test_output_that_did_not_fit_is_told(played):
     played.link.says(dropped=3_000_000)
     (event,) = played.launch.told
     assert 'arm: 3 MB of output are missing' in event.text
+
+
+@pytest.mark.hostile
+def test_machine_that_does_not_end_is_dropped(played):
+    played.link.tells(events.Started(DRIVER, 77))
+    played.launch.shut_down('interrupted')
+    # whatever it says meanwhile
+    played.now += 5 + 5 + END_PATIENCE - 1
+    played.link.says(idle=False)
+    played.parts.advance()
+    assert played.parts.is_waiting()
+    played.now += 2
+    played.parts.advance()
+    assert not played.parts.is_waiting()
+    gone = [e for e in played.launch.told if isinstance(e, events.MachineGone)]
+    assert [e.reason for e in gone] == [
+        'it does not end, though it was told to'
+    ]
+
+
+@pytest.mark.hostile
+def test_machine_with_nothing_to_stop_is_dropped_at_the_end():
+    played = Played(entries=())
+    played.launch.is_stopping = True
+    assert played.parts.is_waiting()
+    played.now += END_PATIENCE + 1
+    played.parts.advance()
+    assert not played.parts.is_waiting()
+
+
+def test_machine_with_a_lasting_timer_is_waited_for():
+    timer = Timer(600, (DRIVER,), cancel_on_shutdown=False)
+    played = Played(entries=(timer,))
+    played.launch.shut_down('interrupted')
+    played.now += 590
+    played.parts.advance()
+    assert played.parts.is_waiting()
+    # Ctrl-C again
+    played.parts.hurry()
+    played.now += 5 + 5 + END_PATIENCE + 1
+    played.parts.advance()
+    assert not played.parts.is_waiting()

@@ -62,7 +62,7 @@ def values(hint, name):
     if name == 'level':
         return st.sampled_from(['INFO', 'ERROR'])
     if name in ('signal', 'next_signal') and hint is int:
-        return st.integers(0, signal.NSIG - 1)
+        return st.integers(1, signal.NSIG - 1)
     return {
         Process: st.just(DRIVER),
         Component: st.just(TALKER),
@@ -142,6 +142,12 @@ def test_what_steers_a_terminal_is_taken_out():
             'signal': 1000,
         },
         {'event': 'Silent', 'process': 'arm│driver', 'seconds': float('inf')},
+        {
+            'event': 'Suspended',
+            'process': 'arm│driver',
+            'pid': 1,
+            'signal': 0,
+        },
         {'event': 'Planned', 'parts': 'arm│driver'},
     ],
 )

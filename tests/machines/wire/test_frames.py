@@ -77,7 +77,13 @@ def test_few_bytes_do_not_become_many() -> None:
 
 @pytest.mark.hostile
 @pytest.mark.parametrize(
-    'body', [b'[]', b'null', b'{', b'\xff', b'[' * 100_000, b'9' * 10_000]
+    'body',
+    [
+        *(b'[]', b'null', b'{', b'\xff', b'[' * 100_000, b'9' * 10_000),
+        b'{"a": 1' + b'0' * 60 + b'}',
+        b'{"a": {"b": -' + b'9' * 400 + b'}}',
+        *(b'{"a": 1e999}', b'{"a": NaN}', b'{"a": -Infinity}'),
+    ],
 )
 def test_a_message_that_is_no_object_is_refused(body: bytes) -> None:
     with pytest.raises(FrameError):

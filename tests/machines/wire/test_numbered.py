@@ -99,3 +99,17 @@ def test_a_missing_frame_is_noticed() -> None:
     assert not inbox.is_new(Frame(frames.MESSAGE, 1, b''))
     with pytest.raises(FrameError, match='missing'):
         inbox.is_new(Frame(frames.MESSAGE, 3, b''))
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize('number', [2, 10**60, -1])
+def test_frame_that_was_not_sent_is_not_acknowledged(number: int) -> None:
+    outbox = Outbox()
+    for _ in range(2):
+        outbox.add(frames.MESSAGE, b'{}')
+    outbox.take(1)
+    outbox.acknowledged(1)
+    for acknowledge in (outbox.acknowledged, outbox.resume):
+        with pytest.raises(FrameError):
+            acknowledge(number)
+    assert not outbox.is_empty

@@ -121,12 +121,14 @@ def test_a_time_after_all_was_seen(talker: User) -> None:
     assert 'stopping: it ran for 1 s' in output
 
 
-def test_building_is_not_counted(user: User) -> None:
+def test_timeout_includes_the_build(user: User) -> None:
     user.package('one')
     cmake = user.root / 'src/one/CMakeLists.txt'
-    cmake.write_text(cmake.read_text() + 'execute_process(COMMAND sleep 3)\n')
-    output = user.launch('one', 'one', '--timeout', '2.5', '--until', 'hello')
-    assert 'Starting >>> one' in output
+    text = 'execute_process(COMMAND sleep 1000)\n'
+    cmake.write_text(cmake.read_text() + text)
+    output = user.launch('one', 'one', '--timeout', '6', code=1)
+    assert '--timeout: the launch did not begin within 6 s' in output
+    assert 'hello' not in output
 
 
 @pytest.mark.parametrize(

@@ -88,7 +88,8 @@ class PathsThere:
         folders = [self.folders.text(self._cwd), self.workspace or self._home]
         paths = {*asked.values(), setup, *folders}
         answer = connection.ask(LOOK, {'paths': sorted(paths)})
-        missing = set(answer.get('missing', ()))
+        told = answer.get('missing')
+        missing = set(map(str, told)) if isinstance(told, list) else set()
         there = (folder for folder in folders if folder not in missing)
         self._cwd_there = next(there, self._home)
         self.has_setup = setup not in missing

@@ -493,16 +493,21 @@ class MachinesThere:
             },
         )
         found = {}
-        for package, told in answer.get('packages', {}).items():
-            bases = {
-                'installed': install_base,
-                'products': f'{build_base}/{package}',
-            }
-            found[package] = {
-                f'{base}/{path}': content
-                for kind, base in bases.items()
-                for path, content in told[kind].items()
-            }
+        try:
+            for package, told in answer['packages'].items():
+                bases = {
+                    'installed': install_base,
+                    'products': f'{build_base}/{package}',
+                }
+                found[package] = {
+                    f'{base}/{path}': str(content)
+                    for kind, base in bases.items()
+                    for path, content in told[kind].items()
+                }
+        except (AttributeError, KeyError, TypeError) as e:
+            raise UserError(
+                f'{name}: it does not tell what it has built'
+            ) from e
         return found
 
     def _bring(self, name: str, needed: frozenset[str], code: Code) -> Synced:
