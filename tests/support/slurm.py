@@ -215,15 +215,18 @@ class Slurm:
         )
         self._configuration.write_text(text, encoding='utf-8')
         (self.folder / 'gres.conf').write_text(_GRES, encoding='utf-8')
-        # what it prints are variables of each task
+        # what it prints are variables of each task. The home folder is the
+        # only one: what else a task lacks, it lacks on any cluster
         prolog = self.folder / 'prolog'
-        path = f'{Path(sys.executable).parent}:{os.environ["PATH"]}'
         prolog.write_text(
-            f'#!/bin/sh\necho "export HOME={self.home}"\n'
-            f'echo "export PATH={path}"\n',
-            encoding='utf-8',
+            f'#!/bin/sh\necho "export HOME={self.home}"\n', encoding='utf-8'
         )
         prolog.chmod(0o755)
+        # a login there finds colcon
+        path = Path(sys.executable).parent
+        (self.home / '.profile').write_text(
+            f'echo welcome\nPATH={path}:$PATH\n', encoding='utf-8'
+        )
         # older ones do without because of `proctrack/pgid`
         text = 'CgroupPlugin=disabled\n' if _version() >= (23, 11) else ''
         (self.folder / 'cgroup.conf').write_text(text, encoding='utf-8')

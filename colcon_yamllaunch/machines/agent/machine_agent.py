@@ -24,6 +24,7 @@ from pathlib import Path
 import pwd
 import shutil
 import signal
+import subprocess
 import sys
 import time
 from typing import Any
@@ -39,6 +40,8 @@ from colcon_yamllaunch.runtime.streams.signals import accept_signals
 
 #: Days after which a program that was not used is removed.
 UNUSED_DAYS = 30
+#: Seconds that a shell may take to say what its PATH is.
+_SHELL_TIMEOUT = 3.0
 
 
 def main(temporary: str) -> None:
@@ -176,14 +179,32 @@ def _hello(content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _complete_environment() -> None:
-    """Set what any login would have set; Slurm may set nothing."""
+    """Set what any login would have set; Slurm sets nothing."""
     with suppress(KeyError):
         user = pwd.getpwuid(os.getuid())
         os.environ.setdefault('HOME', user.pw_dir)
         os.environ.setdefault('SHELL', user.pw_shell or '/bin/sh')
         for name in ('USER', 'LOGNAME'):
             os.environ.setdefault(name, user.pw_name)
-    os.environ.setdefault('PATH', os.defpath)
+    if 'PATH' not in os.environ:
+        os.environ['PATH'] = os.defpath
+        os.environ['PATH'] = _path_of_login()
+
+
+def _path_of_login() -> str:
+    shell = os.environ.get('SHELL') or '/bin/sh'
+    with suppress(OSError, subprocess.SubprocessError):
+        printed = subprocess.run(
+            [shell, '-lc', 'printenv PATH'],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=_SHELL_TIMEOUT,
+        ).stdout
+        lines = os.fsdecode(printed).splitlines()
+        if lines and '/' in lines[-1]:
+            return lines[-1]
+    return os.defpath
 
 
 @cache

@@ -109,13 +109,14 @@ from colcon_yamllaunch.machines.agent.machine_agent import main
 main(t)
 """
 
-# any POSIX shell has read all of it before it does anything
+# any POSIX shell has read all of it before it does anything. It starts Python
+# by its path, without which, and without PATH, that does not know its own
 _SCRIPT = """\
 {{
 p='{program}'
 for n in {pythons}; do
-if command -v "$n" >/dev/null 2>&1; then
-exec "$n" -I -S -c "$p" {digest} '{younger}'
+if f=$(command -v "$n" 2>/dev/null); then
+exec "$f" -I -S -c "$p" {digest} '{younger}'
 fi
 done
 printf '\\001colcon%s\\n' '-launch none'

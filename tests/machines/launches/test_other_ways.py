@@ -45,6 +45,19 @@ def test_slurm_gives_an_allocation(slurm_user: Deployer, slurm: Slurm) -> None:
     slurm_user.wait_until_empty()
 
 
+def test_package_is_built_in_an_allocation(
+    slurm_user: Deployer, slurm: Slurm
+) -> None:
+    slurm_user.package('robot')
+    slurm_user.manifest('robot')
+    words = ('--on', 'slurm:partition=gpu', 'robot', 'robot')
+    launch = slurm_user.start('colcon', 'launch', *words)
+    launch.wait_for('hello from robot')
+    assert 'Starting >>> robot' in launch.output
+    launch.interrupt()
+    slurm.wait_until_empty()
+
+
 def test_slurm_gives_a_step_of_the_present_one(
     slurm_user: Deployer, slurm: Slurm
 ) -> None:

@@ -16,8 +16,13 @@ def no_jobs(slurm: Slurm) -> Iterator[None]:
 
 
 def test_a_step_runs(slurm: Slurm) -> None:
-    done = slurm.run('srun', '--export=NONE', 'printenv', 'HOME')
+    done = slurm.run('srun', '--export=NONE', '/usr/bin/printenv', 'HOME')
     assert (done.returncode, done.stdout) == (0, f'{slurm.home}\n')
+
+
+def test_step_without_exports_has_no_path(slurm: Slurm) -> None:
+    done = slurm.run('srun', '--export=NONE', '/usr/bin/printenv', 'PATH')
+    assert done.stdout == ''
 
 
 def test_a_step_gets_a_graphics_processor(slurm: Slurm) -> None:
