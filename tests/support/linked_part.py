@@ -110,6 +110,8 @@ class LinkedPart:
         self.contact = MachineContact(machine, (), environment)
         self.contact.connect()
         settings.setdefault('on_lost', machine.on_lost)
+        if machine.lost_after is not None:
+            settings.setdefault('lost_after', machine.lost_after)
         settings = {'log_name': 'launch_test', **settings}
         plan = Plan(tuple(processes))
         try:

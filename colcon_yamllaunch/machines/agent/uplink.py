@@ -22,21 +22,17 @@ from colcon_yamllaunch.machines.wire.frames import Frame
 from colcon_yamllaunch.machines.wire.frames import FrameError
 from colcon_yamllaunch.machines.wire.numbered import Inbox
 from colcon_yamllaunch.machines.wire.numbered import Outbox
+from colcon_yamllaunch.machines.wire.part_settings import heartbeat_of
 from colcon_yamllaunch.machines.wire.part_settings import PartSettings
 from colcon_yamllaunch.runtime.acts.acts import Acts
 from colcon_yamllaunch.runtime.control.service import Service
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.course.engine import Engine
 
-#: Seconds between two heartbeats.
-HEARTBEAT = 1.0
-#: Seconds without a word from the launcher after which its part is stopped,
-#: unless it is to be kept.
-LOST_AFTER = 10.0
 #: Seconds in which the launcher must speak first.
 FIRST_PATIENCE = 60.0
 #: Seconds for which the loop may stand still, as a machine that sleeps does,
-#: without that being silence of the launcher.
+#: without that being silence of the launcher; less where that is short.
 _STANDSTILL = 2.0
 #: Seconds that the launcher gets to take what it has not, at the end.
 LAST_PATIENCE = 5.0
@@ -67,6 +63,9 @@ class Uplink:
     ) -> None:
         self._server = server
         self._keeps = settings.on_lost == 'keep'
+        self._lost_after = settings.lost_after
+        self._heartbeat = heartbeat_of(settings.lost_after)
+        self._standstill = min(_STANDSTILL, settings.lost_after / 2)
         self._outbox = Outbox(
             log_folder or Path(os.environ.get('TMPDIR') or '/tmp'),
             settings.log_limit,
@@ -84,6 +83,8 @@ class Uplink:
         self._orders: PartOrders | None = None
         self._idle = self._told_idle = False
         self._finished = self._is_lost = self._is_suspended = False
+        # whether the launcher has said that it will connect again
+        self._is_coming_back = False
         self._turned = self._heard
         self._changed = True
         self._looked = 0.0
@@ -149,6 +150,9 @@ class Uplink:
         if isinstance(event, events.Output):
             # as it was read
             return
+        if isinstance(event, events.ShuttingDown) and self._is_lost:
+            # the rest of the launch goes on
+            return
         self._changed = True
         data = event_to_json(event)
         if data is not None:
@@ -174,7 +178,7 @@ class Uplink:
     def advance(self) -> None:
         """Do what is due."""
         now = time.monotonic()
-        if now - self._turned > _STANDSTILL:
+        if now - self._turned > self._standstill:
             # what was said meanwhile is still to be read
             self._heard += now - self._turned
         self._turned = now
@@ -189,7 +193,8 @@ class Uplink:
             self._tell({'dropped': self._outbox.dropped - self._told_dropped})
             self._told_dropped = self._outbox.dropped
         if self._socket is not None:
-            if now - self._beaten >= HEARTBEAT or self._inbox.is_due():
+            is_due = now - self._beaten >= self._heartbeat
+            if is_due or self._inbox.is_due():
                 self._beat(self._socket)
             self._socket.flush(self._outbox)
             self._mind_socket(self._socket)
@@ -197,7 +202,9 @@ class Uplink:
     def seconds_to_wait(self) -> float | None:
         """Return the seconds until :meth:`advance` is to be called again."""
         assert self._orders is not None
-        waits = [HEARTBEAT, self._orders.seconds_to_wait()]
+        waits = [self._heartbeat, self._orders.seconds_to_wait()]
+        if not self._is_lost:
+            waits.append(self._lost_after - self._silence())
         if self._changed:
             waits.append(_LOOK)
         return max(0.0, min(waits))
@@ -212,7 +219,8 @@ class Uplink:
         self._changed = True
         if self._orders is not None:
             self._look(time.monotonic())
-        self._tell({'ended': exit_code})
+        self._tell({'ended': exit_code, 'lost': self._is_lost})
+        self._engine = None
         # who keeps it for a launcher that is away waits for that
         is_kept = self._keeps and not self._finished
         patience = KEPT_FOR if is_kept else LAST_PATIENCE
@@ -237,7 +245,7 @@ class Uplink:
         one = self._socket
         if one is not None:
             one.flush(self._outbox)
-            if time.monotonic() - self._beaten >= HEARTBEAT:
+            if time.monotonic() - self._beaten >= self._heartbeat:
                 self._beat(one)
             if not self._mind_socket(one):
                 return
@@ -286,7 +294,10 @@ class Uplink:
             if self._engine is not None:
                 self._engine.watches.change(one.descriptor, one.mask)
             return True
+        is_end = one is self._socket and not self._is_coming_back
         self._drop(one)
+        if is_end:
+            self._lose('the connection to the launcher has ended')
         return False
 
     def _drop(self, one: UplinkSocket) -> None:
@@ -316,12 +327,15 @@ class Uplink:
                     # the launcher has given it up
                     self._drop(self._socket)
                 self._socket = one
+                self._is_coming_back = False
                 self._outbox.resume(number)
                 one.send(frames.message({'resumed': self._inbox.last}))
         match content:
             case {'beat': int() | float() as sent}:
                 self._echo = float(sent), time.time()
         match content:
+            case {'coming_back': True}:
+                self._is_coming_back = True
             case {'ack': int(number)}:
                 if one is self._socket:
                     self._outbox.acknowledged(number)
@@ -343,17 +357,21 @@ class Uplink:
         return time.monotonic() - self._heard
 
     def _mind_silence(self) -> None:
-        if self._silence() < LOST_AFTER:
+        if self._silence() < self._lost_after:
             return
         if self._socket is not None:
             self._drop(self._socket)
-        if self._is_lost or self._engine is None:
+        self._lose('nothing is heard of the launcher')
+        if self._told_idle and self._silence() >= KEPT_FOR:
+            self._is_lost = True
+
+    def _lose(self, reason: str) -> None:
+        """Stop the part, unless it is to be kept or has been stopped."""
+        if self._keeps or self._is_lost or self._finished:
             return
-        if not self._keeps:
+        if self._engine is not None:
             self._is_lost = True
-            self._engine.stop('the link to the launcher is lost')
-        elif self._told_idle and self._silence() >= KEPT_FOR:
-            self._is_lost = True
+            self._engine.stop(f'the link to the launcher is lost: {reason}')
 
     # what is told and done
 

@@ -108,7 +108,8 @@ class UplinkSocket:
                 self._blocked_since = time.monotonic()
             return False
         except OSError:
-            self.is_broken = True
+            # its end shows when we read, behind what it said last
+            self._unsent.clear()
             return False
         if self._blocked_since is not None:
             self._blocked += time.monotonic() - self._blocked_since

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import contextmanager
+import math
 import os.path
 import posixpath
 import re
@@ -47,7 +48,12 @@ MAXIMUM_MACHINES = 1000
 SLURM = 'slurm:'
 
 _KINDS: tuple[Kind, ...] = get_args(Kind)
-_MACHINE_KEYS = (*_KINDS, 'workspace', 'sync', 'on_lost', 'env', 'python')
+_MACHINE_KEYS = (
+    *_KINDS,
+    *('workspace', 'sync', 'on_lost', 'lost_after', 'env', 'python'),
+)
+#: The least and the most seconds of `lost_after`.
+_LOST_AFTER = (0.1, 3600.0)
 _MATCH_KEYS = ('name', 'package', 'executable')
 # it stands in labels, in names of files and on command lines
 _NAME = re.compile(r'[A-Za-z0-9][A-Za-z0-9_.-]{0,62}')
@@ -216,6 +222,7 @@ class _Reader:
             'workspace': _workspace,
             'sync': lambda v: _choice(v, 'sync', get_args(Sync)),
             'on_lost': lambda v: _choice(v, 'on_lost', get_args(OnLost)),
+            'lost_after': _seconds,
             'env': _variables,
             'python': lambda v: _text(v, "'python'", 'python: /usr/bin/…'),
         }
@@ -351,6 +358,21 @@ def _choice(value: Value, key: str, choices: Sequence[str]) -> str:
             hint=did_you_mean(text, choices) or hint,
         )
     return text
+
+
+def _seconds(value: Value) -> float:
+    shortest, longest = _LOST_AFTER
+    hint = f'a number of seconds from {shortest:g} to {longest:g}: 0.5'
+    text = _text(value, "'lost_after'", hint)
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not shortest <= seconds <= longest:
+        raise error(
+            f"'lost_after' has no value '{text}'", _span(value), hint=hint
+        )
+    return seconds
 
 
 def _workspace(value: Value) -> str:

@@ -33,6 +33,8 @@ class Machine:
       what was installed here; or not at all
     :param on_lost: What becomes of its part when the link is lost: it is
       stopped there, or runs on until the link is back
+    :param lost_after: Seconds without a word after which the link is lost;
+      None for the usual ones
     :param env: Names of the variables that go along, besides those that
       always do
     :param python: The Python there, None to search for one
@@ -46,6 +48,7 @@ class Machine:
     workspace: str | None = None
     sync: Sync = 'build'
     on_lost: OnLost = 'stop'
+    lost_after: float | None = None
     env: tuple[str, ...] = ()
     python: str | None = None
     position: Position | None = None

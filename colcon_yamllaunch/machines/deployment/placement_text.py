@@ -39,6 +39,8 @@ def _lines(placed: Placed, deployment: Deployment) -> Iterator[str]:
             facts.append(f'sync {machine.sync}')
         if machine.on_lost != 'stop':
             facts.append(f'on_lost {machine.on_lost}')
+        if machine.lost_after is not None:
+            facts.append(f'lost_after {machine.lost_after:g}')
         facts.append(_amount(placed.parts.get(name, Plan())))
         yield f'{_INDENT}{name}: {", ".join(facts)}'
     yield f'{_INDENT}here: {_amount(placed.local)}'

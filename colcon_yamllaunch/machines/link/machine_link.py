@@ -40,12 +40,12 @@ from colcon_yamllaunch.machines.wire.frames import FrameError
 from colcon_yamllaunch.machines.wire.frames import FrameReader
 from colcon_yamllaunch.machines.wire.numbered import Inbox
 from colcon_yamllaunch.machines.wire.numbered import Outbox
+from colcon_yamllaunch.machines.wire.part_settings import heartbeat_of
+from colcon_yamllaunch.machines.wire.part_settings import LOST_AFTER
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.streams.watches import Watches
 
-#: Seconds between two heartbeats.
-HEARTBEAT = 1.0
-#: Seconds without a word after which a link is lost.
+#: Seconds without a word after which a link is lost, at most.
 SILENCE = 4.5
 #: Seconds that a new connection may take until the machine answers.
 PATIENCE = 15.0
@@ -54,16 +54,15 @@ PATIENCE = 15.0
 FIRST_PAUSE = 0.5
 LONGEST_PAUSE = 5.0
 #: Seconds after which nothing of a part runs any more that is stopped when its
-#: link is lost: it notices that within 10 s, and then it has the longest usual
-#: time-outs.
-STOPPED_AFTER = 30.0
+#: link is lost, and that has been noticed there: the longest usual time-outs.
+STOPPED_AFTER = 20.0
 #: Bytes that may wait for a screen that takes no more; a machine that sends
 #: more without being told to is broken.
 MAXIMUM_HELD = 64 * 1024 * 1024
 #: Seconds that a machine gets at the end to see that nothing is left there.
 LAST_PATIENCE = 2.0
 #: Seconds for which the loop may stand still, as when the launch is suspended,
-#: without that being silence of a machine.
+#: without that being silence of a machine; less where that is short.
 _STANDSTILL = 2.0
 #: Frames of output that are passed on before others get their turn.
 _PER_TURN = 64
@@ -118,6 +117,9 @@ class MachineLink:
         self._process: ConnectProcess | None = part.process
         self._watches: Watches | None = None
         self._handler: LinkHandler | None = None
+        self._lost_after = part.machine.lost_after or LOST_AFTER
+        self._silence = min(SILENCE, self._lost_after)
+        self._heartbeat = heartbeat_of(self._lost_after)
         self._outbox = Outbox()
         self._inbox = Inbox()
         self._reader = FrameReader()
@@ -185,7 +187,7 @@ class MachineLink:
     def advance(self) -> None:
         """Do what is due."""
         now = time.monotonic()
-        if now - self._turned > _STANDSTILL:
+        if now - self._turned > min(_STANDSTILL, self._silence / 2):
             # what was said meanwhile is still to be read
             self._heard += now - self._turned
             self._since += now - self._turned
@@ -200,10 +202,13 @@ class MachineLink:
             # the first connection stands already
             if now - self._since > (PATIENCE if self.is_lost else SILENCE):
                 self._lose('it does not answer')
-        elif now - self._heard > SILENCE:
-            self._lose(f'nothing was heard of it for {SILENCE:g} s')
+        elif now - self._heard > self._silence:
+            # the end of this connection is not to stop its part
+            self._put(frames.message({'coming_back': True}))
+            self._lose(f'nothing was heard of it for {self._silence:g} s')
         if self._is_resumed:
-            if now - self._beaten >= HEARTBEAT or self._inbox.is_due():
+            is_due = now - self._beaten >= self._heartbeat
+            if is_due or self._inbox.is_due():
                 self._beat(now)
             self._flush()
 
@@ -214,7 +219,7 @@ class MachineLink:
         if not self.is_gone:
             if self._waiting and not self._held:
                 return 0.0
-            waits.append(self._beaten + HEARTBEAT - now)
+            waits.append(self._beaten + self._heartbeat - now)
             if self._process is None:
                 waits.append(self._retry_at - now)
         return max(0.0, min(waits)) if waits else None
@@ -457,10 +462,10 @@ class MachineLink:
         if self._lost_at is None:
             return
         keeps = self.machine.on_lost == 'keep'
-        if not keeps and now - self._lost_at > STOPPED_AFTER:
+        limit = self._lost_after + STOPPED_AFTER
+        if not keeps and now - self._lost_at > limit:
             self._give_up(
-                f'no connection for {STOPPED_AFTER:g} s; its part has '
-                'stopped itself'
+                f'no connection for {limit:g} s; its part has stopped itself'
             )
         elif now >= self._retry_at:
             self._connect_again(now)

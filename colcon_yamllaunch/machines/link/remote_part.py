@@ -59,6 +59,8 @@ END_PATIENCE = 15.0
 #: How many requests to a machine may wait for their answers.
 MAXIMUM_REQUESTS = 1000
 
+# the phases in which nothing happens until it is asked for
+_CERTAIN = ('waiting', 'ended', 'unloaded', 'failed')
 # what asks for the next start of a process or component
 _STARTS = ('restart', 'debug')
 
@@ -304,6 +306,7 @@ class RemotePart:
         for process in self.processes():
             state = self.states.of_process(process)
             state['machine'] = self.machine.name
+            self._doubt(state)
             if state['terminal'] is None:
                 state['terminal'] = self.has_keyboard(process.label)
             yield state
@@ -313,7 +316,13 @@ class RemotePart:
         for component, process in self.components():
             state = self.states.of_component(component, process)
             state['machine'] = self.machine.name
+            self._doubt(state)
             yield state
+
+    def _doubt(self, state: dict[str, Any]) -> None:
+        """Mark what may have changed since the link was lost."""
+        if self.state == 'lost' and state['phase'] not in _CERTAIN:
+            state |= {'phase': 'unknown', 'ending': ''}
 
     # keyboards
 
@@ -561,6 +570,10 @@ class RemotePart:
             self._give_up(printable(str(message['failed'])))
         elif 'ended' in message:
             # what failed has been told
+            is_stopping = self._launch and self._launch.is_stopping
+            if message.get('lost') is True and not is_stopping:
+                self.gone('the link was lost, so its part has stopped itself')
+                return
             self.state = 'done'
             self._refuse_all(f'{self.machine.name} is done')
         else:

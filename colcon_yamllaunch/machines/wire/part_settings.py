@@ -12,6 +12,18 @@ from typing import Any
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.runtime.core import limits
 
+#: Seconds without a word from the launcher after which a part is stopped.
+LOST_AFTER = 10.0
+#: Seconds between two heartbeats at most, and how many heartbeats at least
+#: are due before a link is lost.
+HEARTBEAT = 1.0
+_BEATS = 5
+
+
+def heartbeat_of(lost_after: float) -> float:
+    """Return the seconds between two heartbeats of either side."""
+    return min(HEARTBEAT, lost_after / _BEATS)
+
 
 @dataclass(frozen=True, slots=True)
 class PartSettings:
@@ -22,6 +34,8 @@ class PartSettings:
     :param workspace: The workspace there that is sourced, or None
     :param variables: What goes along of the user's environment
     :param on_lost: `stop` or `keep`, see `Machine`
+    :param lost_after: Seconds without a word from the launcher after which
+      the link is lost
     :param log_name: The name of its log folder, None to keep no logs there
     :param log_limit: What its logs may take together, in bytes, or None; what
       is kept for a lost connection may take as much
@@ -37,6 +51,7 @@ class PartSettings:
     workspace: str | None = None
     variables: Mapping[str, str] = field(default_factory=dict)
     on_lost: str = 'stop'
+    lost_after: float = LOST_AFTER
     log_name: str | None = None
     log_limit: int | None = limits.LOG_LIMIT
     kept_logs: int | None = None

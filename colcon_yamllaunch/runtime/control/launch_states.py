@@ -39,7 +39,8 @@ class ProcessState:
     A process of a launch.
 
     :param label: Its name in output and logs
-    :param phase: `waiting`, `running`, `stopping`, `respawn` or `ended`, see
+    :param phase: `waiting`, `running`, `stopping`, `respawn`, `ended` or, on
+      a machine that nothing is heard of, `unknown`, see
       `tasks.Phase`
     :param pid: Its process id, which is that of its group, while it runs
     :param seconds: For how long it has been running, or ended
@@ -90,8 +91,8 @@ class ComponentState:
     A component of a launch.
 
     :param label: Its name in output and logs
-    :param phase: `waiting`, `loading`, `loaded`, `unloading`, `unloaded` or
-      `failed`, see `component_task.LoadPhase`
+    :param phase: `waiting`, `loading`, `loaded`, `unloading`, `unloaded`,
+      `failed` or `unknown`, see `component_task.LoadPhase`
     :param seconds: For how long that has been so
     :param ending: Why it could not be loaded or unloaded; empty otherwise
     :param plugin: The class of its node

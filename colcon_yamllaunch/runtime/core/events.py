@@ -684,7 +684,9 @@ class LinkLost(Event):
     severity = 'WARNING'
 
     def lines(self) -> tuple[str, ...]:
-        what = 'its processes are stopped there unless it is back soon'
+        what = (
+            'its processes stop there unless it was only silent for a moment'
+        )
         if self.is_kept:
             what = 'its processes run on there'
         return (

@@ -44,7 +44,7 @@ from colcon_yamllaunch.workspace.packages.workspace_root import find_root
 
 #: Seconds between two questions to a launch that was asked for something.
 POLL_INTERVAL = 0.05
-_UNSETTLED = ('stopping', 'loading', 'unloading')
+_UNSETTLED = ('stopping', 'loading', 'unloading', 'unknown')
 
 
 def control(options: ControlOptions, environment: Mapping[str, str]) -> int:
@@ -284,7 +284,9 @@ def _wait_for(chosen: Candidate, part: Part) -> Part | None:
 
 
 def _is_settled(part: Part, is_long: bool) -> bool:
-    if part.phase == 'waiting' and isinstance(part, ComponentState):
+    if part.phase == 'waiting':
         # nobody knows when a container of others comes
-        return is_long and part.process is None
+        if isinstance(part, ComponentState):
+            return is_long and part.process is None
+        return False
     return part.phase not in _UNSETTLED

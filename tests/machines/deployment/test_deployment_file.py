@@ -23,7 +23,7 @@ import yaml
 
 FILE = """\
 machines:
-  arm:  {ssh: robot@arm.local, workspace: ~/ws}
+  arm:  {ssh: robot@arm.local, workspace: ~/ws, lost_after: 0.5}
   gpu:  {slurm: [--partition=gpu, --gres=gpu:1], sync: none}
   edge: {connect: docker exec -i edge, on_lost: keep, env: [A, B]}
 processes:
@@ -73,6 +73,7 @@ def test_all_that_it_may_say():
     assert gpu.words == ('--partition=gpu', '--gres=gpu:1')
     assert edge.words == ('docker', 'exec', '-i', 'edge')
     assert (edge.on_lost, edge.env) == ('keep', ('A', 'B'))
+    assert (arm.lost_after, edge.lost_after) == (0.5, None)
     assert str(arm.position) == 'robot.yaml:2:3'
     assert [(str(r), r.machine) for r in found.rules] == [
         ('/perception/*', 'gpu'),
@@ -191,6 +192,10 @@ def test_what_is_wrong_with_a_file(text, problem):
          "'build'?)"),
         ('{ssh: h, on_lost: go}', "'on_lost' has no value 'go' (it is one of "
          'stop, keep)'),
+        ('{ssh: h, lost_after: 0}', "'lost_after' has no value '0' (a number "
+         'of seconds from 0.1 to 3600: 0.5)'),
+        ('{ssh: h, lost_after: soon}', "'lost_after' has no value 'soon'"),
+        ('{ssh: h, lost_after: [1]}', "'lost_after' is not a text"),
         ('{ssh: h, env: {A: b}}', "'env' is not a list of names"),
         ('{ssh: h, env: [A B]}', "'A B' is no name of a variable"),
         ('{ssh: h, env: [A=b]}', "'A=b' is no name of a variable"),
@@ -284,9 +289,9 @@ def test_on_a_machine_of_a_file():
 
 _WORDS = st.sampled_from(
     ['machines', 'processes', 'ssh', 'slurm', 'connect', 'workspace', 'sync',
-     'on_lost', 'env', 'python', 'match', 'machine', 'name', 'package',
-     'executable', 'arm', 'here', 'build', 'keep', '~/ws', '/ws', 'a b', '-x',
-     '', '~', '*', "a 'b"]
+     'on_lost', 'lost_after', 'env', 'python', 'match', 'machine', 'name',
+     'package', 'executable', 'arm', 'here', 'build', 'keep', '~/ws', '/ws',
+     'a b', '-x', '', '~', '*', "a 'b"]
 )  # fmt: skip
 _SCALARS = _WORDS | st.text(max_size=5) | st.integers() | st.none()
 _VALUES = st.recursive(

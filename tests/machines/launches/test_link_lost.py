@@ -44,6 +44,9 @@ def test_a_part_stops_by_itself(deployer: Deployer, sshd: Sshd) -> None:
     sshd['arm'].link.hold()
     launch.wait_for('arm: the link is lost')
     assert time.monotonic() - begin < TOLD_AFTER + LATE
+    states = deployer.launch('--status')
+    assert re.search(r'arm│stubborn\S* +unknown ', states)
+    assert re.search(r'gpu│other\S* +running ', states)
     sshd.wait_until_empty('arm')
     assert sshd.left('gpu')
     sshd['arm'].link.release()

@@ -20,6 +20,7 @@ import pytest
 from support.linked_part import LinkedPart
 from support.linked_part import PlainMachine
 from support.linked_part import process
+from support.marked_processes import command_of
 
 # writes 20,000 lines in a second or more
 MANY_LINES = """\
@@ -58,16 +59,12 @@ def test_a_part_runs_and_is_stopped(plain: PlainMachine) -> None:
 
 def test_a_part_waits_until_its_launch_is_over(plain: PlainMachine) -> None:
     with LinkedPart(plain.machine(), [process('arm│a', 'exit 3')]) as part:
-        part.wait_for(lambda: {'idle': True}.items() <= _last(part).items())
+        part.wait_for(lambda: any(m.get('idle') for m in part.messages))
         exited = part.messages[part.told.index('Exited')]['event']
         assert exited['outcome'][0] == 3
         part.link.send({'do': 'finish'})
         part.wait_for_told('ended')
     plain.wait_until_empty()
-
-
-def _last(part: LinkedPart) -> dict[str, object]:
-    return part.messages[-1] if part.messages else {}
 
 
 def test_the_variables_that_go_along_are_there(plain: PlainMachine) -> None:
@@ -145,11 +142,10 @@ def _modes(part: LinkedPart) -> list[tuple[bool, bool]]:
     return [(m['lines'], m['echo']) for m in found]
 
 
-@pytest.mark.parametrize('on_lost', ['stop', 'keep'])
 def test_nothing_is_lost_or_twice_when_the_link_is(
-    plain: PlainMachine, on_lost: str
+    plain: PlainMachine,
 ) -> None:
-    machine = plain.machine(on_lost=on_lost)
+    machine = plain.machine(on_lost='keep')
     with LinkedPart(machine, [process('arm│a', MANY_LINES)]) as part:
         for count in (1, 2, 3):
             size = len(part.out())
@@ -187,25 +183,62 @@ def test_a_kept_part_goes_on_while_nobody_hears_of_it(
     plain.wait_until_empty()
 
 
-def test_a_part_is_stopped_there_when_nobody_hears_of_it(
+def test_ended_connection_stops_the_part_at_once(
     plain: PlainMachine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     script = 'echo begun; sleep 1000'
-    monkeypatch.setattr(machine_link, 'STOPPED_AFTER', 12)
+    # the machine is told another time
+    monkeypatch.setattr(machine_link, 'LOST_AFTER', 2)
+    monkeypatch.setattr(machine_link, 'STOPPED_AFTER', 2)
     with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
         part.wait_for(part.out)
         monkeypatch.setattr(
             machine_link, 'connect_command', lambda *_, **__: ['false']
         )
         part.cut()
-        begin = time.monotonic()
         part.wait_for_told('lost')
-        assert time.monotonic() - begin < 5
         plain.wait_until_empty()
-        assert time.monotonic() - begin > 8
+        logs = plain.home / '.ros/log/launch_test/launch.log'
+        assert 'the connection to the launcher has ended' in logs.read_text()
         part.wait_for_told('gone')
         assert part.gone_for is not None
         assert 'its part has stopped itself' in part.gone_for
+
+
+def test_part_stopped_for_a_lost_link_says_so(plain: PlainMachine) -> None:
+    script = "trap 'sleep 1; exit' INT; echo begun; sleep 1000 & wait"
+    with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
+        part.wait_for(part.out)
+        part.cut()
+        part.wait_for_told('gone')
+        # what ends it is not the end of the launch
+        assert 'ShuttingDown' not in part.told
+        ends = [m for m in part.messages if 'ended' in m]
+        assert all(end['lost'] for end in ends)
+    plain.wait_until_empty()
+
+
+@pytest.mark.parametrize('victim', ['engine', 'launcher'])
+def test_silence_counts_from_lost_after(
+    plain: PlainMachine, victim: str
+) -> None:
+    machine = plain.machine(lost_after=0.5)
+    script = 'echo begun; sleep 1000'
+    with LinkedPart(machine, [process('arm│a', script)]) as part:
+        part.wait_for(part.out)
+        if victim == 'engine':
+            os.kill(part.engine, signal.SIGSTOP)
+            part.wait_for_told('lost')
+            assert part.reason == 'nothing was heard of it for 0.5 s'
+            os.kill(part.engine, signal.SIGCONT)
+        else:
+            # no turn, so no heartbeat
+            begin = time.monotonic()
+            while 'sleep 1000' in map(command_of, plain.pids()):
+                time.sleep(0.05)
+            assert time.monotonic() - begin < 8
+            part.wait_for_told('gone')
+    plain.wait_until_empty()
 
 
 def test_silence_is_a_loss(plain: PlainMachine) -> None:

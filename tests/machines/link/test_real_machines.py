@@ -249,8 +249,7 @@ def test_what_connects_with_it_is_killed(
     namespace_part: LinkedPart, namespace: NamespaceMachine
 ) -> None:
     namespace_part.cut()
-    namespace_part.wait_for_told('back')
-    namespace_part.finish()
+    namespace_part.wait_for_told('gone')
     namespace.wait_until_empty()
 
 

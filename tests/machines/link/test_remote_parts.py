@@ -352,6 +352,7 @@ def test_a_lost_link_is_told_and_so_is_its_return(played):
     played.parts.act('restart', LABEL, answers.append)
     played.link.handler.lost('nothing was heard of it')
     assert answers == ['the link to arm is lost: nothing was heard of it']
+    assert played.states()[LABEL].phase == 'waiting'
     (state,) = (MachineState(**t) for t in played.parts.machine_states())
     assert (state.link, state.reason) == ('lost', 'nothing was heard of it')
     with pytest.raises(RefusedError, match='is lost'):
@@ -362,6 +363,28 @@ def test_a_lost_link_is_told_and_so_is_its_return(played):
         events.LinkBack('arm', 2.5),
     ]
     played.parts.act('stop', LABEL, answers.append)
+
+
+def test_processes_of_a_lost_machine_are_unknown(played):
+    played.link.tells(events.Started(DRIVER, 77))
+    played.link.tells(events.Loaded(TALKER, '/box/talker', 1, 0.1))
+    played.link.handler.lost('nothing was heard of it')
+    (component,) = played.parts.component_states()
+    assert played.states()[LABEL].phase == 'unknown'
+    assert component['phase'] == 'unknown'
+    played.link.handler.back(2.5)
+    assert played.states()[LABEL].phase == 'running'
+
+
+@pytest.mark.parametrize('is_stopping', [False, True])
+def test_part_that_stopped_for_a_lost_link_is_gone(played, is_stopping):
+    played.launch.is_stopping = is_stopping
+    played.link.says(ended=0, lost=True)
+    gone = [e for e in played.launch.told if isinstance(e, events.MachineGone)]
+    assert bool(gone) == (not is_stopping)
+    assert played.parts.parts and not any(
+        p.is_busy for p in played.parts.parts
+    )
 
 
 def test_who_hurries_does_not_wait_for_a_lost_machine(played):

@@ -544,6 +544,7 @@ class MachinesThere:
             workspace=workspace,
             variables=paths.folders.environment(variables),
             on_lost=machine.on_lost,
+            lost_after=machine.lost_after or settings.lost_after,
         )
         return self._connections[name].start(paths.plan(part), settings)
 
