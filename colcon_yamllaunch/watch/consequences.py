@@ -22,8 +22,11 @@ from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
 from colcon_yamllaunch.watch.knowledge.knowledge import PackageUse
 
 #: What is to be done; `restart after build` waits until the packages of the
-#: same batch are built, and is done whatever that brought.
-Action = Literal['ignore', 'restart', 'build', 'restart after build', 'replan']
+#: same batch are built, and is done whatever that brought; `keep` is that a
+#: machine is not sent the change.
+Action = Literal[
+    'ignore', 'restart', 'build', 'restart after build', 'replan', 'keep'
+]
 
 _PYTHON_SUFFIX = '.py'
 #: What a file may have been for a moment that is as it was.
@@ -35,8 +38,8 @@ class Consequence:
     """
     What follows from a change.
 
-    :param names: Labels of what is restarted, in the order of the launch, or
-      packages that are built
+    :param names: Labels of what is restarted, in the order of the launch,
+      packages that are built, or machines that keep what they have
     :param reason: Why, as a part of a sentence
     """
 
@@ -56,19 +59,19 @@ class Steps:
     :param replan: Whether the launch file is to be evaluated again
     :param restart: The labels of what is restarted, in the order of the launch
     :param after_build: Those that are restarted once the build has succeeded
+    :param kept: Machines that are not sent the changes, each with the reason
     """
 
     build: frozenset[str] = frozenset()
     replan: bool = False
     restart: tuple[str, ...] = ()
     after_build: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is to be done."""
-        return not (
-            self.build or self.replan or self.restart or self.after_build
-        )
+        """Whether nothing is to be done, or to be said."""
+        return self == Steps()
 
 
 def consequences(
@@ -125,6 +128,10 @@ def steps(found: Iterable[Consequence], knowledge: Knowledge) -> Steps:
         'replan' in names,
         knowledge.labels(names.get('restart', set()) - late),
         knowledge.labels(late),
+        tuple(
+            f'{machine} ({knowledge.kept[machine]})'
+            for machine in sorted(names.get('keep', ()))
+        ),
     )
 
 
@@ -181,6 +188,9 @@ class _Uses:
                 yield Consequence(change, 'replan', (), reason)
             else:
                 yield Consequence(change, 'restart', tuple(labels), reason)
+        if not self._knowledge.files_there.isdisjoint((real, change.path)):
+            reason = 'what runs on another machine names it'
+            yield Consequence(change, 'replan', (), reason)
         labels = self._named.get(real, ())
         if not labels:
             return
@@ -195,7 +205,10 @@ class _Uses:
         """Tell what follows as the file belongs to packages."""
         package = self._owner(change)
         if package is not None:
-            yield from self._of_source(change, package)
+            found = [*self._of_source(change, package)]
+            yield from found
+            is_built = any(one.action == 'build' for one in found)
+            yield from self._of_machines(change, package, is_built=is_built)
         readers = {
             name
             for path in (change.path, change.real)
@@ -242,6 +255,24 @@ class _Uses:
             late: Action = 'restart after build'
             yield from self._of_importers(change, late, name, reason)
 
+    def _of_machines(
+        self, change: Change, package: PackageUse, *, is_built: bool
+    ) -> Iterator[Consequence]:
+        """Tell what follows as other machines need the package."""
+        kept = self._knowledge.kept
+        sent = [m for m in package.machines if m not in kept]
+        if sent and not is_built:
+            # what is linked here is a file of its own there
+            reason = f'{package.name} is also on {_listed(sent)}'
+            yield Consequence(change, 'build', (package.name,), reason)
+        if change.real in self._knowledge.plan_files:
+            # it is evaluated here
+            return
+        for machine in package.machines:
+            if machine in kept:
+                reason = f'it is sent nothing ({kept[machine]})'
+                yield Consequence(change, 'keep', (machine,), reason)
+
     def _of_importers(
         self, change: Change, action: Action, package: str, reason: str
     ) -> Iterator[Consequence]:
@@ -249,7 +280,9 @@ class _Uses:
         labels = tuple(
             process.label
             for process in self._knowledge.processes
-            if process.may_run_python and package in process.packages
+            if process.may_run_python
+            and not process.machine
+            and package in process.packages
         )
         if labels:
             yield Consequence(change, action, labels, reason)

@@ -31,6 +31,7 @@ class Round:
     :param has_job: Whether the worker is at it
     :param is_lost: Whether it would have to be, but is gone
     :param details: What a build or an evaluation has said, if anything
+    :param kept: The machines that the change is not sent to, with the reasons
     """
 
     since: float
@@ -45,6 +46,7 @@ class Round:
     stopped: tuple[str, ...] = ()
     restarted: tuple[str, ...] = ()
     failed: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()
 
     @property
     def is_over(self) -> bool:
@@ -69,6 +71,7 @@ class Round:
         self.waits |= other.waits
         self.restarted = _joined(other.restarted, self.restarted)
         self.failed = _joined(other.failed, self.failed)
+        self.kept = _joined(other.kept, self.kept)
 
     def line(self, what: str, now: float) -> str:
         """Return the line that tells what came of it, and after how long."""
@@ -82,6 +85,7 @@ class Round:
             'started': without(self.started, self.failed),
             'restarted': without(self.restarted, self.failed),
             'could not start': self.failed,
+            'not sent to': self.kept,
         }
         is_silent = self.is_as_before and not self.is_lost
         if is_silent and not any((*outcome.values(), self.details)):

@@ -113,3 +113,5 @@ def _described(one: Consequence) -> str:
             return f'restart {names}, as {one.reason}'
         case 'restart after build':
             return f'restart {names} after the build, as {one.reason}'
+        case 'keep':
+            return f'nothing on {names}, as {one.reason}'

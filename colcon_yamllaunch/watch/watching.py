@@ -273,7 +273,7 @@ class Watching:
             return
         acted = [one.change for one in found if one.action != 'ignore']
         files = {os.path.basename(c.path): c.kind for c in acted}
-        current = Round(since, files)
+        current = Round(since, files, kept=wanted.kept)
         if changes or wanted.restart or wanted.after_build:
             paths = tuple(dict.fromkeys(c.path for c in acted))
             launch.tell(events.Changed(paths))

@@ -197,9 +197,10 @@ class WatchFlow:
             plan,
             flow.evaluation,
             flow.workspace,
-            flow.wanted | flow.needed_there,
+            flow.wanted,
             libraries,
             environment,
+            flow.runs_there,
         )
         if self._options.deploy is None:
             return known

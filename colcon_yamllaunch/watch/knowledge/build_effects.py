@@ -13,6 +13,9 @@ from collections.abc import Iterator
 from collections.abc import Mapping
 import os
 
+from colcon_yamllaunch.language.plan.labels import machine_of
+from colcon_yamllaunch.language.plan.labels import MACHINE_SEPARATOR
+from colcon_yamllaunch.machines.agent.builds_there import ANY_PACKAGE
 from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
 from colcon_yamllaunch.watch.knowledge.knowledge import ProcessUse
 from colcon_yamllaunch.watch.knowledge.package_uses import record_of
@@ -83,10 +86,13 @@ def _built(workspace: Workspace, name: str) -> dict[str, str]:
 
 
 def _reasons(process: ProcessUse, changed: Changed) -> Iterator[str]:
+    machine = process.machine
+    place = f' on {machine}' if machine else ''
     if process.program in changed:
         yield 'its program was built'
     for path in sorted(process.files.intersection(changed)):
-        yield f'{os.path.basename(path)} was installed'
+        what = 'is another one' if machine else 'was installed'
+        yield f'{os.path.basename(path)} {what}{place}'
     libraries = process.libraries
     if process.is_component:
         # its code is in the container
@@ -95,14 +101,18 @@ def _reasons(process: ProcessUse, changed: Changed) -> Iterator[str]:
         for path in sorted(libraries.intersection(changed)):
             yield f'{os.path.basename(path)}, which it uses, was built'
     for path, package in sorted(changed.items()):
-        if package not in process.packages or not _is_module(path, package):
+        if machine_of(path) != (machine and machine + MACHINE_SEPARATOR):
+            continue
+        is_used = package in process.packages or package == ANY_PACKAGE
+        if not is_used or not _is_module(path, package):
             continue
         is_library = _LIBRARY in os.path.basename(path)
         if is_library and libraries is None:
             # it may have ended before anybody looked
-            yield f'{os.path.basename(path)}, which it may use, was built'
+            name = os.path.basename(path)
+            yield f'{name}, which it may use, was built{place}'
         elif not is_library and process.may_run_python:
-            yield f'a Python module of {package} was installed'
+            yield f'a Python module of {package} was installed{place}'
 
 
 def _is_module(path: str, package: str) -> bool:

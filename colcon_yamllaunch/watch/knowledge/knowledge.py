@@ -4,6 +4,8 @@
 """What a launch uses, file by file: plain data."""
 
 from collections.abc import Iterable
+from collections.abc import Mapping
+from dataclasses import field
 import os
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -19,9 +21,30 @@ _SYSTEM = tuple(
 
 
 @dataclass(frozen=True, slots=True)
+class RunsThere:
+    """
+    What a launch runs on other machines.
+
+    :param machines: The machine of each process and component, by label
+    :param files: The files that each of these names, by the paths that they
+      would have here
+    :param packages: The packages of the workspace that each machine needs
+    :param kept: The machines that are sent no code, and why
+    """
+
+    machines: Mapping[str, str] = field(default_factory=dict)
+    files: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    packages: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    kept: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
 class ProcessUse:
     """
     What a process or component of the launch uses.
+
+    Its files on another machine begin with the name of that, as
+    `arm│/ws/src/a.py`, and may differ from those here.
 
     :param label: Its label
     :param program: The file that it runs, behind all links; None when that is
@@ -36,6 +59,7 @@ class ProcessUse:
     :param is_component: Whether it is a component
     :param container: The label of the component's container, if the launch
       has that
+    :param machine: The machine that it runs on, empty for here
     """
 
     label: str
@@ -47,6 +71,7 @@ class ProcessUse:
     libraries: frozenset[str] | None = None
     is_component: bool = False
     container: str | None = None
+    machine: str = ''
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +86,7 @@ class PackageUse:
     :param modules: Those of them that programs in Python import
     :param module_folders: Folders where a new file would be such a module
     :param inputs: Files elsewhere that its last build read
+    :param machines: The other machines that need it
     """
 
     name: str
@@ -69,6 +95,7 @@ class PackageUse:
     modules: frozenset[str] = frozenset()
     module_folders: frozenset[str] = frozenset()
     inputs: frozenset[str] = frozenset()
+    machines: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +112,9 @@ class Knowledge:
     :param is_plan_broken: Whether the launch file had mistakes when it was
       read last
     :param products: The folders of builds, in which nothing is watched
+    :param files_there: The files that what runs on other machines names, by
+      their paths here
+    :param kept: See :class:`RunsThere`
     """
 
     processes: tuple[ProcessUse, ...] = ()
@@ -93,6 +123,8 @@ class Knowledge:
     reads_more: bool = False
     is_plan_broken: bool = False
     products: tuple[str, ...] = ()
+    files_there: frozenset[str] = frozenset()
+    kept: Mapping[str, str] = field(default_factory=dict)
 
     def folders(self) -> tuple[str, ...]:
         """Return the folders to be watched, with all below them."""
@@ -100,7 +132,7 @@ class Knowledge:
 
     def files(self) -> tuple[str, ...]:
         """Return the files to be watched besides."""
-        found = set(self.plan_files)
+        found = {*self.plan_files, *self.files_there}
         products = tuple(folder + os.sep for folder in self.products)
         for process in self.processes:
             found |= process.files

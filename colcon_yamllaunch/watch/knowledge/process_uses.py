@@ -12,10 +12,12 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
+from dataclasses import replace
 import os
 import shlex
 import shutil
 
+from colcon_yamllaunch.language.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Plan
@@ -23,6 +25,7 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.watch.knowledge.knowledge import is_edited
 from colcon_yamllaunch.watch.knowledge.knowledge import ProcessUse
+from colcon_yamllaunch.watch.knowledge.knowledge import RunsThere
 from colcon_yamllaunch.workspace.packages.package import Package
 
 _PYTHON_SUFFIX = '.py'
@@ -43,6 +46,7 @@ class ProcessUses:
     :param environment: That of the processes
     :param install: The install base, with a separator at its end
     :param own: The folders that may have files of the user, each so
+    :param there: What of the plan runs on other machines
     """
 
     def __init__(
@@ -53,10 +57,12 @@ class ProcessUses:
         environment: Mapping[str, str],
         install: str,
         own: tuple[str, ...],
+        there: RunsThere,
     ) -> None:
         self._plan = plan
         self._install = install
         self._own = own
+        self._there = there
         self._needs = {
             p.name: p.build_depends | p.run_depends for p in packages
         }
@@ -80,10 +86,29 @@ class ProcessUses:
             if process.is_container and process.node_name:
                 containers[process.node_name] = process.label
             loaded = inside.get(process.node_name or '', ())
-            yield self._process(process, loaded)
+            yield self._placed(self._process(process, loaded))
         for component in components:
             label = containers.get(component.container)
-            yield self._component(component, label)
+            yield self._placed(self._component(component, label))
+
+    def _placed(self, use: ProcessUse) -> ProcessUse:
+        """Return what a process uses on the machine that it runs on."""
+        machine = self._there.machines.get(use.label)
+        if machine is None:
+            return use
+        # links here say nothing about the files there
+        return replace(
+            use,
+            program=None,
+            files=frozenset(
+                f'{machine}{MACHINE_SEPARATOR}{path}'
+                for path in self._there.files[use.label]
+            ),
+            may_run_python=use.may_run_python
+            or not os.path.exists(use.program or ''),
+            libraries=None,
+            machine=machine,
+        )
 
     def _process(self, process: Process, loaded: Iterable[str]) -> ProcessUse:
         words = [w for w in process.argv if isinstance(w, str)]

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         MachinesThere,
     )
     from colcon_yamllaunch.watch.knowledge.build_effects import Built
+    from colcon_yamllaunch.watch.knowledge.knowledge import RunsThere
 
 
 class DeployedLaunch:
@@ -74,11 +75,12 @@ class DeployedLaunch:
         self._parts: RemoteParts | None = None
         #: The packages that are not built here, as nothing here needs them.
         self.only_there: frozenset[str] = frozenset()
-        #: The machines that parts of it run on, and the packages that they
-        #: need.
+        #: The machines that parts of it run on.
         self.used: frozenset[str] = frozenset()
-        self.needed: frozenset[str] = frozenset()
-        #: What builds there have made, with `--watch`.
+        # the packages that each machine needs
+        self._needed: Mapping[str, frozenset[str]] = {}
+        #: What runs there, and the code that is there, with `--watch`.
+        self.there: RunsThere | None = None
         self.records: Built = {}
 
     @cached_property
@@ -147,12 +149,11 @@ class DeployedLaunch:
         if found:
             self._fail(found)
         placed = self.machines.place(evaluation.plan)
-        needed = self.machines.needed(
+        self._needed = needed = self.machines.needed(
             placed,
             frozenset(named),
             is_growing=evaluation.growing is not None,
         )
-        self.needed = frozenset[str]().union(*needed.values())
         self.machines.begin(needed)
         # what was run here may need any of them
         if not evaluation.has_run_programs:
@@ -184,7 +185,8 @@ class DeployedLaunch:
         self._report(found)
         self.used = frozenset(placed.parts)
         if self._options.watch is not None:
-            self.records = self.machines.records()
+            self.there = self.machines.runs_there(placed, self._needed)
+            self.records = self.machines.records(self.there)
         return placed.whole
 
     def local(self, plan: Plan) -> Plan:

@@ -24,6 +24,7 @@ from colcon_yamllaunch.verb.launching.steps.launch_basis import LaunchBasis
 if TYPE_CHECKING:
     from colcon_yamllaunch.verb.launching.builds import Builds
     from colcon_yamllaunch.watch.knowledge.build_effects import Built
+    from colcon_yamllaunch.watch.knowledge.knowledge import RunsThere
 
 #: How often what a build brought may make more packages necessary.
 MAXIMUM_ROUNDS = 5
@@ -119,9 +120,9 @@ class LaunchPreparation(LaunchBasis):
         return _NONE if self._deployed is None else self._deployed.used
 
     @property
-    def needed_there(self) -> frozenset[str]:
-        """The packages of the workspace that these need."""
-        return _NONE if self._deployed is None else self._deployed.needed
+    def runs_there(self) -> 'RunsThere | None':
+        """What runs on these, with `--watch`."""
+        return None if self._deployed is None else self._deployed.there
 
     @property
     def built_there(self) -> frozenset[str]:

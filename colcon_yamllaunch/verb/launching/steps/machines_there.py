@@ -11,13 +11,13 @@ threads any more.
 
 from collections import deque
 from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
-import os.path
 from pathlib import Path
 from typing import Any
 
@@ -45,8 +45,10 @@ from colcon_yamllaunch.machines.wire.part_settings import PartSettings
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.launching.steps.errands import Errands
 from colcon_yamllaunch.verb.launching.steps.machine_paths import PathsThere
+from colcon_yamllaunch.verb.launching.steps.needed_there import files_of
 from colcon_yamllaunch.verb.launching.steps.needed_there import packages_of
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
+from colcon_yamllaunch.watch.knowledge.knowledge import RunsThere
 from colcon_yamllaunch.workspace.packages.closure import closure
 
 #: What a launch takes behind that.
@@ -217,26 +219,61 @@ class MachinesThere:
         self._bring_all(late)
         self._wait()
 
-    def records(self) -> dict[str, dict[str, str]]:
+    def runs_there(
+        self, placed: Placed, needed: Mapping[str, frozenset[str]]
+    ) -> RunsThere:
         """
-        Return what the last builds made on the machines, for `--watch`.
+        Return what runs on the machines, for `--watch`.
 
-        They are by the machine and package, as `arm│my_pkg`; the files by the
-        paths that they would have here.
+        :param needed: What :meth:`needed` has returned
+        """
+        files = {}
+        for name, part in placed.parts.items():
+            covers = self._paths[name].folders.covers
+            for process in part.processes():
+                files[process.label] = files_of(process, covers)
+            for component in part.components():
+                files[component.label] = files_of(component, covers)
+        packages = {
+            name: frozenset(closure(self._session.packages, names))
+            for name, names in needed.items()
+            if names
+        }
+        why = '--no-build' if self._mode == 'none' else 'sync: none'
+        kept = dict.fromkeys(filter(self._keeps_code, packages), why)
+        return RunsThere(placed.machines, files, packages, kept)
+
+    def records(self, there: RunsThere) -> dict[str, dict[str, str]]:
+        """
+        Return the code that the machines have, for `--watch`.
+
+        It is by the machine and package, as `arm│my_pkg`, and `arm│` for files
+        that are named; the files by the machine and the paths that they would
+        have here.
 
         :raises UserError: when a machine cannot be asked
         """
+        files: dict[str, set[str]] = {}
+        for label, machine in there.machines.items():
+            files.setdefault(machine, set()).update(there.files[label])
         asked = Errands(
             {
-                name: partial(self._records_of, name, self._brought[name])
+                name: partial(
+                    self._records_of,
+                    name,
+                    files.get(name, ()),
+                    () if name in there.kept else there.packages.get(name, ()),
+                )
                 for name in self._connections
-                if self._brought.get(name) and self._mode_of(name) == 'build'
             }
         )
         asked.wait()
         asked.check()
         return {
-            f'{machine}{MACHINE_SEPARATOR}{package}': files
+            f'{machine}{MACHINE_SEPARATOR}{package}': {
+                f'{machine}{MACHINE_SEPARATOR}{path}': content
+                for path, content in files.items()
+            }
             for machine, packages in asked.results.items()
             for package, files in packages.items()
         }
@@ -456,12 +493,18 @@ class MachinesThere:
 
     def _gets_what_is_built_here(self, name: str) -> bool:
         mode = self._mode_of(name)
-        # on a shared file system its workspace is that of this computer
         return mode == 'install' or (
-            mode == 'none'
-            and self._mode is None
-            and self._paths[name].workspace == str(self._session.root)
+            mode == 'none' and self._mode is None and self._shares(name)
         )
+
+    def _keeps_code(self, name: str) -> bool:
+        """Return whether nothing here changes the code of a machine."""
+        return self._mode_of(name) == 'none' and not self._shares(name)
+
+    def _shares(self, name: str) -> bool:
+        """Return whether a machine has the path of the workspace here."""
+        # on a shared file system it is the same workspace
+        return self._paths[name].workspace == str(self._session.root)
 
     def _mode_of(self, name: str) -> str:
         return self._mode or self.deployment.machines[name].sync
@@ -477,33 +520,38 @@ class MachinesThere:
             )
 
     def _records_of(
-        self, name: str, needed: frozenset[str]
+        self, name: str, files: Iterable[str], packages: Iterable[str]
     ) -> dict[str, dict[str, str]]:
-        colcon = self._session.colcon
-        packages = sorted(closure(self._session.packages, needed))
-        install_base = os.path.realpath(colcon.install_base)
-        build_base = os.path.realpath(colcon.build_base)
-        answer = self._connections[name].ask(
-            'builds_there.tell',
-            {
-                'build_base': self._paths[name].folders.text(
-                    str(colcon.build_base)
-                ),
-                'packages': packages,
-            },
-        )
+        text_there = self._paths[name].folders.text
+        # by the paths there, as they are here
+        named = {text_there(path): path for path in files}
+        asked: dict[str, Any] = {'packages': (), 'files': sorted(named)}
+        if packages:
+            colcon = self._session.colcon
+            asked |= {
+                'packages': sorted(packages),
+                'install_base': text_there(str(colcon.install_base)),
+                'build_base': text_there(str(colcon.build_base)),
+                'merge_install': colcon.merge_install,
+            }
+        answer = self._connections[name].ask('builds_there.tell', asked)
         found = {}
         try:
             for package, told in answer['packages'].items():
+                colcon = self._session.colcon
                 bases = {
-                    'installed': install_base,
-                    'products': f'{build_base}/{package}',
+                    'installed': colcon.install_base,
+                    'products': colcon.build_base / package,
                 }
                 found[package] = {
                     f'{base}/{path}': str(content)
                     for kind, base in bases.items()
                     for path, content in told[kind].items()
                 }
+            contents = answer['files'].items()
+            found[''] = found.get('', {}) | {
+                named[path]: str(content) for path, content in contents
+            }
         except (AttributeError, KeyError, TypeError) as e:
             raise UserError(
                 f'{name}: it does not tell what it has built'

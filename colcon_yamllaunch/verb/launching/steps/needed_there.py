@@ -3,6 +3,7 @@
 
 """Which packages of the workspace the parts of a launch need, and where."""
 
+from collections.abc import Callable
 from collections.abc import Iterator
 import os.path
 from pathlib import Path
@@ -12,10 +13,12 @@ from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.watch.knowledge.knowledge import is_edited
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: What no path of a package has, and what stands around paths has.
 _BETWEEN = r'[^\s:,;\'"<>|&()\[\]{}]*'
+_WORD = re.compile(r'[^\s:=,;\'"<>|&()\[\]{}]+')
 
 
 def packages_of(
@@ -45,6 +48,29 @@ def packages_of(
         if package is not None:
             found.add(package.name)
     return frozenset(name for name in found if name in own)
+
+
+def files_of(
+    part: Process | Component, covers: Callable[[str], bool]
+) -> frozenset[str]:
+    """
+    Return the files that a process or component names, as absolute paths.
+
+    :param covers: Whether a file counts that does not exist here
+    """
+    folder = part.cwd if isinstance(part, Process) else os.sep
+    found = set()
+    for text in _texts(part):
+        words = (text, text.rpartition('=')[2], *_WORD.findall(text))
+        for word in words:
+            path = os.path.normpath(os.path.join(folder, word.strip('"\'')))
+            if os.sep in word and '\0' not in path:
+                found.add(path)
+    return frozenset(
+        path
+        for path in found
+        if covers(path) or (is_edited(path) and os.path.isfile(path))
+    )
 
 
 def texts_of(plan: Plan) -> Iterator[str]:
