@@ -28,10 +28,13 @@ class Adoption:
 
     :param helpers: Those of them that this process itself has started, which
       it tells apart
+    :param guard: The guard if that is there already, else 0
     """
 
-    def __init__(self, helpers: Collection[int] = ()) -> None:
-        before = _children().difference(helpers)
+    def __init__(self, helpers: Collection[int] = (), guard: int = 0) -> None:
+        before = _children().difference(helpers, (guard,))
+        #: Whether helpers may have started something before.
+        self.has_helpers = bool(helpers)
         #: Whether each child that is adopted comes from what we start.
         self.is_exact = not before
         # nobody else can wait for the children of process 1

@@ -285,8 +285,6 @@ def _adopt(
 ) -> Adoption:
     """Have orphans of the launch become our children, but no helpers."""
     helpers: set[int] = set()
-    if guards is not None:
-        helpers.add(guards.pid)
     if changes is not None:
         stack.callback(changes.close)
         helpers.update(changes.pids)
@@ -294,7 +292,7 @@ def _adopt(
         helpers.add(source.pid)
     if elsewhere is not None:
         helpers.update(elsewhere.pids)
-    adoption = Adoption(helpers)
+    adoption = Adoption(helpers, 0 if guards is None else guards.pid)
     stack.callback(adoption.end)
     return adoption
 

@@ -12,6 +12,7 @@ import signal
 import stat
 import subprocess
 
+from colcon_yamllaunch.common import process_scan
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.runtime.run_plan import run_plan
 import pytest
@@ -49,6 +50,26 @@ def test_a_run_in_this_process_leaves_it_as_it_was(process, tmp_path):
     assert Path.cwd() == folder
     assert foreign.wait() == 5
     assert _children() <= children
+
+
+def test_processes_older_than_the_launch_are_read_once(process, monkeypatch):
+    """A sweep has many launches of one process, beside many others."""
+    read = []
+
+    def read_process(pid):
+        read.append(pid)
+        return original(pid)
+
+    original = process_scan.read_process
+    monkeypatch.setattr(process_scan, 'read_process', read_process)
+    for _ in range(3):
+        run_plan(
+            Plan((process('a', 'true'),)),
+            environment={'PATH': os.environ['PATH']},
+            log_folder=None,
+            stream=io.StringIO(),
+        )
+    assert read.count(1) <= 1
 
 
 def test_a_crash_of_the_launcher_stops_what_it_started(

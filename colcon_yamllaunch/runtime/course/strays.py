@@ -7,6 +7,7 @@ from collections.abc import Collection
 from collections.abc import Mapping
 from dataclasses import replace
 import os
+import time
 
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import WHOLE
@@ -17,6 +18,9 @@ from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
 from colcon_yamllaunch.runtime.stopping.launch_scan import Adopter
 from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
 from colcon_yamllaunch.runtime.stopping.launch_scan import Known
+
+#: Who is older than any launch of this process; see `young_processes`.
+_ELDERS: set[tuple[str, int]] = set()
 
 
 class Strays:
@@ -35,7 +39,10 @@ class Strays:
         self._session = os.getsid(0)
         own = read_process(os.getpid())
         self._birth = 0 if own is None else own.birth
-        self._elders: set[tuple[str, int]] = set()
+        if self._birth and not settings.adoption.has_helpers:
+            # nothing of the launch is there yet
+            now = time.clock_gettime(time.CLOCK_BOOTTIME)
+            self._birth = int(now * os.sysconf('SC_CLK_TCK')) - 1
         self._known: Known = {}
         #: When children were looked for last, by the clock.
         self.looked = settings.clock()
@@ -80,7 +87,7 @@ class Strays:
             known=self._known,
             adopter=self._adopter(helpers),
             since=self._birth,
-            elders=self._elders,
+            elders=_ELDERS,
         )
         # what a helper that has ended left behind, or who was dropped
         return [
