@@ -51,6 +51,9 @@ class FakePackages:
     def may_appear(self, path: str) -> bool:
         return path.startswith('/install/')
 
+    def rule_for(self, path: str) -> str | None:
+        return None
+
     def similar(self, path: str) -> Iterable[str]:
         folder = os.path.dirname(path)
         return sorted(os.listdir(folder)) if os.path.isdir(folder) else ()

@@ -80,6 +80,8 @@ def _in_file(
 ) -> Iterator[Parameter]:
     """Iterate over the parameters of a file that are for a node."""
     with walk.within_text(origin):
+        # other nodes read theirs themselves
+        walk.inputs[walk.parameter_file(path) or path] = None
         yield from _of_node(walk, sections_in(walk, path), node)
 
 

@@ -65,16 +65,14 @@ def parameter_arguments(
             arguments.extend(['--params-file', file])
             pending.clear()
 
-    if not walk.is_launch:
-        # in a launch only the node reads them
-        note_sections_of_scope(walk, full_name)
+    note_sections_of_scope(walk, full_name)
     for entry in attributes.items('param'):
         if 'from' in entry.item.texts:
             flush()
             path = file_of(walk, entry)
             if path is not None:
                 arguments.extend(['--params-file', path])
-            if isinstance(path, str) and not walk.is_launch:
+            if isinstance(path, str):
                 note_sections(walk, path, entry, full_name)
             continue
         for parameter in nested_parameters(walk, entry, node):

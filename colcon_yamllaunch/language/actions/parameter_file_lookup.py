@@ -44,11 +44,14 @@ def file_of(
         if file is None and is_needed:
             missing_file(walk, entry, 'from', path)
         elif file is None:
-            walk.warn(
-                f"the parameter file '{written}' does not exist; it is "
-                'skipped',
-                text,
-                similar_file(walk, written),
+            walk.report(
+                error(
+                    f"the parameter file '{written}' does not exist; it is "
+                    'skipped',
+                    text,
+                    hint=similar_file(walk, written),
+                    may_pass_after_build=walk.packages.may_appear(path),
+                ).as_warning()
             )
     has_substitutions = entry.boolean('allow_substs')
     if has_substitutions is False:
@@ -82,8 +85,10 @@ def missing_file(
 
 def similar_file(walk: Walk, written: str) -> str | None:
     """Return what may be meant by a parameter file that is not there."""
-    similar = walk.packages.similar(walk.absolute(written))
-    return did_you_mean(os.path.basename(written), similar)
+    path = walk.absolute(written)
+    return walk.packages.rule_for(path) or did_you_mean(
+        os.path.basename(written), walk.packages.similar(path)
+    )
 
 
 def note_sections(
@@ -131,7 +136,6 @@ def sections_in(walk: Walk, path: str) -> ParameterSections:
     read = walk.parameter_sections.get(path)
     if read is None:
         located = walk.parameter_file(path) or path
-        walk.inputs[located] = None
         read = read_sections(read_source(located, path))
         walk.parameter_sections[path] = read
     return read

@@ -47,6 +47,9 @@ class Packages(Protocol):
     def may_appear(self, path: str) -> bool:
         """Say whether a build may bring a path that is not there."""
 
+    def rule_for(self, path: str) -> str | None:
+        """Say how to install a file that only a source has, None if none."""
+
     def similar(self, path: str) -> Iterable[str]:
         """Return files that could be meant by a path that is not there."""
 

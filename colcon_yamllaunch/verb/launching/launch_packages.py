@@ -16,6 +16,7 @@ from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
 from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
+from colcon_yamllaunch.workspace.packages.missing_files import not_installed
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 
@@ -85,6 +86,11 @@ class LaunchPackages:
             return False
         self.expected.add(path)
         return True
+
+    def rule_for(self, path: str) -> str | None:
+        """Say how to install a file that only a source has, None if none."""
+        found = not_installed(self._locator, path)
+        return None if found is None else found.hint
 
     def similar(self, path: str) -> Iterable[str]:
         """Return the names of files in its folder that could be meant."""

@@ -197,15 +197,15 @@ def preflight(
     yield from _lacking(executables, locator, missing_executable)
     yield from _lacking_plugins(plugins, locator, missing_plugin)
     wanted = dict.fromkeys(missing) | _used_paths(evaluation)
-    reported: set[str] = set()
+    reported = {d.hint for d in evaluation.diagnostics}
     for path, position in wanted.items():
         owner = locator.owner(path)
         if owner is not None and owner.name in only_there:
             continue
-        reason = not_installed(locator, path)
-        if reason is not None and reason not in reported:
-            reported.add(reason)
-            yield Diagnostic('warning', reason, position)
+        found = not_installed(locator, path)
+        if found is not None and found.hint not in reported:
+            reported.add(found.hint)
+            yield Diagnostic('warning', found.problem, position, found.hint)
 
 
 def missing_programs(

@@ -279,12 +279,11 @@ def _register_command(package: Package, plugin: str) -> str:
     )
 
 
-def not_installed(locator: PackageLocator, path: str) -> str | None:
+def not_installed(locator: PackageLocator, path: str) -> WorkspaceError | None:
     """
     Explain why a file is not there though the package's source has it.
 
-    Return the explanation with the cure, or None when the file is there or no
-    source of it is known.
+    Return None when the file is there or no source of it is known.
 
     :param locator: The packages as they are after the build
     :param path: A path below the share folder of a package
@@ -300,7 +299,7 @@ def not_installed(locator: PackageLocator, path: str) -> str | None:
         cure = f"add ('{folder}', ['{origin}']) to data_files in setup.py"
     else:
         cure = _install_command(relative, origin, Path(path))
-    return f'{origin} of {package.name} is not installed: {cure}'
+    return WorkspaceError(f'{origin} of {package.name} is not installed', cure)
 
 
 def nearest(wanted: str, names: Iterable[str]) -> list[str]:

@@ -483,6 +483,16 @@ def test_sections_that_say_nothing(launcher, sections, message, hint):
     assert warning.position.line == 10
 
 
+def test_parameter_file_without_a_section_for_a_node_is_reported(launcher):
+    launcher.write('p.yaml', '/x: {ros__parameters: {a: 1}}\n')
+    node = '- node: {pkg: alpha, exec: talker, name: n, param: [%s]}\n'
+    evaluation = launcher.evaluate('launch:\n' + node % '{from: p.yaml}')
+    (warning,) = evaluation.diagnostics
+    assert warning.message == "no section of 'p.yaml' is for the node '/n'"
+    # its plan does not depend on the file
+    assert not any(path.endswith('p.yaml') for path in evaluation.inputs)
+
+
 def test_a_file_that_several_share(launcher):
     launcher.write(
         'p.yaml',

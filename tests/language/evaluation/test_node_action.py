@@ -22,7 +22,7 @@ def argv(launcher, attributes, before=''):
 
 
 def test_everything_in_order(launcher):
-    launcher.write('p.yaml', 'a: {ros__parameters: {}}')
+    launcher.write('p.yaml', '/**: {ros__parameters: {}}')
     before = (
         '- push_ros_namespace: {namespace: outer}\n'
         '- set_parameter: {name: g, value: 1}\n'

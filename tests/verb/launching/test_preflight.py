@@ -121,9 +121,27 @@ def test_parameter_file_is_not_installed(user: User) -> None:
     cmake = folder / 'CMakeLists.txt'
     cmake.write_text(cmake.read_text().replace('launch config', 'launch'))
     output = user.launch('one', 'one')
+    assert output.count('warning') == 1
     assert 'does not exist; it is skipped' in output
     cure = 'install(DIRECTORY config DESTINATION share/${PROJECT_NAME})'
-    assert cure in output
+    assert f"\n  help: add '{cure}' to CMakeLists.txt\n" in output
+
+
+def test_parameter_file_for_other_nodes_is_reported_before_a_build(
+    user: User,
+) -> None:
+    user.package(
+        'one',
+        'launch:\n'
+        '  - node: {pkg: one, exec: hello.sh, name: talker, param: [\n'
+        '      {from: $(find-pkg-share one)/config/p.yaml}]}\n',
+    )
+    user.write('src/one/config/p.yaml', 'x: {ros__parameters: {a: 1}}\n')
+    output = user.launch('one', 'one')
+    assert output.startswith('src/one/launch/one.yaml:3:14: warning: no sec')
+    assert output.count('warning') == 1
+    assert 'hello from one' in output
+    assert "is for the node '/talker'" in user.launch('one', 'one')
 
 
 def test_file_is_looked_for_in_its_folder(user: User) -> None:

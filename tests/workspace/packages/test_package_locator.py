@@ -222,7 +222,11 @@ def test_file_that_is_not_installed(tree):
     tree.src('config/a.yaml')
     tree.src('plan.xml')
     share = tree.prefix / 'share/my_pkg'
-    explain = not_installed
+
+    def explain(locator, path):
+        problem = not_installed(locator, path)
+        return problem and problem.hint
+
     text = explain(tree.locator, f'{share}/config/a.yaml')
     assert (
         'install(DIRECTORY config DESTINATION share/${PROJECT_NAME})' in text
@@ -244,7 +248,7 @@ def test_file_of_a_python_package_that_is_not_installed(tmp_path):
     tree = Tree(tmp_path, type_='ros.ament_python')
     tree.src('config/a.yaml')
     path = tree.prefix / 'share/my_pkg/config/a.yaml'
-    text = not_installed(tree.locator, str(path))
+    text = not_installed(tree.locator, str(path)).hint
     assert "('share/my_pkg/config', ['config/a.yaml'])" in text
     assert 'data_files' in text
 

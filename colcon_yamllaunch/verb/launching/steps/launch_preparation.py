@@ -3,6 +3,7 @@
 
 """What a launch needs before it runs: a plan, and all that it names."""
 
+from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import nullcontext
 from contextlib import redirect_stdout
@@ -16,6 +17,7 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.target import Target
 from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
@@ -56,6 +58,7 @@ class LaunchPreparation(LaunchBasis):
         :raises UserError: when there can be none either
         """
         built: set[str] = set()
+        self._warned: list[Diagnostic] = []
         may_build = not self._options.no_build and bool(self._workspace.root)
         # what need not be here is known once it is known what runs here
         is_final = not may_build and self.deployment is None
@@ -95,7 +98,7 @@ class LaunchPreparation(LaunchBasis):
         self._tell_of_build(target, evaluation)
         self._stop_at_errors(target, evaluation)
         self.evaluation = evaluation
-        self.report(evaluation.diagnostics)
+        self._warn(evaluation.diagnostics)
         self._check_before_start(evaluation)
         self._growing = evaluation.growing
         plan = evaluation.plan
@@ -143,6 +146,12 @@ class LaunchPreparation(LaunchBasis):
             self._workspace.check_sourced(needed, may_build=may_build)
         if errors:
             self._fail(evaluation.diagnostics)
+
+    def _warn(self, warnings: Iterable[Diagnostic]) -> None:
+        """Report those warnings that were not reported before a build."""
+        new = [w for w in warnings if w not in self._warned]
+        self._warned += new
+        self.report(new)
 
     def _refuse_undeclared(self, evaluation: Evaluation) -> None:
         """Refuse arguments that the launch would warn of."""
@@ -206,6 +215,13 @@ class LaunchPreparation(LaunchBasis):
             found = executables_in_vain(evaluation.executables, self.locator)
             if found:
                 self._fail(found)
+            if not evaluation.errors:
+                # what a build brings is missing in vain only after it
+                self._warn(
+                    d
+                    for d in evaluation.diagnostics
+                    if not d.may_pass_after_build
+                )
 
         if evaluation.growing is None:
             # what builds leave running is told apart by what was there before
