@@ -35,6 +35,18 @@ def nearest(word: str, names: Iterable[str]) -> str | None:
     return by_key[found[0]] if found else None
 
 
+def nearest_first(word: str, names: Iterable[str]) -> list[str]:
+    """Order names, those most like the word first."""
+    # most launches make no mistake
+    import difflib
+
+    def distance(name: str) -> tuple[float, str]:
+        matcher = difflib.SequenceMatcher(None, _key(word), _key(name))
+        return -matcher.ratio(), name
+
+    return sorted(set(names), key=distance)
+
+
 def is_slip(word: str, names: Iterable[str]) -> bool:
     """Say whether a word is one of the names, but for a slip of the pen."""
     name = nearest(word, names)

@@ -13,6 +13,7 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.common.suggestions import nearest
+from colcon_yamllaunch.common.suggestions import nearest_first
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
@@ -44,6 +45,10 @@ from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.tree.raw_entity import RawEntity
 
+#: How many actions are listed for one that does not exist.
+NEAREST = 5
+
+_RENAMING = 'from', 'to'
 _PYTHON = re.compile(
     r'^(from[ \t]+[\w.]+[ \t]+import\b|import[ \t]+[\w.]+|def[ \t]+\w+\()',
     re.M,
@@ -317,9 +322,8 @@ class _TreeReader:
         else:
             message = f"unknown action '{name}'"
             known = [*ACTIONS, *self._exposed().actions()]
-            hint = did_you_mean(name, known) or (
-                f'the actions are {listing(ACTIONS)}'
-            )
+            near = ', '.join(nearest_first(name, known)[:NEAREST])
+            hint = did_you_mean(name, known) or f'the nearest are {near}'
         self._report(message, key, hint)
 
     def _read_exposed(self, package: str, key: Scalar, value: Value) -> Entity:
@@ -414,6 +418,14 @@ class _TreeReader:
                 self._attribute(item, attribute, attribute_value)
             else:
                 names = [other for other in table if other != done]
+                first = self._item_above(known, value, name)
+                if first is not None:
+                    self._report(
+                        f"{what} has no attribute '{name}'",
+                        key,
+                        f"indent it below '{first}'",
+                    )
+                    continue
                 meant = _meant(name, missing) or _meant(name, names)
                 # one mistake, one error
                 missing = [other for other in missing if other != meant]
@@ -427,6 +439,37 @@ class _TreeReader:
                 length=len(what) - 2,
             )
         return item
+
+    def _item_above(
+        self, known: tuple[Attribute, ...], value: Mapping, name: str
+    ) -> str | None:
+        """
+        Return the first attribute of a list item that lacks one below it.
+
+        That this one is missing there is said no more.
+
+        :param name: The attribute, which is indented too little
+        """
+        table, names = by_name(known), list(value.pairs)
+        before = names[: names.index(name)]
+        above = next((n for n in reversed(before) if n in table), None)
+        if above is None or table[above].type is not Type.ITEMS:
+            return None
+        items = value.pairs[above][1]
+        last = items.items[-1] if isinstance(items, Sequence) else None
+        if (
+            not isinstance(last, Mapping)
+            or name in last.pairs
+            or name not in by_name(items_of(table[above]))
+        ):
+            return None
+        self._problems = [
+            problem
+            for problem in self._problems
+            if problem.position != last.position
+            or ' needs ' not in problem.message
+        ]
+        return next(iter(last.pairs), None)
 
     def _report_unknown(
         self,
@@ -477,13 +520,21 @@ class _TreeReader:
     def _read_items(
         self, item: Item, attribute: Attribute, value: Value
     ) -> None:
+        known = items_of(attribute)
         if not isinstance(value, Sequence) or not value.items:
+            hint = 'put "- " before each item'
+            if isinstance(value, Mapping):
+                if len(value.pairs) > 1:
+                    hint = (
+                        f'put "- " before \'{next(iter(value.pairs))}\', and '
+                        'two spaces before each line below it'
+                    )
+                hint = self._as_pairs(value, known) or hint
             raise error(
                 f"'{attribute.name}' is a list, one item for each",
                 value.position,
-                hint='put "- " before each item',
+                hint=hint,
             )
-        known = items_of(attribute)
         names = listing(a.name for a in known)
         found = []
         for element in value.items:
@@ -494,6 +545,16 @@ class _TreeReader:
                     hint=_as_item(element, known)
                     or f'its attributes are {names}',
                 )
+            pairs = self._as_pairs(element, known)
+            if pairs is not None:
+                name, (key, _) = next(iter(element.pairs.items()))
+                meant = did_you_mean(name, by_name(known))
+                self._report(
+                    f"'{attribute.name}' has no attribute '{name}'",
+                    key,
+                    pairs if meant is None else f'{meant} Or {pairs}',
+                )
+                continue
             found.append(
                 self._item(
                     f"'{attribute.name}'", known, element.position, element
@@ -504,10 +565,36 @@ class _TreeReader:
             self._check_conditions(found[-1])
         item.items[attribute.name] = tuple(found)
 
+    def _as_pairs(
+        self, written: Mapping, known: tuple[Attribute, ...]
+    ) -> str | None:
+        """Return how to write `period: 0.5` as an item, if it is one."""
+        names = by_name(known).keys()
+        first, second = ('name', 'value') if 'name' in names else _RENAMING
+        is_pair = second in names and names.isdisjoint(written.pairs)
+        if not is_pair or not written.pairs:
+            return None
+        name, (_, value) = next(iter(written.pairs.items()))
+        text = '…'
+        if isinstance(value, Scalar) and value.style in (None, '"', "'"):
+            text = value.text
+        more = ', and so for each' if len(written.pairs) > 1 else ''
+        if is_xml(self._source):
+            return f'write {first}="{name}" {second}="{text}"{more}'
+        if isinstance(value, Scalar) and value.style and text != '…':
+            text = f'{value.style}{text}{value.style}'
+        return (
+            f"write '- {first}: {name}', and '{second}: {text}' below "
+            f"'{first}'{more}"
+        )
+
     def _check_parameter(self, parameter: Mapping) -> None:
+        names = parameter.pairs.keys()
+        if not names <= by_name(PARAMETER).keys():
+            # one mistake, one error
+            return
         # also the names whose values have mistakes of their own
-        names = set(parameter.pairs) & {a.name for a in PARAMETER}
-        problem = parameter_problem(names)
+        problem = parameter_problem(set(names))
         if problem is not None:
             self._report(problem[0], parameter.position, problem[1])
 

@@ -11,9 +11,9 @@ import re
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.common.suggestions import nearest_first
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.missing_files import LISTED
-from colcon_yamllaunch.workspace.packages.missing_files import nearest
 from colcon_yamllaunch.workspace.packages.source_files import source_files
 
 #: The names of launch files end in these, longer ones first.
@@ -142,7 +142,7 @@ def _nothing(package: str, files: Sequence[str], wanted: str) -> UserError:
             f'put {wanted} into the folder launch of the package',
         )
     by_name = {PurePosixPath(f).name: f for f in reversed(likely)}
-    order = nearest(PurePosixPath(wanted).name, by_name)
+    order = nearest_first(PurePosixPath(wanted).name, by_name)
     listed = [by_name[n] for n in order]
     listed += [f for f in likely if f not in listed]
     lines = ''.join(f'\n  {one_line(f)}' for f in listed[:LISTED])

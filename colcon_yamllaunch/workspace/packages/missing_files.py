@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from colcon_yamllaunch.common.errors import WorkspaceError
 from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.suggestions import nearest_first
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import is_executable
@@ -302,20 +303,8 @@ def not_installed(locator: PackageLocator, path: str) -> WorkspaceError | None:
     return WorkspaceError(f'{origin} of {package.name} is not installed', cure)
 
 
-def nearest(wanted: str, names: Iterable[str]) -> list[str]:
-    """Order names, those most like the wanted one first."""
-    # most launches make no mistake
-    import difflib
-
-    def distance(name: str) -> tuple[float, str]:
-        matcher = difflib.SequenceMatcher(None, wanted.lower(), name.lower())
-        return -matcher.ratio(), name
-
-    return sorted(set(names), key=distance)
-
-
 def _nearest(name: str, there: Iterable[str]) -> str:
-    names = nearest(name, there)
+    names = nearest_first(name, there)
     if not names:
         return 'it has installed none'
     more = ', …' if len(names) > LISTED else ''

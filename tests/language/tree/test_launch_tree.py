@@ -123,7 +123,8 @@ def test_deprecation():
         (
             'launch: [«gz_server»: {}]\n',
             "unknown action 'gz_server'",
-            'the actions are append_env, arg',
+            'the nearest are log_error, set_parameter, set_remap, set_env, '
+            'log_debug',
         ),
         (
             'launch: [«composable_node»: {}]\n',
@@ -279,6 +280,43 @@ def test_deprecation():
             'launch: [node: {exec: a, param: [«{name: b}]}]\n',
             "needs a 'value'",
             "''",
+        ),
+        (
+            'launch:\n- node:\n    exec: a\n    param:\n      «period: 0.5\n',
+            "'param' is a list",
+            "write '- name: period', and 'value: 0.5' below 'name'",
+        ),
+        (
+            'launch: [node: {exec: a, param: [{«period»: "1"}]}]\n',
+            "'param' has no attribute 'period'",
+            "write '- name: period', and 'value: \"1\"' below 'name'",
+        ),
+        (
+            'launch: [node: {exec: a, param: [{«frame»: map, b: [1]}]}]\n',
+            "'param' has no attribute 'frame'",
+            "did you mean 'name'? Or write '- name: frame', and 'value: map' "
+            "below 'name', and so for each",
+        ),
+        (
+            'launch: [node: {exec: a, remap: [{«b»: c}]}]\n',
+            "'remap' has no attribute 'b'",
+            "write '- from: b', and 'to: c' below 'from'",
+        ),
+        (
+            'launch: [node: {exec: a, param: «{name: b, value: 1}}]\n',
+            "'param' is a list",
+            'put "- " before \'name\', and two spaces before each line below',
+        ),
+        (
+            'launch:\n- node:\n    exec: a\n    param:\n'
+            '      - name: b\n    «value»: 1\n',
+            "'node' has no attribute 'value'",
+            "indent it below 'name'",
+        ),
+        (
+            'launch: [node: {exec: a, param: [{name: b, «vaule»: 1}]}]\n',
+            "'param' has no attribute 'vaule'",
+            "did you mean 'value'?",
         ),
         (
             'launch: [node: {exec: a, param: [«{name: b, from: c}]}]\n',

@@ -29,7 +29,7 @@ def error(launcher, marked):
         ('<«robot» name="x"/>', "root element is 'robot'", '<launch>'),
         ('<launch «depracated»="x"/>', "no attribute 'dep", "'deprecated'?"),
         ('<launch>\n  <«nod»/></launch>', "action 'nod'", "'node'?"),
-        ('<launch><«gz_server»/></launch>', "'gz_server'", 'executable'),
+        ('<launch><«gz_server»/></launch>', "'gz_server'", 'the nearest are'),
         ('<launch><«log»/></launch>', "needs the attribute 'message'", None),
         (
             '<launch><log message="a" «mesage»="b"/></launch>',
@@ -77,6 +77,11 @@ def error(launcher, marked):
             '<launch><include file="a"><«arg» name="b"/></include></launch>',
             "'arg' needs the attribute 'value'",
             None,
+        ),
+        (
+            '<launch><node exec="a"><param «period»="0.5"/></node></launch>',
+            "'param' has no attribute 'period'",
+            'write name="period" value="0.5"',
         ),
         (
             '<launch><«lifecycle_node» pkg="a" exec="b"/></launch>',
