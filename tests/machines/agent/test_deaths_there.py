@@ -9,12 +9,13 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
+from support.linked_part import DEADLINE
 from support.linked_part import LinkedPart
 from support.linked_part import PlainMachine
 from support.linked_part import process
+from support.time_limits import within
 
 #: Ignores what it may, and has a child in another session.
 STUBBORN = "trap '' INT TERM; setsid sh -c 'sleep 1000' & echo begun; wait"
@@ -168,9 +169,9 @@ def test_the_launcher_is_ended_in_each_phase(
         assert launcher.stdout is not None
         assert launcher.stdout.readline() == b'now\n'
         assert plain.pids()
-        begin = time.monotonic()
         launcher.send_signal(number)
-        plain.wait_until_empty()
-        if phase != 'running':
-            assert time.monotonic() - begin < 9
+        # it may end first what another test has left, which takes some; its
+        # launcher's silence is noticed after 30 s
+        with within(DEADLINE if phase == 'running' else 20):
+            plain.wait_until_empty()
         launcher.wait()

@@ -10,6 +10,7 @@ import time
 import pytest
 from support.deployer import Deployer
 from support.sshd import Sshd
+from support.time_limits import within
 from support.user import Launch
 
 DEADLINE = 60
@@ -47,7 +48,8 @@ def test_a_signal_ends_the_build_there(
     print(f'ended after {time.monotonic() - begin:.2f} s')
     assert 'Traceback' not in launch.output
     assert 'arm│ ' in launch.output
-    sshd.wait_until_empty('arm', seconds=20)
+    with within(20):
+        sshd.wait_until_empty('arm')
     deployer.wait_until_empty()
 
 
@@ -58,5 +60,6 @@ def test_no_build_there_outlives_a_killed_launcher(
     launch = _building(deployer, sshd)
     launch.process.kill()
     launch.end()
-    sshd.wait_until_empty('arm', seconds=20)
+    with within(20):
+        sshd.wait_until_empty('arm')
     deployer.wait_until_empty()

@@ -13,12 +13,14 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.machines.deployment.machine import Machine
 from colcon_yamllaunch.machines.link.machine_contact import MachineContact
 import pytest
+from support.linked_part import DEADLINE
 from support.linked_part import LinkedPart
 from support.linked_part import process
 from support.namespaces import NamespaceMachine
 from support.slurm import PROCESSORS
 from support.slurm import Slurm
 from support.sshd import Sshd
+from support.time_limits import within
 
 #: What is said of a part whose engine was killed; the second by whoever finds
 #: that another connection has ended what was left, as those of other tests do.
@@ -43,10 +45,10 @@ def test_a_cable_is_pulled(sshd: Sshd) -> None:
         part.wait_for(part.out)
         sshd['arm'].link.hold()
         begin = time.monotonic()
-        part.wait_for_told('lost')
-        assert time.monotonic() - begin < 5.5
+        with within(5.5):
+            part.wait_for_told('lost')
         assert part.reason == 'nothing was heard of it for 4.5 s'
-        deadline = begin + 20
+        deadline = begin + DEADLINE
         while any('sleep' in command for command in sshd.left()):
             assert time.monotonic() < deadline
             part.turn()

@@ -24,6 +24,7 @@ from support.developer import Developer
 from support.marked_processes import command_of
 from support.marked_processes import descendants
 from support.sshd import Sshd
+from support.time_limits import within
 
 pytestmark = pytest.mark.full
 
@@ -108,7 +109,8 @@ def test_who_closes_the_connection_ends_the_build(
     assert isinstance(connection, MachineConnection)
     connection.close()
     assert 'arm' in wait_for(errors)
-    sshd.wait_until_empty('arm', seconds=20)
+    with within(20):
+        sshd.wait_until_empty('arm')
 
 
 @pytest.mark.hostile
@@ -137,7 +139,8 @@ def test_no_build_outlives_who_waits_for_it(
             os.kill(pid, signal.SIGKILL)
     assert wait_for(errors).startswith('arm: ')
     connection.close()
-    sshd.wait_until_empty('arm', seconds=20)
+    with within(20):
+        sshd.wait_until_empty('arm')
 
 
 def transfer_endlessly(developer: Developer, sshd: Sshd) -> list[str]:
@@ -185,7 +188,8 @@ def test_no_transfer_outlives_its_connection(
         connection.close()
     assert wait_for(errors).startswith('arm: ')
     connection.close()
-    sshd.wait_until_empty('arm', seconds=20)
+    with within(20):
+        sshd.wait_until_empty('arm')
     assert 'rsync' not in commands_of_children()
     (sshd['arm'].home / 'bin/rsync').unlink()
 

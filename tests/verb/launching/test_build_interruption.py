@@ -10,6 +10,7 @@ import signal
 import time
 
 import pytest
+from support.user import DEADLINE
 from support.user import Launch
 from support.user import User
 
@@ -49,7 +50,7 @@ def _pid(builder: User, started: Launch) -> int:
 
 def _wait_for_the_end(pid: int) -> None:
     # whoever adopted it has to take note of its end
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + DEADLINE
     while Path(f'/proc/{pid}').exists():
         assert time.monotonic() < deadline
         time.sleep(0.01)
