@@ -34,6 +34,11 @@ class PlayedLink:
         self.is_held = False
         self.is_closed = False
         self.reaped: list[int] = []
+        self.can_start_again = True
+        self.plan_again: Any = None
+
+    def start_again(self, plan: Any, *, at_once: bool) -> None:
+        self.plan_again = plan
 
     def begin(self, watches: Watches, handler: Any) -> None:
         self.handler = handler

@@ -108,6 +108,7 @@ class StartedPart:
     :param boot: What another start of the machine changes
     :param received: What has come behind the answer
     :param facts: What the machine is like
+    :param settings: How it is run
     """
 
     machine: Machine
@@ -116,6 +117,7 @@ class StartedPart:
     boot: str
     received: bytes
     facts: Facts
+    settings: PartSettings
 
 
 class MachineConnection:
@@ -274,6 +276,7 @@ class MachineConnection:
             boot,
             received,
             self.facts,
+            settings,
         )
 
     def close(self) -> None:

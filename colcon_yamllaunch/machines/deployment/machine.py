@@ -13,7 +13,7 @@ Kind = Literal['ssh', 'slurm', 'connect']
 #: How the code gets to a machine.
 Sync = Literal['build', 'install', 'none']
 #: What becomes of a machine's part when the link to it is lost.
-OnLost = Literal['stop', 'keep']
+OnLost = Literal['stop', 'restart', 'keep']
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,8 @@ class Machine:
     :param sync: How the code gets there: the sources, which are built there;
       what was installed here; or not at all
     :param on_lost: What becomes of its part when the link is lost: it is
-      stopped there, or runs on until the link is back
+      stopped there; that, and started anew once the machine is back; or it
+      runs on until the link is back
     :param lost_after: Seconds without a word after which the link is lost;
       None for the usual ones
     :param env: Names of the variables that go along, besides those that

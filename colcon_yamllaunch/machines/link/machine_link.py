@@ -4,8 +4,10 @@
 """The link to a machine while its part of the launch runs."""
 
 from collections import deque
+from collections.abc import Callable
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 import os
 import select
 import signal
@@ -49,6 +51,8 @@ from colcon_yamllaunch.runtime.streams.watches import Watches
 SILENCE = 4.5
 #: Seconds that a new connection may take until the machine answers.
 PATIENCE = 15.0
+#: Seconds that the start of a new part may take, which sources a workspace.
+START_PATIENCE = 25.0
 #: Seconds between two attempts to connect again, and the longest of these
 #: pauses, as each is longer than the one before.
 FIRST_PAUSE = 0.5
@@ -132,6 +136,10 @@ class MachineLink:
         # None once the engine there answers
         self._bootstrap: Bootstrap | None = None
         self._is_resumed = False
+        # the plan of a new part, while one is to be started
+        self._plan: Callable[[], str] | None = None
+        # the first connection exists already
+        self._patience = SILENCE
         self._heard = self._beaten = time.monotonic()
         self._since = self._turned = self._heard
         self._lost_at: float | None = None
@@ -175,6 +183,34 @@ class MachineLink:
         self._resume()
         self._feed(self._part.received)
 
+    @property
+    def can_start_again(self) -> bool:
+        """Whether a new part may be started after this one."""
+        return can_connect_again(self.machine, self._environment)
+
+    def start_again(self, plan: Callable[[], str], *, at_once: bool) -> None:
+        """
+        Start a new part on a machine that is gone.
+
+        With `on_lost: restart` that is tried until it succeeds, else once.
+
+        :param plan: Returns the part in JSON when it is sent
+        :param at_once: Whether to connect now, or after a pause
+        """
+        now = time.monotonic()
+        if self.is_gone:
+            self.is_gone = self._is_over = self._held = False
+            self._outbox.close()
+            self._outbox, self._inbox = Outbox(), Inbox()
+            self._waiting.clear()
+            self._waiting_size = 0
+            self._lost_at = now
+            self._retry_at = now + self._pause
+            self._pause = min(self._pause * 2, LONGEST_PAUSE)
+        self._plan = plan
+        if at_once:
+            self._retry_at = now
+
     def send(self, message: Mapping[str, Any]) -> None:
         """Have a message arrive there, exactly once."""
         self._outbox.add(frames.MESSAGE, frames.json_body(dict(message)))
@@ -199,8 +235,7 @@ class MachineLink:
         if self._process is None:
             self._mind_loss(now)
         elif self._bootstrap is not None or not self._is_resumed:
-            # the first connection stands already
-            if now - self._since > (PATIENCE if self.is_lost else SILENCE):
+            if now - self._since > self._patience:
                 self._lose('it does not answer')
         elif now - self._heard > self._silence:
             # the end of this connection is not to stop its part
@@ -325,7 +360,19 @@ class MachineLink:
     def _control(self, content: Mapping[str, Any]) -> None:
         match content:
             case {'reply': _, 'error': str(error)}:
+                if self._plan is None:
+                    # it is there, without its part
+                    self._pause = FIRST_PAUSE
                 self._give_up(one_line(error))
+            case {
+                'reply': _,
+                'result': {'identity': str(identity), 'boot': str(boot)},
+            } if self._plan is not None:
+                self._plan = None
+                self._part = replace(self._part, identity=identity, boot=boot)
+                self._resume()
+            case {'reply': _} if self._plan is not None:
+                self._give_up('it does not say which part it has started')
             case {'reply': _}:
                 # the engine there is at the other end now
                 self._resume()
@@ -452,7 +499,10 @@ class MachineLink:
             self._reason = reason
             self._retry_at = now
             self._handler.lost(reason)
-        if not can_connect_again(self.machine, self._environment):
+        if self._plan is not None and self.machine.on_lost != 'restart':
+            # who asked for it is told
+            self._give_up(reason)
+        elif not self.can_start_again:
             self._give_up(f'{reason}; its allocation has ended')
 
     def _is_over_next(self) -> bool:
@@ -463,7 +513,8 @@ class MachineLink:
             return
         keeps = self.machine.on_lost == 'keep'
         limit = self._lost_after + STOPPED_AFTER
-        if not keeps and now - self._lost_at > limit:
+        is_late = now - self._lost_at > limit
+        if is_late and not keeps and self._plan is None:
             self._give_up(
                 f'no connection for {limit:g} s; its part has stopped itself'
             )
@@ -472,6 +523,7 @@ class MachineLink:
 
     def _connect_again(self, now: float) -> None:
         self._since = now
+        self._patience = PATIENCE
         self._retry_at = now + self._pause
         command = connect_command(
             self.machine, self._environment, host=self._part.facts.host
@@ -498,12 +550,20 @@ class MachineLink:
             self._lose('another program answers there')
         elif bootstrap.state == 'answered':
             self._bootstrap = None
-            content = {
+            content: dict[str, Any] = {
                 'request': 'resume',
-                'id': 1,
                 'identity': self._part.identity,
                 'boot': self._part.boot,
             }
+            if self._plan is not None:
+                self._since = time.monotonic()
+                self._patience = START_PATIENCE
+                content = {
+                    'request': 'start',
+                    'plan': self._plan(),
+                    'settings': self._part.settings.as_json(),
+                }
+            content['id'] = 1
             self._put(frames.message(content))
         return rest
 
@@ -538,7 +598,7 @@ class MachineLink:
     def _finish(self, reason: str) -> None:
         if not self.is_gone:
             self.is_gone = True
-            self._lost_at = None
+            self._plan = self._lost_at = None
             assert self._handler is not None
             self._handler.gone(reason)
 

@@ -40,6 +40,7 @@ class _State:
 
     :param since: When that began, by the clock here
     :param started: When it was started last, likewise
+    :param before: Its restarts before its machine began anew
     :param terminal: Whether it has a keyboard, None where that is not told
     """
 
@@ -49,6 +50,7 @@ class _State:
     started: float = 0.0
     starts: int = 0
     restarts: int = 0
+    before: int = 0
     ending: str = ''
     node: str | None = None
     lifecycle: str | None = None
@@ -184,6 +186,17 @@ class PartStates:
         self._end(state, 'ended')
         state.ending = f'lost with {machine}'
 
+    def begin_again(self, label: str) -> None:
+        """Take into account that it is started anew on its machine."""
+        state = self._state(label)
+        state.before = state.restarts + (state.starts > 0)
+        state.is_kept_stopped = False
+        self._turn(state, 'waiting')
+
+    def is_kept_stopped(self, label: str) -> bool:
+        """Tell whether somebody has stopped it."""
+        return self._state(label).is_kept_stopped
+
     def forget(self, label: str) -> None:
         """Forget a process or component."""
         self._states.pop(label, None)
@@ -291,7 +304,8 @@ class PartStates:
         ):
             raise StateError('a state has fields that make no sense')
         state = self._state(label)
-        state.phase, state.pid, state.restarts = phase, pid, restarts
+        state.phase, state.pid = phase, pid
+        state.restarts = state.before + restarts
         state.since = self._clock() - seconds
         state.ending = printable(str(row.get('ending') or ''))
         state.starts = max(state.starts, int(phase != 'waiting'))

@@ -86,6 +86,13 @@ class Link(Protocol):
     def seconds_to_wait(self) -> float | None:
         """Return the seconds until :meth:`advance` is to be called again."""
 
+    @property
+    def can_start_again(self) -> bool:
+        """Whether a new part may be started after this one."""
+
+    def start_again(self, plan: Callable[[], str], *, at_once: bool) -> None:
+        """Start a new part on a machine that is gone."""
+
     def hold(self, held: bool) -> None:
         """Take no output, or take it again."""
 
@@ -130,7 +137,19 @@ class RemotePart:
         self.states = PartStates(clock)
         # whether its end may wait for timers
         self._has_timers = False
+        # all that was planned, as it was planned first
+        self._entries: list[Entry] = []
         self._learn(plan.entries)
+        # of a machine that is gone: whether its part is being started again,
+        # whole or only what was asked for, who waits for that, and what the
+        # new part does not have
+        self._is_again = self._is_whole = False
+        self._asked: set[str] = set()
+        self._waiting: list[Done] = []
+        self._missing: set[str] = set()
+        # why its part has ended though the launch goes on
+        self._ended_for = ''
+        self._size = os.terminal_size((80, 24))
         self._ids = count(1)
         self._requests: dict[int, Callable[[Mapping[str, Any]], None]] = {}
         #: What has become of the link.
@@ -178,6 +197,11 @@ class RemotePart:
         self._launch = launch
         self._mind_guard()
         self._link.begin(launch.watches, self)
+        self.resize(size)
+
+    def resize(self, size: os.terminal_size) -> None:
+        """Give all terminals another size."""
+        self._size = size
         self.send('resize', rows=size.lines, columns=size.columns)
 
     def advance(self) -> None:
@@ -225,6 +249,8 @@ class RemotePart:
         self, reason: str, *, interactive: bool, drop_timers: bool
     ) -> None:
         """Begin to end all of it."""
+        if self._is_again:
+            self._give_up(self.reason)
         if self.state == 'lost' and not self._is_waited_for:
             self._is_waited_for = True
             self._tell(events.Warned(f'{self.machine.name}: {self._waits()}'))
@@ -357,11 +383,16 @@ class RemotePart:
             self._take(part)
         else:
             self._successors[part.label] = part
+        if part.label in self._missing:
+            return
         self.send('revise', plan=self._written(Plan((part,))), at_once=at_once)
 
     def replace(self, part: Process | Component) -> None:
         """Have a part be another one, and start or load that anew."""
         self._successors[part.label] = part
+        if part.label in self._missing:
+            self._give({part.label})
+            return
         self.send('replace', plan=self._written(Plan((part,))))
 
     def restart(self, labels: Collection[str]) -> tuple[str, ...]:
@@ -369,16 +400,22 @@ class RemotePart:
         mine = [label for label in self._parts if label in labels]
         begun = [label for label in mine if self.states.may_restart(label)]
         if begun and self.state == 'up':
+            self._give(self._missing.intersection(begun))
             self.ask('restart_changed', self._tell_refusal, labels=begun)
             return tuple(begun)
         return ()
 
     def drop(self, label: str) -> None:
         """Stop or unload a part, and forget it then."""
+        if label in self._missing:
+            self._tell(events.Dropped(self._parts[label]))
+            self._forget(label)
+            return
         self.send('drop', label=label)
 
     def forget(self, entries: Sequence[Entry]) -> None:
         """Do not do what has not been done yet."""
+        self._entries = [e for e in self._entries if e not in entries]
         self.send('forget', plan=self._written(Plan(tuple(entries))))
 
     # what users ask for
@@ -397,6 +434,15 @@ class RemotePart:
                 self._debugged.discard(label)
             done(_error_of(answer))
 
+        if action == 'restart' and (self.state == 'gone' or self._is_again):
+            self._restart_gone(label, done)
+            return
+        if label in self._missing and self.state == 'up':
+            if action != 'restart':
+                raise RefusedError(f'{label} does not run')
+            self._give({label})
+            done(None)
+            return
         if action in _STARTS:
             self._debugged.discard(label)
         if action == 'debug':
@@ -514,13 +560,120 @@ class RemotePart:
             if self._ends_by < math.inf:
                 self._mind_end()
             self._tell(events.LinkBack(self.machine.name, seconds))
+            if self._is_again:
+                self._is_again = False
+                self.resize(self._size)
+                self._give(self._missing & self._asked)
+                self._answer_waiting(None)
 
     def gone(self, reason: str) -> None:
         """Take into account that it is not heard of any more."""
         if self.is_over:
             return
+        self._end(self._ended_for or reason)
+        if self._restarts:
+            self._is_whole = True
+            self._start_again(at_once=False)
+
+    @property
+    def _restarts(self) -> bool:
+        """Whether a part that is gone is started again by itself."""
+        launch = self._launch
+        return (
+            self.machine.on_lost == 'restart'
+            and self._link.can_start_again
+            and launch is not None
+            and not launch.is_stopping
+        )
+
+    def _restart_gone(self, label: str, done: Done) -> None:
+        """
+        Start something on a machine that is gone, if it is there again.
+
+        :raises RefusedError: when the machine cannot come back
+        """
+        if not self._link.can_start_again:
+            raise RefusedError(self._why_not())
+        self._asked.add(label)
+        self._waiting.append(done)
+        self._start_again(at_once=True)
+
+    def _start_again(self, *, at_once: bool) -> None:
+        self.state = 'lost'
+        self._is_again = True
+        self._is_idle = False
+        self._link.start_again(self._plan_again, at_once=at_once)
+
+    def _plan_again(self) -> str:
+        """Return what a new part is to run, in JSON."""
+        if self._is_whole:
+            plan = Plan(tuple(self._not_stopped(self._entries)))
+        else:
+            plan = self._plan_of(self._asked)
+        self._missing = {*self._parts} - self._expect(plan)
+        self._ended_for = ''
+        self._modes.clear()
+        self._debugged.clear()
+        self._suspended.clear()
+        self._held.clear()
+        return self._written(plan)
+
+    def _give(self, labels: Collection[str]) -> None:
+        """Have the part run what it does not have."""
+        if not labels:
+            return
+        plan = self._plan_of(labels)
+        self._missing -= self._expect(plan)
+        self._is_idle = False
+        self.send('extend', entries=self._written(plan))
+
+    def _plan_of(self, labels: Collection[str]) -> Plan:
+        """Return some of the parts, with what is in containers of these."""
+        inside = {
+            component.label
+            for component, process in self.components()
+            if process is not None and process.label in labels
+        }
+        wanted = inside.union(labels)
+        return Plan(tuple(self.part(p) for p in self._parts if p in wanted))
+
+    def _not_stopped(self, entries: Iterable[Entry]) -> Iterator[Entry]:
+        """Return entries as planned now, without what somebody stopped."""
+        for entry in entries:
+            if isinstance(entry, Timer):
+                inner = tuple(self._not_stopped(entry.entries))
+                yield replace(entry, entries=inner)
+            elif not isinstance(entry, Process | Component):
+                yield entry
+            elif entry.label in self._asked or (
+                entry.label in self._parts
+                and not self.states.is_kept_stopped(entry.label)
+            ):
+                yield self.part(entry.label)
+
+    def _expect(self, plan: Plan) -> set[str]:
+        """Take into account that all of a plan is started anew."""
+        parts = _parts_of(plan)
+        for part in parts:
+            self._take(part)
+            self._successors.pop(part.label, None)
+            self.states.begin_again(part.label)
+        return {part.label for part in parts}
+
+    def _answer_waiting(self, why_not: str | None) -> None:
+        waiting, self._waiting = self._waiting, []
+        self._asked.clear()
+        self._is_whole = False
+        for done in waiting:
+            done(why_not)
+
+    def _end(self, reason: str) -> None:
+        was_gone, self._is_again = self._is_again, False
         self.state = 'gone'
         self.reason = printable(reason)
+        if was_gone:
+            self._answer_waiting(self._why_not())
+            return
         running = [p for p in self.processes() if self.states.runs(p.label)]
         labels = tuple(process.label for process in running)
         name = self.machine.name
@@ -534,11 +687,13 @@ class RemotePart:
             pid, seconds = self.states.run_of(process.label)
             asked = launch.is_stopping
             lost = Outcome(lost=name)
+            delay = 0.0 if self._restarts else None
             launch.tell(
-                events.Exited(process, pid, lost, seconds, asked, failed=True)
+                events.Exited(process, pid, lost, seconds, asked, True, delay)
             )
             self.states.lost(process.label, name)
-        if any(process.on_exit_shutdown for process in running):
+        is_needed = any(process.on_exit_shutdown for process in running)
+        if is_needed and not self._restarts:
             launch.shut_down(f'{name} is gone')
 
     def _take_message(self, message: Mapping[str, Any]) -> None:
@@ -572,7 +727,8 @@ class RemotePart:
             # what failed has been told
             is_stopping = self._launch and self._launch.is_stopping
             if message.get('lost') is True and not is_stopping:
-                self.gone('the link was lost, so its part has stopped itself')
+                # its end follows
+                self._ended_for = 'it stopped its part as the link was lost'
                 return
             self.state = 'done'
             self._refuse_all(f'{self.machine.name} is done')
@@ -668,23 +824,20 @@ class RemotePart:
                 return replace(process, label=name)
         return part
 
-    def _learn(self, entries: Iterable[Entry]) -> None:
+    def _learn(self, entries: Sequence[Entry]) -> None:
         """
         Take what stands in a plan.
 
         :raises ValueError: when a label is taken
         """
-        plan = Plan(tuple(entries))
-        more: list[Process | Component] = [
-            *plan.processes(),
-            *plan.components(),
-        ]
+        more = _parts_of(Plan(tuple(entries)))
         for part in more:
             if part.label in self._parts:
                 raise ValueError(f'there is a process {part.label} already')
         for part in more:
             self._take(part)
-        self._has_timers |= _has_lasting_timers(plan.entries)
+        self._has_timers |= _has_lasting_timers(entries)
+        self._entries += entries
 
     def _take(self, part: Process | Component) -> None:
         before = self._parts.get(part.label)
@@ -698,6 +851,7 @@ class RemotePart:
         if part is not None:
             self._by_name.pop(part.ros_name, None)
         self._successors.pop(label, None)
+        self._missing.discard(label)
         self.states.forget(label)
 
     def _written(self, plan: Plan) -> str:
@@ -745,7 +899,8 @@ class RemotePart:
             done({'error': why})
 
     def _give_up(self, reason: str) -> None:
-        self.gone(reason)
+        if not self.is_over:
+            self._end(reason)
         self._link.close()
 
     def _mind_guard(self) -> None:
@@ -762,6 +917,10 @@ class RemotePart:
     def seconds_to_wait(self) -> float | None:
         """Return the seconds until :meth:`advance` is to be called again."""
         return self._link.seconds_to_wait()
+
+
+def _parts_of(plan: Plan) -> list[Process | Component]:
+    return [*plan.processes(), *plan.components()]
 
 
 def _past(seconds: object) -> float | None:

@@ -170,7 +170,7 @@ class RemoteParts:
     def resize(self, size: os.terminal_size) -> None:
         """Give all terminals another size."""
         for part in self.parts:
-            part.send('resize', rows=size.lines, columns=size.columns)
+            part.resize(size)
 
     def close(self) -> None:
         """End all links."""

@@ -33,7 +33,7 @@ class PartSettings:
     :param machine: The name of the machine
     :param workspace: The workspace there that is sourced, or None
     :param variables: What goes along of the user's environment
-    :param on_lost: `stop` or `keep`, see `Machine`
+    :param on_lost: `stop`, `restart` or `keep`, see `Machine`
     :param lost_after: Seconds without a word from the launcher after which
       the link is lost
     :param log_name: The name of its log folder, None to keep no logs there

@@ -63,6 +63,8 @@ class Failures:
         self._core_dumps: dict[str, str | None] = {}
         # what failed that is no process, component or node
         self._others: list[str] = []
+        # machines that are gone, with what is to be told of that
+        self._gone: dict[str, str] = {}
         self._lost: list[events.Exited] = []
         self._left_behind: dict[tuple[str, int], events.LeftBehind] = {}
         # how many lines of ours were shown after the last output of a
@@ -108,8 +110,13 @@ class Failures:
                 self._forget(event.process.label)
             case events.RosLost():
                 self._others.append(event.reason)
-            case events.HostLost() | events.MachineGone():
+            case events.HostLost():
                 self._others.append(event.text)
+            case events.MachineGone():
+                self._gone[event.machine] = event.text
+            case events.LinkBack(machine=name) if not self._is_stopping:
+                self._gone.pop(name, None)
+                self._lost = [e for e in self._lost if e.outcome.lost != name]
             case events.PlanFailed():
                 self._others.append(event.problems[0])
             case events.LeftBehind():
@@ -121,8 +128,12 @@ class Failures:
     @property
     def exit_code(self) -> int:
         """1 if something failed, else 0."""
-        failed = self._failures or self._left_behind or self._others
+        failed = self._failures or self._left_behind or self._all_others
         return int(bool(failed))
+
+    @property
+    def _all_others(self) -> list[str]:
+        return [*self._others, *self._gone.values()]
 
     def reports(self) -> tuple[events.FailureReport, ...]:
         """Return what is known of each process that failed, in order."""
@@ -144,12 +155,13 @@ class Failures:
             )
             for event in self._lost
         ]
-        reports += [events.FailureReport(None, text) for text in self._others]
+        others = self._all_others
+        reports += [events.FailureReport(None, text) for text in others]
         return tuple(reports)
 
     def summary(self) -> tuple[str, ...]:
         """Return the lines that name the first failure and those after it."""
-        others = tuple(f'failed: {text}' for text in self._others)
+        others = tuple(f'failed: {text}' for text in self._all_others)
         if not self._failures:
             return others
         first, *following = self._failures.values()

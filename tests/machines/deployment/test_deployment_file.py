@@ -191,7 +191,7 @@ def test_what_is_wrong_with_a_file(text, problem):
         ('{ssh: h, sync: biuld}', "'sync' has no value 'biuld' (did you mean "
          "'build'?)"),
         ('{ssh: h, on_lost: go}', "'on_lost' has no value 'go' (it is one of "
-         'stop, keep)'),
+         'stop, restart, keep)'),
         ('{ssh: h, lost_after: 0}', "'lost_after' has no value '0' (a number "
          'of seconds from 0.1 to 3600: 0.5)'),
         ('{ssh: h, lost_after: soon}', "'lost_after' has no value 'soon'"),

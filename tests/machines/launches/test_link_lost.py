@@ -81,3 +81,26 @@ def test_a_part_runs_on_and_nothing_is_lost(
     sshd.wait_until_empty()
     lines = re.findall(r'line (\d+)$', deployer.logged('counts'), re.M)
     assert list(map(int, lines)) == [*range(count)]
+
+
+def test_broken_connection_restarts_the_part(
+    deployer: Deployer, sshd: Sshd
+) -> None:
+    deployer.places(
+        {
+            'stubborn': ('arm', (*deployer.talker, 'ignores')),
+            'own': (HERE, deployer.talker),
+        },
+        sync='none',
+        on_lost='restart',
+    )
+    launch = deployer.deploys()
+    for name in ('stubborn', 'own'):
+        launch.wait_for(rf'{name}\S*\] +up')
+    sshd['arm'].link.break_off()
+    launch.wait_for(r'(?s)is gone.*stubborn\S*\] +up')
+    # the first one has ended before
+    talkers = [line for line in sshd.left('arm') if 'talker.py' in line]
+    assert len(talkers) == 1
+    assert launch.interrupt() == 0, launch.output
+    sshd.wait_until_empty()

@@ -12,6 +12,7 @@ import signal
 
 import pytest
 from support.deployer import Deployer
+from support.deployer import HERE
 from support.namespaces import NamespaceMachine
 from support.slurm import Slurm
 from support.user import BLOCKING
@@ -158,6 +159,37 @@ def test_a_machine_reboots(
     assert 'Traceback' not in launch.output
     assert namespace.left() == []
     docked.wait_until_empty()
+
+
+@pytest.mark.parametrize('on_lost', ['stop', 'restart'])
+def test_processes_come_back_with_a_rebooted_machine(
+    deployer: Deployer, namespace: NamespaceMachine, on_lost: str
+) -> None:
+    machine = {'connect': str(namespace.enter), 'on_lost': on_lost}
+    deployer.places(
+        {
+            'one': ('edge', deployer.talker),
+            'two': ('edge', deployer.talker),
+            'own': (HERE, deployer.talker),
+        },
+        {'edge': machine},
+        sync='none',
+    )
+    launch = deployer.deploys()
+    for name in ('one', 'two', 'own'):
+        launch.wait_for(rf'{name}\S*\] +up')
+    namespace.reboot()
+    launch.wait_for('edge is gone: ')
+    if on_lost == 'stop':
+        assert 'lost with edge' in deployer.launch('--status')
+        restarted = deployer.launch('--restart', 'edge/*')
+        assert restarted.count('started anew') == 2
+    for name in ('one', 'two'):
+        launch.wait_for(rf'(?s)is gone.*{name}\S*\] +up')
+    states = deployer.launch('--status')
+    assert len(re.findall(r'edge│\S+ +running', states)) == 2
+    assert launch.interrupt() == 0, launch.output
+    namespace.wait_until_empty()
 
 
 def test_a_machine_does_not_run(

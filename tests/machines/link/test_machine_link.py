@@ -11,6 +11,8 @@ import signal
 import time
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.plan.plan_json import plan_to_json
 from colcon_yamllaunch.machines.connection import bootstrap
 from colcon_yamllaunch.machines.connection.connection_errors import (
     ConnectError,
@@ -239,6 +241,25 @@ def test_silence_counts_from_lost_after(
                 time.sleep(0.05)
             assert time.monotonic() - begin < 8
             part.wait_for_told('gone')
+    plain.wait_until_empty()
+
+
+def test_new_part_is_started_on_a_machine_that_is_gone(
+    plain: PlainMachine,
+) -> None:
+    script = 'echo begun; sleep 1000'
+    with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
+        part.wait_for(part.out)
+        first = part.identity
+        part.cut()
+        part.wait_for_told('gone')
+        plan = Plan((process('arm│a', 'echo again; sleep 1000'),))
+        part.link.start_again(lambda: plan_to_json(plan), at_once=True)
+        part.wait_for(lambda: 'again' in part.out())
+        assert part.told[part.told.index('gone') :].count('back') == 1
+        assert part.identity != first
+        part.gone_for = None
+        part.finish()
     plain.wait_until_empty()
 
 

@@ -380,11 +380,102 @@ def test_processes_of_a_lost_machine_are_unknown(played):
 def test_part_that_stopped_for_a_lost_link_is_gone(played, is_stopping):
     played.launch.is_stopping = is_stopping
     played.link.says(ended=0, lost=True)
+    played.link.handler.gone('it has ended')
     gone = [e for e in played.launch.told if isinstance(e, events.MachineGone)]
     assert bool(gone) == (not is_stopping)
     assert played.parts.parts and not any(
         p.is_busy for p in played.parts.parts
     )
+
+
+def again(played):
+    """Return the labels that a new part begins with, and start it."""
+    plan = plan_from_json(played.link.plan_again())
+    played.link.handler.back(1.0)
+    return [part.label for part in (*plan.processes(), *plan.components())]
+
+
+def test_restart_brings_back_a_machine_that_is_gone(played):
+    played.link.tells(events.Started(DRIVER, 77))
+    played.link.handler.gone('it was started anew')
+    answers = []
+    played.parts.act('restart', LABEL, answers.append)
+    assert played.parts.is_waiting()
+    assert answers == []
+    assert again(played) == [LABEL]
+    assert answers == [None]
+    played.link.tells(events.Started(DRIVER, 5))
+    row = {'label': LABEL, 'phase': 'running', 'pid': 5, 'seconds': 0.1}
+    played.link.says(states={'processes': [row]})
+    state = played.states()[LABEL]
+    assert (state.phase, state.pid, state.restarts) == ('running', 5, 1)
+    # what it was not asked for follows when that is
+    with pytest.raises(RefusedError, match='does not run'):
+        played.parts.act('stop', HELPER.label, answers.append)
+    played.parts.act('restart', HELPER.label, answers.append)
+    (asked,) = played.link.asked('extend')
+    assert plan_from_json(asked['entries']).entries == (HELPER,)
+    assert answers == [None, None]
+
+
+def test_restart_of_a_container_brings_back_its_components():
+    box = process('arm│box', node_name='/box', is_container=True)
+    played = Played(entries=(box, TALKER, HELPER))
+    played.link.handler.gone('it was started anew')
+    played.parts.act('restart', box.label, lambda _: None)
+    assert again(played) == [box.label, TALKER.label]
+
+
+def test_restart_in_vain_is_answered_and_told_once(played):
+    played.link.handler.gone('it was started anew')
+    answers = []
+    for label in (LABEL, HELPER.label):
+        played.parts.act('restart', label, answers.append)
+    played.link.handler.gone('it cannot be reached')
+    assert answers == ['arm is gone: it cannot be reached'] * 2
+    gone = [e for e in played.launch.told if isinstance(e, events.MachineGone)]
+    assert len(gone) == 1
+    assert not played.parts.is_waiting()
+
+
+def test_machine_that_cannot_come_back_is_not_restarted(played):
+    played.link.can_start_again = False
+    played.link.handler.gone('its allocation has ended')
+    with pytest.raises(RefusedError, match='its allocation has ended'):
+        played.parts.act('restart', LABEL, lambda _: None)
+
+
+@pytest.fixture
+def restarting():
+    timer = Timer(9.0, (process('arm│late'),))
+    must = process('arm│must', on_exit_shutdown=True)
+    played = Played(
+        PlayedLink(on_lost='restart'), entries=(DRIVER, HELPER, must, timer)
+    )
+    for one in (DRIVER, HELPER, must):
+        played.link.tells(events.Started(one, 77))
+    played.link.tells(events.Requested(HELPER, 'stop'))
+    played.link.handler.gone('it was started anew')
+    return played
+
+
+def test_on_lost_restart_begins_anew_without_what_was_stopped(restarting):
+    lost = [e for e in restarting.launch.told if isinstance(e, events.Exited)]
+    assert [e.respawn_delay for e in lost] == [0.0, 0.0, 0.0]
+    assert not restarting.launch.is_stopping
+    assert restarting.parts.is_waiting()
+    # the machine is still down
+    restarting.link.handler.gone('it cannot be reached')
+    assert restarting.parts.is_waiting()
+    assert again(restarting) == [LABEL, 'arm│must', 'arm│late']
+    assert restarting.launch.told[-1] == events.LinkBack('arm', 1.0)
+
+
+def test_stop_does_not_wait_for_a_machine_that_is_gone(restarting):
+    restarting.launch.tell(events.ShuttingDown('interrupted', True))
+    restarting.launch.is_stopping = True
+    assert not restarting.parts.is_waiting()
+    assert restarting.link.is_closed
 
 
 def test_who_hurries_does_not_wait_for_a_lost_machine(played):

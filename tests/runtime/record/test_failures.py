@@ -10,6 +10,7 @@ from colcon_yamllaunch.runtime.core.events import Dropped
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.events import HostLost
 from colcon_yamllaunch.runtime.core.events import LeftBehind
+from colcon_yamllaunch.runtime.core.events import LinkBack
 from colcon_yamllaunch.runtime.core.events import Loaded
 from colcon_yamllaunch.runtime.core.events import LoadFailed
 from colcon_yamllaunch.runtime.core.events import MachineGone
@@ -268,3 +269,12 @@ def test_failure_that_ends_the_launch_outlasts_a_late_respawn(process):
         Exited(process(), 9, Outcome(code=3), 0.1, asked=True, failed=False),
     )
     assert failures.exit_code == 1
+
+
+def test_machine_that_is_back_is_no_failure(process):
+    gone = MachineGone('arm', 'it was started anew')
+    lost = Exited(process(), 8, Outcome(lost='arm'), 1.0, False, True)
+    assert heard(gone, lost).exit_code == 1
+    failures = heard(gone, lost, LinkBack('arm', 1.0), Started(process(), 9))
+    assert failures.exit_code == 0
+    assert failures.reports() == ()
