@@ -7,12 +7,17 @@ from collections.abc import Iterator
 from collections.abc import Sequence
 from html import escape
 import math
+import statistics
 
 from colcon_yamllaunch.common.frozen import dataclass
 
 #: Pixels; a plot grows and shrinks with the page.
-_WIDTH, _HEIGHT = 360, 210
-_LEFT, _RIGHT, _TOP, _BOTTOM = 48, 10, 8, 34
+_WIDTH, _HEIGHT = 320, 206
+_LEFT, _RIGHT, _TOP, _BOTTOM = 48, 10, 8, 44
+#: Pixels that a character of a label takes, about.
+_CHARACTER = 6.2
+#: Pixels between points and the mark of their mean.
+_ASIDE = 9
 #: Marks of an axis, about.
 _TICKS = 5
 #: Points that a plot has at most, so that a browser draws it at once.
@@ -99,8 +104,9 @@ def histogram(values: Sequence[float], label: str) -> str:
     for value in values:
         part = (value - low) / ((high - low) or 1)
         heights[min(count - 1, int(part * count))] += 1
-    across = _Scale((low, high), _LEFT, _WIDTH - _RIGHT)
     up = _Scale((0, max(heights)), _HEIGHT - _BOTTOM, _TOP)
+    begin = _begin(up)
+    across = _Scale((low, high), begin, _WIDTH - _RIGHT)
     edges = [
         across.low + (across.high - across.low) / count * number
         for number in range(count + 1)
@@ -122,8 +128,8 @@ def histogram(values: Sequence[float], label: str) -> str:
             '</rect>'
         )
     parts = (
-        *_across(across, label),
-        *_upwards(up, 'runs', only_whole=True),
+        *_across(across, begin, label),
+        *_upwards(up, begin, 'runs', only_whole=True),
         *bars,
     )
     return _svg(parts, f'Distribution of {label}')
@@ -134,41 +140,81 @@ def scatter(
     x_label: str,
     y_label: str,
     names: Sequence[str] = (),
+    *,
+    has_means: bool = False,
 ) -> str:
     """
     Return a scatter plot.
 
     :param points: At least one
     :param names: What the whole numbers of x stand for, if it is no number
+    :param has_means: Whether mean and standard deviation of the points with
+      the same x are marked
     """
-    across = _Scale([p.x for p in points], _LEFT + 6, _WIDTH - _RIGHT - 6)
-    if names:
-        across = _Scale(
-            (-0.5, len(names) - 0.5), _LEFT + 6, _WIDTH - _RIGHT - 6
-        )
-    up = _Scale([p.y for p in points], _HEIGHT - _BOTTOM - 6, _TOP + 6)
+    groups: dict[float, list[float]] = {}
+    for point in points if has_means else ():
+        groups.setdefault(point.x, []).append(point.y)
+    means = {x: mean_and_deviation(ys) for x, ys in groups.items()}
+    ends = [mean + s * d for mean, d in means.values() for s in (-1, 1)]
+    up = _Scale(
+        [*(p.y for p in points), *ends], _HEIGHT - _BOTTOM - 6, _TOP + 6
+    )
+    begin = _begin(up)
+    across = _Scale(
+        (-0.5, len(names) - 0.5) if names else [p.x for p in points],
+        begin + 6,
+        _WIDTH - _RIGHT - 6 - (_ASIDE if has_means else 0),
+    )
     step = max(1, math.ceil(len(points) / MAXIMUM_POINTS))
     # those that failed are drawn last, so that they are seen
     drawn = sorted(points[::step], key=lambda p: not p.good)
     marks = [_mark(p, across.at(p.x), up.at(p.y)) for p in reversed(drawn)]
     parts = (
-        *_across(across, x_label, names),
-        *_upwards(up, y_label),
+        *_across(across, begin, x_label, names),
+        *_upwards(up, begin, y_label),
         *marks,
+        *(
+            _mean_mark(mean, deviation, across.at(x) + _ASIDE, up)
+            for x, (mean, deviation) in means.items()
+        ),
     )
     return _svg(parts, f'{y_label} by {x_label}')
 
 
 def share_bar(part: float) -> str:
-    """Return a bar that shows a share, from 0 to 1."""
+    """Return a bar that is full as far as a share, from 0 to 1."""
     good = 100 * part
     return (
         '<svg viewBox="0 0 100 10" preserveAspectRatio="none" height="12" '
         'style="height:0.8rem" role="img" '
         f'aria-label="{good:.4g}%">'
-        f'<rect class="good" width="{good:.2f}" height="10"></rect>'
-        f'<rect class="bad" x="{good:.2f}" width="{100 - good:.2f}" '
-        'height="10"></rect></svg>'
+        '<rect class="rest" width="100" height="10"></rect>'
+        f'<rect class="good" width="{good:.2f}" height="10"></rect></svg>'
+    )
+
+
+def mean_and_deviation(values: Sequence[float]) -> tuple[float, float]:
+    """
+    Return the mean and the standard deviation of a sample.
+
+    :param values: At least one; one alone deviates by 0
+    """
+    # each is divided first, as a sum of large ones may be too large
+    mean = sum(value / len(values) for value in values)
+    return mean, statistics.stdev(values) if len(values) > 1 else 0.0
+
+
+def spread_text(mean: float, deviation: float) -> str:
+    """Return a mean with its standard deviation, as people write them."""
+    return f'{number_text(mean)} ± {number_text(float(f"{deviation:.2g}"))}'
+
+
+def _mean_mark(mean: float, deviation: float, x: float, up: _Scale) -> str:
+    low, high = up.at(mean - deviation), up.at(mean + deviation)
+    title = f'mean {spread_text(mean, deviation)}'
+    return (
+        f'<path class="mean" d="M{x:.1f} {low:.1f}V{high:.1f}'
+        f'M{x - 3:.1f} {up.at(mean):.1f}h6"><title>{title}</title></path>'
     )
 
 
@@ -186,48 +232,64 @@ def _mark(point: Point, x: float, y: float) -> str:
     )
 
 
+def _begin(up: _Scale) -> float:
+    """Return where the x axis begins, right of the numbers of the other."""
+    longest = max(len(number_text(value)) for value in _round(up))
+    return max(_LEFT, 22 + _CHARACTER * longest)
+
+
 def _across(
-    scale: _Scale, label: str, names: Sequence[str] = ()
+    scale: _Scale, begin: float, label: str, names: Sequence[str] = ()
 ) -> Iterator[str]:
     bottom = _HEIGHT - _BOTTOM
+    width = _WIDTH - _RIGHT - begin
     yield (
-        f'<path class="axis" d="M{_LEFT} {bottom}H{_WIDTH - _RIGHT}"></path>'
+        f'<path class="axis" d="M{begin:.1f} {bottom}H{_WIDTH - _RIGHT}">'
+        '</path>'
     )
     marks = [(value, number_text(value)) for value in _round(scale)]
     if names:
-        room = max(3, 52 // len(names))
-        marks = [(n, _shortened(name, room)) for n, name in enumerate(names)]
-    for value, text in marks:
+        # in two lines, so that each has twice the room
+        room = int(2 * width / len(names) / _CHARACTER) - 2
+        marks = [(n, _squeezed(name, room)) for n, name in enumerate(names)]
+    else:
+        longest = max(len(text) + 1 for _, text in marks)
+        needed = len(marks) * (longest + 1) * _CHARACTER
+        marks = marks[:: math.ceil(needed / width)]
+    is_crowded = sum(len(text) + 2 for _, text in marks) * _CHARACTER > width
+    for number, (value, text) in enumerate(marks):
         x = scale.at(value)
+        y = bottom + 14 + (12 if is_crowded and number % 2 else 0)
         yield (
-            f'<text x="{x:.1f}" y="{bottom + 14}" text-anchor="middle">'
+            f'<text x="{x:.1f}" y="{y}" text-anchor="middle">'
             f'{escape(text)}</text>'
         )
     yield (
-        f'<text x="{(_LEFT + _WIDTH - _RIGHT) / 2}" y="{_HEIGHT - 5}" '
-        f'text-anchor="middle">{escape(_shortened(label, 50))}</text>'
+        f'<text x="{begin + width / 2:.1f}" y="{_HEIGHT - 5}" '
+        'text-anchor="middle">'
+        f'{escape(_shortened(label, int(width / _CHARACTER)))}</text>'
     )
 
 
 def _upwards(
-    scale: _Scale, label: str, *, only_whole: bool = False
+    scale: _Scale, begin: float, label: str, *, only_whole: bool = False
 ) -> Iterator[str]:
     for value in _round(scale):
         if only_whole and value != int(value):
             continue
         y = scale.at(value)
         yield (
-            f'<path class="axis" d="M{_LEFT} {y:.1f}H{_WIDTH - _RIGHT}">'
+            f'<path class="axis" d="M{begin:.1f} {y:.1f}H{_WIDTH - _RIGHT}">'
             '</path>'
         )
         yield (
-            f'<text x="{_LEFT - 5}" y="{y + 4:.1f}" text-anchor="end">'
+            f'<text x="{begin - 5:.1f}" y="{y + 4:.1f}" text-anchor="end">'
             f'{escape(number_text(value))}</text>'
         )
     middle = (_TOP + _HEIGHT - _BOTTOM) / 2
     yield (
         f'<text transform="translate(10 {middle}) rotate(-90)" '
-        f'text-anchor="middle">{escape(_shortened(label, 28))}</text>'
+        f'text-anchor="middle">{escape(_shortened(label, 26))}</text>'
     )
 
 
@@ -240,6 +302,14 @@ def _svg(parts: Sequence[str], label: str) -> str:
         f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" '
         f'aria-label="{escape(label)}">{"".join(parts)}</svg>'
     )
+
+
+def _squeezed(text: str, room: int) -> str:
+    """Return a name with both of its ends, as names often differ there."""
+    if len(text) <= max(3, room):
+        return text
+    part = max(1, (room - 1) // 2)
+    return f'{text[:part]}…{text[-part:]}'
 
 
 def _shortened(text: str, room: int) -> str:

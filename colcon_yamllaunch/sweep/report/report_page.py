@@ -22,10 +22,12 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.sweep.report.plots import histogram
 from colcon_yamllaunch.sweep.report.plots import MAXIMUM_POINTS
+from colcon_yamllaunch.sweep.report.plots import mean_and_deviation
 from colcon_yamllaunch.sweep.report.plots import number_text
 from colcon_yamllaunch.sweep.report.plots import Point
 from colcon_yamllaunch.sweep.report.plots import scatter
 from colcon_yamllaunch.sweep.report.plots import share_bar
+from colcon_yamllaunch.sweep.report.plots import spread_text
 from colcon_yamllaunch.sweep.report.report_style import STYLE
 from colcon_yamllaunch.sweep.report.success_shares import Shares
 from colcon_yamllaunch.sweep.report.success_shares import shares_of
@@ -105,6 +107,7 @@ def _page(page: Page) -> Iterator[str]:
             yield from _shares(share)
         yield '</div>'
     yield from _measures(page)
+    yield from _repeats(page)
     yield from _failures(page)
     yield from _all_runs(page)
     made = time.strftime('%Y-%m-%d %H:%M', time.localtime(page.made))
@@ -120,7 +123,7 @@ def _numbers(page: Page) -> Iterator[str]:
         numbers.append(('done so far', f'{done:,}'))
     if done:
         numbers.append(('succeeded', f'{100 * succeeded / done:.4g}%'))
-        numbers.append(('did not', f'{done - succeeded:,}'))
+        numbers.append(('did not succeed', f'{done - succeeded:,}'))
         seconds = statistics.median(result.seconds for result in results)
         numbers.append(('median time', f'{number_text(seconds)} s'))
     yield '<dl>'
@@ -243,24 +246,26 @@ def _by_argument(
         )
         for run in runs
     ]
-    yield _card(scatter(points, argument, name, names), _sampled(points))
+    caption = _sampled(points)
+    has_means = len(texts) <= _MAXIMUM_NAMES and len(points) > len(texts)
+    if has_means:
+        caption += ' With mean and standard deviation for each value.'
+    plot = scatter(points, argument, name, names, has_means=has_means)
+    yield _card(plot, caption.strip())
 
 
 def _statistics(values: list[float], done: int) -> str:
+    mean, deviation = mean_and_deviation(values)
     parts = [
         f'minimum {number_text(min(values))}',
         f'median {number_text(statistics.median(values))}',
-        f'mean {number_text(_mean(values))}',
+        f'mean {number_text(mean)}',
+        f'standard deviation {number_text(deviation)}',
         f'maximum {number_text(max(values))}',
     ]
     if len(values) < done:
         parts.append(f'found in {len(values):,} of {done:,} runs')
     return ' · '.join(parts)
-
-
-def _mean(values: list[float]) -> float:
-    # each is divided first, as a sum of large ones may be too large
-    return sum(value / len(values) for value in values)
 
 
 def _sampled(points: list[Point]) -> str:
@@ -272,6 +277,43 @@ def _sampled(points: list[Point]) -> str:
 def _card(plot: str, caption: str) -> str:
     shown = f'<figcaption>{escape(caption)}</figcaption>' if caption else ''
     return f'<figure class="card">{plot}{shown}</figure>'
+
+
+def _repeats(page: Page) -> Iterator[str]:
+    """Show mean and spread of the runs with the same arguments."""
+    names = page.table.varied
+    groups: dict[tuple[str, ...], list[RunResult]] = {}
+    for run, result in page.done():
+        key = tuple(run.arguments[name] for name in names)
+        groups.setdefault(key, []).append(result)
+    if page.table.repeats < 2 or not groups:
+        return
+    yield '<h2>Mean and standard deviation of repeats</h2>'
+    heads = [*names, 'runs', 'succeeded', *page.metrics, _TIME]
+    yield '<div class="wide"><table><tr>'
+    yield ''.join(f'<th>{_text(head)}</th>' for head in heads)
+    yield '</tr>'
+    for values, results in islice(groups.items(), _MAXIMUM_ROWS):
+        good = sum(result.succeeded for result in results)
+        cells = [
+            *values,
+            f'{len(results):,}',
+            f'{100 * good / len(results):.3g}%',
+            *(
+                _spread([number_of(r.metrics.get(name, '')) for r in results])
+                for name in page.metrics
+            ),
+            _spread([result.seconds for result in results]),
+        ]
+        yield f'<tr>{"".join(map(_cell, cells))}</tr>'
+    yield '</table></div>'
+
+
+def _spread(found: Iterable[float | None]) -> str:
+    values = [value for value in found if value is not None]
+    if not values:
+        return ''
+    return spread_text(*mean_and_deviation(values))
 
 
 def _failures(page: Page) -> Iterator[str]:

@@ -35,8 +35,8 @@ dl { display: grid; gap: 0.6rem;
 dl div { background: var(--card); border-radius: 0.4rem; padding: 0.6rem; }
 dt { color: var(--faint); font-size: 0.85rem; }
 dd { margin: 0; font-size: 1.3rem; font-weight: 600; }
-.cards { display: grid; gap: 1rem;
-  grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); }
+.cards { display: grid; gap: 1rem; align-items: start;
+  grid-template-columns: repeat(auto-fill, minmax(min(100%, 20rem), 1fr)); }
 .card {
   border: 1px solid var(--line); border-radius: 0.5rem; padding: 0.8rem;
   min-width: 0; break-inside: avoid; margin: 0;
@@ -49,19 +49,22 @@ th, td {
   border-bottom: 1px solid var(--line); overflow-wrap: break-word;
   max-width: 26rem;
 }
-.card td:first-child { overflow-wrap: anywhere; min-width: 4rem; }
+.card td:first-child { overflow-wrap: anywhere; min-width: 6rem; }
 .wide td { min-width: 3.5rem; }
 th { color: var(--faint); font-weight: 500; }
 .number { text-align: right; font-variant-numeric: tabular-nums;
   white-space: nowrap; }
-.share { width: 45%; min-width: 6rem; }
+.wide .number { text-align: left; }
+.share { width: 30%; min-width: 4rem; }
+figcaption { font-size: 0.85rem; }
 .bad { color: var(--bad); }
 svg { display: block; width: 100%; height: auto; }
 svg text { font: 11px system-ui, sans-serif; fill: var(--faint); }
 svg .axis { stroke: var(--line); fill: none; }
 svg .good { fill: var(--good); }
+svg .rest { fill: var(--line); }
+svg .mean { stroke: var(--text); stroke-width: 1.6; fill: none; }
 svg .bad { stroke: var(--bad); stroke-width: 1.6; fill: none; }
-svg rect.bad { fill: var(--bad); stroke: none; }
 summary { cursor: pointer; color: var(--link); }
 @media print {
   :root {

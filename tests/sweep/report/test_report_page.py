@@ -4,12 +4,15 @@
 """The page about a sweep: complete, escaped, and in need of nothing else."""
 
 from html.parser import HTMLParser
+from itertools import pairwise
 import math
+import re
 
 from colcon_yamllaunch.sweep.report.plots import histogram
 from colcon_yamllaunch.sweep.report.plots import number_text
 from colcon_yamllaunch.sweep.report.plots import Point
 from colcon_yamllaunch.sweep.report.plots import scatter
+from colcon_yamllaunch.sweep.report.plots import share_bar
 from colcon_yamllaunch.sweep.report.plots import ticks
 from colcon_yamllaunch.sweep.report.report_page import Page
 from colcon_yamllaunch.sweep.report.report_page import report_page
@@ -19,6 +22,7 @@ from colcon_yamllaunch.sweep.table.run_table import run_table
 from colcon_yamllaunch.sweep.table.run_table import RunTable
 from hypothesis import given
 from hypothesis import strategies as st
+import pytest
 
 #: Elements that have no end (HTML, "Void elements").
 VOID = frozenset(('meta', 'br', 'img', 'link', 'input'))
@@ -100,6 +104,80 @@ def test_what_a_page_shows() -> None:
     assert 'time by seed' in page_of(table, results, 'time')
     assert 'svg' in reader.tags
     assert not reader.tags & {'script', 'img', 'link', 'iframe'}
+
+
+def test_repeats_have_mean_and_spread() -> None:
+    table = run_table({'gain': '1,2'}, repeats=3)
+    results = {
+        n: RunResult(n, 'succeeded', '', 2.0, {'far': f'{n}', 'once': '7'})
+        for n in range(1, 7)
+    }
+    del results[6].metrics['once']  # type: ignore[attr-defined]
+    page = page_of(table, results, 'far', 'once', 'never')
+    text = read(page).text
+    assert 'Mean and standard deviation of repeats' in text
+    row = '23100%5 ± 17 ± 02 ± 0'
+    assert row in text
+    assert 'standard deviation 1.871' in text
+    # and in the plot, for each value
+    assert page.count('class="mean"') == 6
+    assert '<title>mean 2 ± 1</title>' in page
+    once = run_table({'gain': '1,2'})
+    page = page_of(once, {1: results[1], 2: results[2]}, 'far')
+    assert 'of repeats' not in page
+    assert 'class="mean"' not in page
+
+
+def test_a_share_of_nothing_has_no_bar() -> None:
+    bars = [share_bar(part) for part in (0.0, 0.5)]
+    assert [re.findall('class="good" width="([^"]+)', b) for b in bars] == [
+        *(['0.00'], ['50.00'])
+    ]
+    assert 'class="bad"' not in ''.join(bars)
+
+
+def test_a_lone_plot_is_no_larger_than_others() -> None:
+    page = page_of(run_table({'a': '1'}), {1: RunResult(1, 'succeeded')})
+    assert 'repeat(auto-fill' in page
+    assert 'repeat(auto-fit, minmax(min' not in page
+
+
+@pytest.mark.parametrize(
+    'xs',
+    [
+        [1234567.0, 1234577.0],
+        [-1.25e-7, 3.5e-7],
+        [0.0, 99_999_999.0],
+        [1.0, 2.0],
+    ],
+)
+def test_titles_and_numbers_of_axes_do_not_overlap(xs: list[float]) -> None:
+    points = [Point(x, x, True, '') for x in xs]
+    for plot in (histogram(xs, 'a'), scatter(points, 'a', 'b')):
+        texts = re.findall(
+            r'<text x="([\d.]+)" y="([\d.]+)" text-anchor="(\w+)">([^<]*)<',
+            plot,
+        )
+        for x, _, anchor, text in texts:
+            if anchor == 'end':
+                # right of the title, which is upright and 11 pixels high
+                assert float(x) - 6 * len(text) > 14
+        *across, title = [t for t in texts if t[2] == 'middle']
+        assert title[3] == 'a'
+        assert float(title[1]) - 11 > max(float(y) for _, y, _, _ in across)
+        boxes = [(float(x), 3 * len(text)) for x, _, _, text in across]
+        for (x, half), (other, other_half) in pairwise(boxes):
+            assert x + half < other - other_half
+
+
+def test_names_of_values_are_told_apart() -> None:
+    names = [f'a_long_name_of_{end}' for end in ('one', 'two', 'three', 'x')]
+    points = [Point(n, n, True, '') for n in range(len(names))]
+    plot = scatter(points, 'a', 'b', names)
+    found = re.findall(r'y="([\d.]+)" text-anchor="middle">(a_[^<]*)<', plot)
+    assert len({text for _, text in found}) == len(names)
+    # beside one another in two lines
+    assert len({y for y, _ in found}) == 2
 
 
 def test_mixed_versions_of_the_code_are_shown() -> None:
