@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from contextlib import contextmanager
 import os
 
-from colcon_yamllaunch.common.suggestions import one_of
 from colcon_yamllaunch.language.actions.node_parameters import parameter_value
 from colcon_yamllaunch.language.actions.parameter_file_lookup import (
     missing_file,
@@ -54,14 +53,7 @@ def _declare(
         return
     if walk.is_left_open(value):
         return
-    message = f"launch argument '{name}' cannot be '{given}'"
-    hint, place = one_of(given, choices), value.place
-    if place is None and attributes.item.texts.get('default') is not None:
-        attributes.fail('default', message, hint)
-    elif place is None:
-        attributes.fail_as_whole(message, hint)
-    else:
-        walk.fail_at(place, message, hint)
+    walk.fail_choice(name, value, choices, attributes)
 
 
 def _default(walk: Walk, attributes: Attributes, name: str) -> Value:

@@ -220,9 +220,15 @@ class Findings:
         """Note a warning; see :func:`error`."""
         self.report(error(message, at, hint=hint).as_warning())
 
-    def fail_at(self, place: Place, message: str, hint: str) -> None:
+    def fail_at(
+        self,
+        place: Place,
+        message: str,
+        hint: str,
+        origins: tuple[Position, ...] = (),
+    ) -> None:
         """Note an error at a place in a launch file that may be closed."""
-        problem = error(message, place, hint=hint)
+        problem = error(message, place, hint=hint, origins=origins)
         for include in place.includes:
             problem = problem.included_from(include)
         self.diagnostics.extend(problem.diagnostics)

@@ -5,10 +5,12 @@
 
 from abc import ABC
 from abc import abstractmethod
+from collections.abc import Iterable
 from collections.abc import Sequence
 import os
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.common.suggestions import one_of
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.findings import Findings
 from colcon_yamllaunch.language.evaluation.request import Request
@@ -17,6 +19,7 @@ from colcon_yamllaunch.language.evaluation.surroundings import Surroundings
 from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.values import LeftOpen
 from colcon_yamllaunch.language.evaluation.values import Value
+from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.position import Span
@@ -153,6 +156,25 @@ class Policy(Findings, Surroundings, ABC):
         :param position: Where it is set
         :param text: What it is made of
         """
+
+    def fail_choice(
+        self, name: str, value: Value, choices: Iterable[str], at: Span
+    ) -> None:
+        """
+        Note that a launch argument has none of its choices, where it is given.
+
+        :param at: Where it is declared
+        """
+        given = value.text or ''
+        message = f"launch argument '{name}' cannot be '{given}'"
+        hint = one_of(given, choices)
+        if value is self.given.get(name):
+            line = f"as '{name}:={given}' of the command line says"
+            self.fail(error(f'{message}, {line}', hint=hint))
+        elif value.place is None:
+            self.fail(error(message, at, hint=hint))
+        else:
+            self.fail_at(value.place, message, hint, value.origins[1:])
 
     def may_be_set(self, _name: str) -> bool:
         """Say whether a launch configuration may be there that is not seen."""

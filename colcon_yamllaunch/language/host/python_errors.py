@@ -4,6 +4,7 @@
 """What went wrong in a launch file in Python, as problems of that file."""
 
 import os
+import re
 
 from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
 from colcon_yamllaunch.language.evaluation.walk import Walk
@@ -18,6 +19,14 @@ from colcon_yamllaunch.language.syntax.position import Position
 TIMEOUT_VARIABLE = 'COLCON_LAUNCH_PYTHON_TIMEOUT'
 # of an exception that no build helps against
 _CERTAIN = ('SyntaxError:', 'IndentationError:', 'TabError:')
+
+# what DeclareLaunchArgument says
+_NO_CHOICE = re.compile(
+    'RuntimeError: Argument "(?P<name>[^"]+)" provided value "(?P<value>.*)" '
+    r'is not valid. Valid options are: \[(.*)\]',
+    re.DOTALL,
+)
+_QUOTED = re.compile(r"'([^']*)'|\"([^\"]*)\"")
 
 
 class MissingArgumentError(LaunchError):
@@ -61,6 +70,24 @@ def python_error(
     if argument is not None:
         return MissingArgumentError(*problem.diagnostics)
     return problem
+
+
+def is_no_choice(walk: Walk, said: HostMessage, start: Position) -> bool:
+    """
+    Report a launch argument that has none of its choices; say whether one has.
+
+    :param said: The `error` of an answer
+    :param start: The start of the launch file
+    """
+    found = _NO_CHOICE.match(str(said['text']))
+    value = found and walk.scope.configurations.get(found['name'])
+    if not found or value is None or value.text != found['value']:
+        return False
+    at = at_frames(walk, said.get('frames') or (), '', None, start)
+    choices = [first or second for first, second in _QUOTED.findall(found[3])]
+    place = at.diagnostics[0].position or start
+    walk.fail_choice(found['name'], value, choices, place)
+    return True
 
 
 def at_frames(

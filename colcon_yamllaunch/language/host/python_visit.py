@@ -13,6 +13,7 @@ from colcon_yamllaunch.language.evaluation.values import AlreadyReportedError
 from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.host.host_dialogue import HostDialogue
 from colcon_yamllaunch.language.host.python_errors import at_frames
+from colcon_yamllaunch.language.host.python_errors import is_no_choice
 from colcon_yamllaunch.language.host.python_errors import python_error
 from colcon_yamllaunch.language.host.python_errors import TIMEOUT_VARIABLE
 from colcon_yamllaunch.language.syntax.diagnostics import error
@@ -54,6 +55,8 @@ def visit_in_python(walk: Walk, what: str, path: str, origin: Span) -> None:
         try:
             message = _asked(walk, {'do': what, 'path': path}, origin, start)
             if 'error' in message:
+                if is_no_choice(walk, message['error'], start):
+                    raise AlreadyReportedError
                 raise python_error(walk, message['error'], start)
         except LaunchError as e:
             problem = e

@@ -225,7 +225,9 @@ class _Launch(Walk):
     def configuration(
         self, value: Value, position: Position, text: Text
     ) -> Value:
-        return value._replace(origins=(position, *value.origins))
+        return value._replace(
+            origins=(position, *value.origins), place=self.place_of(text)
+        )
 
     def compute(self, expression: str, modules: str) -> str | None:
         if not self.runs:

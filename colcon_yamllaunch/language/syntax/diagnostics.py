@@ -125,25 +125,32 @@ def shown_path(path: str, cwd: str) -> str:
     return path if relative.startswith('..') else relative
 
 
-def render(diagnostics: Iterable[Diagnostic], cwd: str) -> str:
+def render(
+    diagnostics: Iterable[Diagnostic],
+    cwd: str,
+    command: str = 'colcon launch',
+) -> str:
     """
     Lay the problems out as a compiler does, without a line end at the end.
 
     :param cwd: The folder that paths are shown relative to
+    :param command: What is wrong where no file is
     """
     return '\n'.join(
         line
         for diagnostic in diagnostics
-        for line in _render_one(diagnostic, cwd)
+        for line in _render_one(diagnostic, cwd, command)
     )
 
 
-def _render_one(diagnostic: Diagnostic, cwd: str) -> Sequence[str]:
+def _render_one(
+    diagnostic: Diagnostic, cwd: str, command: str
+) -> Sequence[str]:
     position = diagnostic.position
     text = f'{diagnostic.severity}: {_within(diagnostic.message)}'
     lines = []
     if position is None:
-        lines.append(f'colcon launch: {text}')
+        lines.append(f'{command}: {text}')
     else:
         lines.append(f'{shown_position(position, cwd)}: {text}')
         lines.extend(_excerpt(position, diagnostic.length))

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator
 import contextlib
 import difflib
@@ -41,6 +42,15 @@ _MISSING_ARGUMENT = re.compile(
 )
 #: How Python says that a call has an argument of another name.
 _KEYWORD = re.compile(r"unexpected keyword argument '([^']+)'")
+
+_QUOTED = re.compile("'([^']+)'")
+#: The arguments of nodes and components that had other names before Foxy.
+_RENAMED = {
+    'node_executable': 'executable',
+    'node_plugin': 'plugin',
+    'node_name': 'name',
+    'node_namespace': 'namespace',
+}
 
 
 class Refused(BaseException):
@@ -116,7 +126,7 @@ def described(
         package = packages.missing(error)
     return {
         'text': _text(error),
-        'hint': _hint(error),
+        'hint': _renamed(error, frames) or _hint(error),
         'frames': frames,
         'package': package,
         'argument': argument,
@@ -172,6 +182,30 @@ def _text(error: BaseException) -> str:
     text = ''.join(lines).strip()
     name, colon, rest = text.partition(':')
     return f'{name.rpartition(".")[2]}{colon}{rest}'
+
+
+def _renamed(error: BaseException, frames: list[Json]) -> str | None:
+    """Return what the arguments of a node in an old file are called now."""
+    named = _QUOTED.findall(str(error))
+    if not isinstance(error, TypeError) or not frames:
+        return None
+    if {*_RENAMED, *_RENAMED.values()}.isdisjoint(named):
+        return None
+    lines = linecache.getlines(frames[-1]['position'][0])
+    used = {
+        keyword.arg
+        for node in ast.walk(ast.parse(''.join(lines)))
+        if isinstance(node, ast.Call)
+        for keyword in node.keywords
+    }
+    old = [name for name in _RENAMED if name in used]
+    if not old:
+        return None
+    new = [_RENAMED[name] for name in old]
+    verb = 'is' if len(old) == 1 else 'are'
+    return (
+        f'{", ".join(map(repr, old))} {verb} now {", ".join(map(repr, new))}'
+    )
 
 
 def _hint(error: BaseException) -> str | None:

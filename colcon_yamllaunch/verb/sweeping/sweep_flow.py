@@ -99,6 +99,7 @@ class SweepFlow:
         flow = LaunchFlow(
             options.as_launch(), self._cwd, self._environment, None
         )
+        flow.command = 'colcon sweep'
         flow.target()
         folder = ResultsFolder(self._results_path(definition))
         folder.open(definition, say_line)

@@ -54,7 +54,7 @@ def build_environment(
             notes.append(gone_note(prefix))
     if used:
         notes.append(
-            'no underlay is sourced in this shell: building on top of '
+            'nothing is sourced in this shell: building on top of '
             f'{", ".join(used)} as before'
         )
     return Environment(environment, notes=tuple(notes))

@@ -91,11 +91,24 @@ def test_an_argument_of_an_action_that_does_not_apply_is_not_required(
 )
 def test_choices(launcher, value, hint):
     text = (
-        'launch:\n- «arg»: {name: a, choice: [{value: fast}, {value: slow}]}\n'
+        'launch:\n'
+        '- arg: {name: a, default: fast, choice: [{value: fast}, '
+        '{value: slow}]}\n'
     )
-    error = launcher.error(text, a=value)
-    assert error.message == f"launch argument 'a' cannot be '{value}'"
+    # no launch file says what the command line does
+    (error,) = launcher.errors(text, a=value)
+    assert error.position is None
+    assert error.message == (
+        f"launch argument 'a' cannot be '{value}', as 'a:={value}' of the "
+        'command line says'
+    )
     assert error.hint == hint
+    launcher.write('in.yaml', text)
+    include = '- include: {file: in.yaml, arg: [{name: a, value: «$(var b)»}]}'
+    outer = f'launch:\n- arg: {{name: b, default: {value}}}\n{include}\n'
+    error = launcher.error(outer)
+    assert error.message == f"launch argument 'a' cannot be '{value}'"
+    assert [origin.line for origin in error.origins] == [2]
 
 
 def test_a_default_has_to_be_one_of_the_choices(launcher):

@@ -376,6 +376,34 @@ def test_an_argument_that_is_not_given(played: Played) -> None:
     assert not error.may_pass_after_build
 
 
+def test_an_argument_that_is_no_choice_is_shown_where_it_is_given(
+    played: Played,
+) -> None:
+    failing(
+        played,
+        {
+            'text': 'RuntimeError: Argument "mode" provided value "fst" is '
+            "not valid. Valid options are: ['slow', 'fast']"
+        },
+    )
+    (error,) = played.evaluate_itself(mode='fst').errors
+    assert error.position is None
+    assert error.message == (
+        "launch argument 'mode' cannot be 'fst', as 'mode:=fst' of the "
+        'command line says'
+    )
+    assert error.hint == "did you mean 'fast'?"
+    given = 'arg: [{name: mode, value: fst}]'
+    include = f'launch:\n- include: {{file: robot.launch.py, {given}}}\n'
+    (error,) = played.evaluate(include).errors
+    assert error.message == "launch argument 'mode' cannot be 'fst'"
+    assert error.position is not None
+    assert (error.position.line, error.length) == (2, 3)
+    assert error.includes == ()
+    (error,) = played.evaluate(include.replace('fst', 'other')).errors
+    assert error.message.startswith('RuntimeError: ')
+
+
 def refused(played: Played) -> None:
     program = played.launcher.write('bin/ros2', '')
     program.chmod(0o755)

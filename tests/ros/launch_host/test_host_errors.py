@@ -135,6 +135,31 @@ def test_what_led_to_an_error_is_gone_through_once() -> None:
     assert list(host_errors.chain(first)) == [first, second]
 
 
+@pytest.mark.parametrize(
+    ('arguments', 'hint'),
+    [
+        (
+            "node_executable='t', node_name='n', node_namespace='s'",
+            "'node_executable', 'node_name', 'node_namespace' are now "
+            "'executable', 'name', 'namespace'",
+        ),
+        ("executable='t', node_name='n'", "'node_name' is now 'name'"),
+        ("executables='t'", None),
+    ],
+)
+def test_old_arguments_of_a_node_have_their_new_names(
+    tmp_path: Path, arguments: str, hint: str | None
+) -> None:
+    source = (
+        'def Node(*, executable, name=None, namespace=None): pass\n'
+        "node_plugin = 'a variable'\n"
+        f'Node({arguments})\n'
+    )
+    error = told(tmp_path / 'a.launch.py', source)
+    assert error['text'].startswith('TypeError: ')
+    assert error['hint'] == hint
+
+
 def test_what_may_be_meant_by_an_argument_of_another_name(
     tmp_path: Path,
 ) -> None:

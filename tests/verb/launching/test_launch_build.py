@@ -176,7 +176,7 @@ def test_chained_underlay_survives_the_build(
     output = user.launch('top', 'top')
     assert built(output) == ['top']
     assert 'hello from base' in output
-    assert 'no underlay is sourced in this shell' in output
+    assert 'nothing is sourced in this shell' in output
     setup = (user.root / 'install/setup.bash').read_text()
     assert str(underlay.root / 'install') in setup
 

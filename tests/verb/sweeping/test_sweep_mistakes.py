@@ -105,6 +105,17 @@ def test_mistakes(user: User, words: str, error: str) -> None:
     assert not (user.root / 'ran').exists()
 
 
+def test_a_value_that_is_no_choice(user: User) -> None:
+    user.write(
+        'sim.yaml', SIM.replace('seed, ', 'seed, choice: [{value: 1}], ')
+    )
+    launch = user.start('colcon', 'sweep', 'sim.yaml', 'seed:=2')
+    assert launch.end() == 1
+    assert launch.output.startswith(
+        "colcon sweep: error: launch argument 'seed' cannot be '2', as "
+    )
+
+
 def test_the_results_of_another_sweep(user: User) -> None:
     user.write('sim.yaml', SIM)
     words = ['colcon', 'sweep', 'sim.yaml', '--results', 'r']

@@ -54,7 +54,7 @@ def test_shell_without_underlay_gets_the_chained_ones(tmp_path, install):
             f' {tmp_path}/ros/local_setup.bash'
             f' {tmp_path}/robot/local_setup.bash'
         )
-        assert 'no underlay is sourced' in result.notes[0]
+        assert 'nothing is sourced' in result.notes[0]
 
 
 def test_underlay_that_is_gone(tmp_path, install):

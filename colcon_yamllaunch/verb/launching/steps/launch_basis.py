@@ -127,6 +127,8 @@ class LaunchBasis:
         self._variables: Mapping[str, str] = {}
         #: Whether an argument that no launch file declares is an error.
         self.needs_declarations = False
+        #: What is typed, for messages.
+        self.command = 'colcon launch'
         #: The launch files that have been read.
         self.trees: dict[str, LaunchFile] = {}
         #: What was evaluated last, and what is needed for it.
@@ -304,7 +306,7 @@ class LaunchBasis:
 
     def report(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Show problems to the user."""
-        text = render(diagnostics, str(self.cwd))
+        text = render(diagnostics, str(self.cwd), self.command)
         if text:
             say(text)
 
