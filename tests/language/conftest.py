@@ -10,6 +10,7 @@ import os
 from pathlib import Path
 
 from colcon_yamllaunch.language.evaluation.request import Request
+from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
@@ -87,7 +88,7 @@ class Marked:
             len(inside) if end else None,
         )
 
-    def check(self, diagnostic: Diagnostic) -> None:
+    def check(self, diagnostic: Diagnostic | Place) -> None:
         position = diagnostic.position
         assert position is not None, diagnostic
         place = (position.line, position.column)

@@ -5,6 +5,7 @@
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 import os
 import re
@@ -26,6 +27,7 @@ from colcon_yamllaunch.language.evaluation.findings import ExecutableUse
 from colcon_yamllaunch.language.evaluation.findings import ProgramUse
 from colcon_yamllaunch.language.evaluation.scope import environment_changes
 from colcon_yamllaunch.language.evaluation.scope import Names
+from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Handler
 from colcon_yamllaunch.language.evaluation.walk import Walk
@@ -35,6 +37,7 @@ from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.ros_names import node_name_problem
+from colcon_yamllaunch.language.syntax.template import Substitution
 from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 
@@ -42,6 +45,7 @@ from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 OUTPUT_OVERRIDE = 'OVERRIDE_LAUNCH_PROCESS_OUTPUT'
 
 Parsed = TypeVar('Parsed')
+_FIRST_WORD = re.compile("""("[^"]*"|'[^']*'|[^\\s"'])*""")
 # a text that is not known is None
 Arguments = list[str | ParameterFile | None]
 
@@ -277,8 +281,8 @@ def _add_process(
     if not walk.is_launch:
         return
     name = walk.draft.process_name(program.name)
-    text, hint = _program_text(attributes, program)
-    walk.programs[name] = ProgramUse(walk.place_of(text), hint)
+    place, hint = _program_place(walk, attributes, program)
+    walk.programs[name] = ProgramUse(place, hint)
     walk.draft.entries.append(
         Process(
             label=name,
@@ -386,23 +390,30 @@ def _check_program(
         found = path is None or shutil.which(name, path=path) is not None
     if found or any(use.path == name for use in walk.executables):
         return
-    text, hint = _program_text(attributes, program)
+    place, hint = _program_place(walk, attributes, program)
     walk.fail(
         error(
             walk.no_program(name),
-            text,
+            place,
             hint=hint or way_to_program(name, cwd),
             may_pass_after_build=True,
         )
     )
 
 
-def _program_text(
-    attributes: Attributes, program: _Program
-) -> tuple[Text, str | None]:
+def _program_place(
+    walk: Walk, attributes: Attributes, program: _Program
+) -> tuple[Place, str | None]:
     """Return where the first word of a command line is, and the hint."""
     prefix = attributes.item.texts.get('launch-prefix')
-    return (program.text, program.hint) if prefix is None else (prefix, None)
+    if prefix is not None:
+        return walk.place_of(prefix), None
+    text = program.text
+    place = walk.place_of(text)
+    if text is attributes.item.texts.get('cmd'):
+        position, length = text.position_at(0), _program_length(text)
+        place = replace(place, position=position, length=length)
+    return place, program.hint
 
 
 def _is_in_package(walk: Walk, path: str) -> bool:
@@ -413,6 +424,20 @@ def _is_in_package(walk: Walk, path: str) -> bool:
         and f'/{name}/' in path
         for name, prefix in prefixes
     )
+
+
+def _program_length(command: Text) -> int:
+    """Return how many characters of a command line are its program."""
+    end = 0
+    for part in command.template.parts:
+        if isinstance(part, Substitution):
+            end = part.end
+            continue
+        found = _FIRST_WORD.match(part)
+        end += found.end() if found else 0
+        if found and found.end() < len(part):
+            break
+    return end
 
 
 def _output(walk: Walk, attributes: Attributes) -> str:

@@ -7,6 +7,8 @@ from colcon_yamllaunch.language.plan.plan import OUTPUT_MODES
 from colcon_yamllaunch.language.plan.plan import ParameterFile
 import pytest
 
+from tests.language.conftest import Marked
+
 
 def process(launcher, *attributes, before='', **arguments):
     lines = ''.join(f'    {line}\n' for line in attributes)
@@ -88,12 +90,25 @@ def test_empty_command(launcher, cmd):
 
 
 @pytest.mark.parametrize(
-    'cmd', ['no-such-program a', './no-such-program', '/bin', 'data.txt']
+    'cmd',
+    [
+        '«no-such-program» a $(env SET)',
+        '"«no-such-program» a"',
+        '\'«"no such"» a\'',
+        '«no$(env SET)/x» --a b',
+        '>-\n    «./$(env SET)/x» --a\n    --b\n ',
+        '[«no-such-program», a]',
+        '«./no-such-program»',
+        '«/bin»',
+        '«data.txt»',
+    ],
 )
 def test_missing_command_does_not_stop_the_evaluation(launcher, cmd):
     launcher.write('data.txt', '')
     # what starts it warns of it, as it knows on which machine it runs
-    assert launcher.process(f'launch:\n- executable: {{cmd: {cmd}}}\n')
+    mark = Marked.of(f'launch:\n- executable:\n   cmd: {cmd}\n')
+    (use,) = launcher.good(mark.text).programs.values()
+    mark.check(use.place)
 
 
 def test_missing_program_of_a_package_by_its_path(launcher, monkeypatch):

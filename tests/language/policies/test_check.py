@@ -221,7 +221,7 @@ launch:
 """,
     'a program on the PATH': """
 launch:
-- executable: {cmd: «no_such_program --verbose»}
+- executable: {cmd: «no_such_program» --verbose}
 """,
     'a launch prefix': """
 launch:
