@@ -9,8 +9,10 @@ in which they come; the program of the host says which there are.
 """
 
 from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import lru_cache
 import math
 import os
@@ -253,10 +255,12 @@ class Intake:
         kind, title = str(message['kind']), str(message.get('title') or '')
         stack = ExitStack()
         entries: list[Entry] = []
-        if kind == 'timer':
+        if kind in ('timer', 'settled'):
             entries = stack.enter_context(draft.collect())
+        if kind == 'timer':
             title = title or f'{message["period"]:g} s'
-        stack.enter_context(draft.within_block(kind, title, position))
+        if kind != 'settled':
+            stack.enter_context(draft.within_block(kind, title, position))
         if kind == 'file':
             source = Source(title, title, '')
             stack.enter_context(self._walk.within(source, position))
@@ -276,6 +280,11 @@ class Intake:
                     begun.get('on_ros_time') is True,
                 )
             )
+        elif begun['kind'] == 'settled':
+            number = int(begun['number'])
+            self._dialogue.calls.pop(number, None)
+            draft = self._walk.draft
+            draft.entries[:] = _without_call(draft.entries, number, entries)
 
     def _add(self, entry: Entry) -> None:
         self._walk.draft.entries.append(entry)
@@ -470,6 +479,22 @@ class Intake:
             self._answer(message, {'failed': True})
         else:
             self._answer(message, {'scope': scope})
+
+
+def _without_call(
+    entries: Iterable[Entry], number: int, instead: list[Entry]
+) -> list[Entry]:
+    """Return entries with others in the place of a call of the host."""
+    found: list[Entry] = []
+    for entry in entries:
+        if isinstance(entry, HostCall) and entry.number == number:
+            found += instead
+        elif isinstance(entry, Timer):
+            inner = _without_call(entry.entries, number, instead)
+            found.append(replace(entry, entries=tuple(inner)))
+        else:
+            found.append(entry)
+    return found
 
 
 def _check_seconds(message: HostMessage, position: Position) -> None:

@@ -108,6 +108,8 @@ What is told, in the order in which a launch is to do it:
     {"say": "signal", "process": ID, "signal": 2 (0: stop it), "position"}
     {"say": "call", "number": 3, "title": "…", "position": […]}
         what is left to the time when its turn comes
+    {"say": "begin", "kind": "settled", "number": 3}
+        what follows, up to the `end`, stands in the place of that `call`
     {"say": "condition", "text": "…", "taken": true, "position": […]}
     {"say": "package", "name": "p", "position": […]}
         a package that the launch names

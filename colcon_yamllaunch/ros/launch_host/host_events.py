@@ -235,6 +235,37 @@ class Events:
         """Handle what was emitted while the launch files were read."""
         self.handle_all()
 
+    def is_settled(self, event: Any) -> bool:
+        """
+        Return whether a later request will come to the same as now.
+
+        :param event: A `ChangeState`, `ShutdownProcess` or `SignalProcess`
+        """
+        own = self._context._event_handlers
+        users = [one for one in own if not hasattr(one, OF_HOST)]
+        if is_a(event, 'ChangeState'):
+            matcher, actions = event.lifecycle_node_matcher, self._lifecycles()
+        else:
+            matcher = event.process_matcher
+            actions = list(self._running().values())
+        if is_a(event, 'ShutdownProcess'):
+            # they would take another stop of the process for this one
+            is_heard = bool(users)
+        else:
+            is_heard = any(hears(one, event) for one in users)
+        # what matches anything may match what is still to come
+        return (
+            not is_heard
+            and any(_matches(matcher, action) for action in actions)
+            and not _matches(matcher, object())
+        )
+
+    def settle(self, event: Any, position: Any) -> None:
+        """Say what a request comes to that was emitted at a position."""
+        self._origin = position
+        self._handle(event)
+        self._origin = None
+
     def handle(self, request: Json) -> None:
         """Handle what happened."""
         self._visitor.is_running = True
@@ -597,6 +628,13 @@ def _details(action: Any) -> Json:
     return {'pid': None, **action.process_details}
 
 
+def _matches(matcher: Callable[[Any], object], action: object) -> bool:
+    try:
+        return bool(matcher(action))
+    except Exception:  # noqa: BLE001 - it may be anyone's
+        return False
+
+
 def install(visitor: Visitor, entries: Entries) -> Events:
     """Let the visitor handle events, and answer requests for them."""
     base = importlib.import_module('launch.event_handler').BaseEventHandler
@@ -612,7 +650,6 @@ def install(visitor: Visitor, entries: Entries) -> Events:
     events = Events(visitor)
     entries.on_process = events.add_process
     entries.on_exit = events.add_on_exit
-    visitor.requests['finish'] = events.finish
     visitor.requests['event'] = events.handle
     visitor.before_done.append(events.tell_handlers)
     visitor.forget.append(events.forget)

@@ -44,8 +44,9 @@ _TIMELY = (
     'EmitEvent',
     'RegisterEventHandler',
     'UnregisterEventHandler',
-    'LifecycleTransition',
 )
+#: Events of ROS 2 that ask the launcher for something when they are emitted.
+_REQUESTS = ('ChangeState', 'ShutdownProcess', 'SignalProcess')
 #: What ends a scope that a group began.
 _POPS = {'PopLaunchConfigurations': 0, 'PopEnvironment': 1}
 _PUSHES = {'PushLaunchConfigurations': 0, 'PushEnvironment': 1}
@@ -108,6 +109,9 @@ class Timers:
         self._events = events
         self._calls: dict[int, tuple[_Scope, Callable[[], object]]] = {}
         self._numbers = count(1)
+        #: The requests that are to be emitted at their time, and where they
+        #: are emitted, by the number of the call.
+        self._emitted: dict[int, tuple[Any, Any]] = {}
         #: Whether what is visited stands in a timer.
         self._is_ahead = False
         events.queue.take_at_once = self._take_at_once
@@ -164,9 +168,45 @@ class Timers:
             raise
         self._events.handle_all()
 
+    def finish(self, request: Json) -> None:
+        """Handle what was emitted; say what calls come to, where known."""
+        self._events.finish(request)
+        for number, (event, position) in self._emitted.items():
+            if self._events.is_settled(event):
+                del self._calls[number]
+                self._visitor.say('begin', kind='settled', number=number)
+                self._events.settle(event, position)
+                self._visitor.say('end')
+        self._emitted.clear()
+
+    def transit(
+        self, old: Callable[..., Any], action: Any, context: Any
+    ) -> Any:
+        """
+        Emit all requests of a `LifecycleTransition` that stands in a timer.
+
+        The launcher waits for each transition before the next one.
+        """
+        if not self._is_ahead:
+            return old(action, context)
+        lifecycle = importlib.import_module('launch_ros.events.lifecycle')
+        names = action._LifecycleTransition__lifecycle_node_names
+        numbers = action._LifecycleTransition__transition_ids
+        for name in map(self._visitor.text_of, names):
+            matcher = lifecycle.matches_node_name(name)
+            for number in map(self._visitor.text_of, numbers):
+                context.emit_event_sync(
+                    lifecycle.ChangeState(
+                        lifecycle_node_matcher=matcher,
+                        transition_id=int(number),
+                    )
+                )
+        return None
+
     def forget(self) -> None:
         """Begin anew."""
         self._calls.clear()
+        self._emitted.clear()
         self._numbers = count(1)
         self._is_ahead = False
 
@@ -212,8 +252,8 @@ class Timers:
 
     def _leave(
         self, action: Any, do: Callable[[], object], actions: Any = None
-    ) -> None:
-        """Leave something to the time when its turn comes."""
+    ) -> int:
+        """Leave something to its time, and return the number of the call."""
         number = next(self._numbers)
         self._calls[number] = (_Scope(self._visitor.context), do)
         describer = Describer(
@@ -229,6 +269,7 @@ class Timers:
             title=', '.join(lines),
             position=self._visitor.position(action),
         )
+        return number
 
     def _needs_its_time(self, entity: Any) -> bool:
         launch = importlib.import_module('launch')
@@ -237,8 +278,11 @@ class Timers:
             return False
         if _ends_launch(entity):
             return False
+        is_timely = is_a(entity, *_TIMELY) and not (
+            is_a(entity, 'EmitEvent') and _is_request(entity.event)
+        )
         module = f'{type(entity).execute.__module__}.'
-        if is_a(entity, *_TIMELY) or not module.startswith(_KNOWN):
+        if is_timely or not module.startswith(_KNOWN):
             return True
         if is_a(entity, 'ExecuteLocal', 'TimerAction'):
             return False
@@ -250,7 +294,14 @@ class Timers:
         if self._is_ahead and isinstance(event, kinds.Shutdown):
             self._events.tell_shutdown(event)
             return True
-        return False
+        if not (self._is_ahead and _is_request(event)):
+            return False
+        action = self._visitor.entity
+        number = self._leave(
+            action, lambda: self._events.queue.put_nowait(event), action
+        )
+        self._emitted[number] = event, self._visitor.position(action)
+        return True
 
     def _may_be_cancelled(self, timer: Any) -> bool:
         """Say whether the file that makes a timer cancels any."""
@@ -275,9 +326,21 @@ def install(visitor: Visitor, events: Events) -> None:
             timers.execute,
         ),
     )
+    when_imported(
+        'launch_ros.actions.lifecycle_transition',
+        lambda module: replace_method(
+            module.LifecycleTransition, 'execute', timers.transit
+        ),
+    )
+    visitor.requests['finish'] = timers.finish
     visitor.requests['call'] = timers.call
     visitor.is_put_off = timers.is_put_off
     visitor.forget.append(timers.forget)
+
+
+def _is_request(event: Any) -> bool:
+    module = f'{type(event).__module__}.'
+    return type(event).__name__ in _REQUESTS and module.startswith(_KNOWN)
 
 
 def _ends_launch(entity: Any) -> bool:

@@ -4,11 +4,13 @@
 """What the host answers while the plan runs becomes more of the plan."""
 
 from colcon_yamllaunch.language.evaluation.launch_host import Growing
+from colcon_yamllaunch.language.plan.plan import ChangeState
 from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.plan.plan import EventHandler
 from colcon_yamllaunch.language.plan.plan import Growth
 from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.plan.plan import Process
+from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.position import Position
 from support.played_host import Message
 from support.played_host import Play
@@ -115,6 +117,36 @@ def test_a_call_goes_on_where_it_stood(played: Played) -> None:
     assert isinstance(outer, Process)
     assert outer.block == len(plan.blocks) - 1
     assert inner.block == len(plan.blocks)
+
+
+def test_settled_call_becomes_what_it_comes_to(played: Played) -> None:
+    def play(_request: Message) -> Play:
+        yield {'say': 'begin', 'kind': 'timer', 'period': 2.0}
+        yield {'say': 'call', 'number': 4, 'title': 'configure /talker'}
+        yield process(1, node='/talker')
+        yield {'say': 'end'}
+
+    def finish(_request: Message) -> Play:
+        yield {'say': 'begin', 'kind': 'settled', 'number': 4}
+        yield {
+            'say': 'change_state',
+            'node': '/talker',
+            'transition': 'configure',
+            'position': position(played.path, 3, 5),
+        }
+        yield {'say': 'end'}
+
+    played.does(play)
+    played.plays['finish'] = finish
+    evaluation = played.good()
+    # nothing is left for Python to do
+    assert evaluation.growing is None
+    (timer,) = evaluation.plan.entries
+    assert isinstance(timer, Timer)
+    change, talker = timer.entries
+    place = Position(played.path, 3, 5)
+    assert change == ChangeState('/talker', 'configure', place)
+    assert isinstance(talker, Process)
 
 
 def test_files_that_are_included_while_it_runs(played: Played) -> None:

@@ -4,7 +4,10 @@
 """What launch files in Python do later."""
 
 from collections.abc import Callable
+import signal
 
+import pytest
+from support.ros_setup import RosSetup
 from support.talking_host import HEAD
 from support.talking_host import in_short
 from support.talking_host import Message
@@ -209,3 +212,120 @@ def test_handlers_start_timers(
         'shutdown: timed out',
     ]
     assert in_short(talking_host.ask('call', number=1)) == ['0']
+
+
+def test_requests_in_timers_are_settled_when_all_is_read(
+    launch: Launch, talking_host: TalkingHost
+) -> None:
+    told = launch(
+        """\
+        from launch_ros.actions import LifecycleNode
+        from launch_ros.events.lifecycle import ChangeState
+
+        def generate_launch_description():
+            node = LifecycleNode(
+                executable='/bin/true', name='a', namespace='/ns')
+            b = run('b')
+            return LaunchDescription([
+                # it stands in front of what it is about
+                after(1.0,
+                      emit(ChangeState(
+                          lifecycle_node_matcher=matches_action(node),
+                          transition_id=1)),
+                      say('behind')),
+                node, b,
+                after(2.0,
+                      emit(SignalProcess(
+                          signal_number=signal.SIGUSR1,
+                          process_matcher=matches_action(b))),
+                      emit(ShutdownProcess(
+                          process_matcher=matches_action(node)))),
+            ])
+        """
+    )
+    assert in_short(told) == [
+        'begin timer',
+        'call 1: configure a',
+        'behind',
+        'end',
+        'start true',
+        'start b',
+        'begin timer',
+        'call 2: send SIGUSR1 to b',
+        'call 3: stop a',
+        'end',
+        'begin settled',
+        'configure /ns/a',
+        'end',
+        'begin settled',
+        f'signal {signal.SIGUSR1:d} to b',
+        'end',
+        'begin settled',
+        'signal 0 to true',
+        'end',
+    ]
+    numbers = [m['number'] for m in told if m.get('kind') == 'settled']
+    assert numbers == [1, 2, 3]
+    (called, *_) = [m for m in told if m['say'] == 'call']
+    (changed,) = [m for m in told if m['say'] == 'change_state']
+    assert changed['position'] == called['position']
+
+
+def test_transitions_in_a_timer_are_settled_in_their_order(
+    launch: Launch, ros_setup: RosSetup
+) -> None:
+    if ros_setup.environment.get('ROS_DISTRO') == 'humble':
+        pytest.skip('Humble has no LifecycleTransition')
+    told = launch(
+        """\
+        from launch_ros.actions import LifecycleNode, LifecycleTransition
+
+        def generate_launch_description():
+            return LaunchDescription([
+                LifecycleNode(
+                    executable='/bin/true', name='a', namespace='/ns'),
+                after(1.0, LifecycleTransition(
+                    lifecycle_node_names=['/ns/a'], transition_ids=[1, 3])),
+            ])
+        """
+    )
+    assert [m['transition'] for m in told if m['say'] == 'change_state'] == [
+        'configure',
+        'activate',
+    ]
+    assert sum(m['say'] == 'begin' for m in told) == 3
+
+
+@pytest.mark.parametrize(
+    ('event', 'later'),
+    [
+        # what is started later may be meant
+        ('SignalProcess(signal_number=USR1, process_matcher=all_of)', [10]),
+        ('SignalProcess(signal_number=USR1, process_matcher=is_late)', []),
+        # a handler may take another stop for this one
+        ('ShutdownProcess(process_matcher=matches_action(a))', [0]),
+    ],
+)
+def test_requests_that_may_come_to_something_else_wait(
+    launch: Launch, talking_host: TalkingHost, event: str, later: list[int]
+) -> None:
+    told = launch(
+        f"""\
+        def generate_launch_description():
+            USR1 = signal.Signals(10)
+            a, late = run('a'), run('late')
+            all_of, is_late = lambda one: True, matches_action(late)
+            return LaunchDescription([
+                a, when(OnProcessExit(target_action=a, on_exit=[late])),
+                after(1.0, emit({event})),
+            ])
+        """
+    )
+    assert [line.split()[0] for line in in_short(told)] == [
+        'start',
+        'begin',
+        'call',
+        'end',
+    ]
+    told = talking_host.ask('call', number=1)
+    assert [m['signal'] for m in told if m['say'] == 'signal'] == later
