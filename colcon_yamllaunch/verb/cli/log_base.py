@@ -12,8 +12,10 @@ that can be written to, else nowhere.
 from collections.abc import Iterable
 import os
 from pathlib import Path
+import re
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.verb.cli.argv import words_behind
 from colcon_yamllaunch.verb.cli.option_scanner import Item
 from colcon_yamllaunch.verb.cli.option_scanner import program_index
@@ -32,6 +34,13 @@ WORKSPACE = 'ROS_WORKSPACE'
 
 #: How much room there has to be for logs (bytes).
 LEAST_ROOM = 64 * 1024
+
+#: The options that build more than the launch needs.
+_BUILDS = ('--build-all', '--paths')
+
+# what a launch file of any language has if it, or what it includes, names a
+# package
+_PACKAGE = re.compile('pkg|package|include', re.IGNORECASE)
 
 #: What the path of a launch file ends in.
 PATH_SUFFIXES = ('.yaml', '.yml', '.launch', '.xml', '.py')
@@ -64,7 +73,8 @@ def default_log_base(verb: Verb) -> Path | None:
     positionals = [item.words[0] for item in items if item.is_positional]
     (workspace,) = given.get('--workspace') or (None,)
     try:
-        root = find_workspace(workspace, positionals)
+        builds = not given.keys().isdisjoint(_BUILDS)
+        root = find_workspace(workspace, positionals, builds=builds)
     except UntrustedError:
         # the verb says so; its log folder is not to be written to either
         return None
@@ -72,7 +82,10 @@ def default_log_base(verb: Verb) -> Path | None:
 
 
 def find_workspace(
-    given: str | Path | None, positionals: Iterable[str]
+    given: str | Path | None,
+    positionals: Iterable[str],
+    *,
+    builds: bool = False,
 ) -> Path | None:
     """
     Find the workspace that is given, or else the one around.
@@ -82,21 +95,29 @@ def find_workspace(
 
     :param given: The value of `--workspace`, if given
     :param positionals: Words, the path of a launch file maybe among them
+    :param builds: Whether the user asks for a build, whatever is launched
     :raises UntrustedError: when it belongs to somebody else
     """
     if given is not None:
         return _trusted(Path(given).expanduser().absolute())
-    root = find_root(Path.cwd())
-    for word in positionals if root is None else ():
-        path = Path(word)
-        if word.endswith(PATH_SUFFIXES) and path.is_file():
-            root = find_root(path.absolute().parent)
-            break
+    files = (Path(w) for w in positionals if w.endswith(PATH_SUFFIXES))
+    file = next((f for f in files if f.is_file()), None)
+    # the search takes long where there are many folders
+    searches = builds or file is None or _may_name_package(file)
+    cwd = Path.cwd()
+    root = find_root(cwd, searches=searches)
+    folder = cwd if file is None else file.absolute().parent
+    if root is None and folder != cwd:
+        root = find_root(folder, searches=searches)
     if root is None and os.environ.get(WORKSPACE):
         folder = Path(os.environ[WORKSPACE]).expanduser()
         # what is relative would mean another one in each folder
         return _trusted(folder) if folder.is_absolute() else None
     return root
+
+
+def _may_name_package(file: Path) -> bool:
+    return _PACKAGE.search(text_of(file)) is not None
 
 
 def _trusted(folder: Path) -> Path | None:
@@ -107,7 +128,10 @@ def _trusted(folder: Path) -> Path | None:
 
 
 def workspace_root(
-    given: Path | None, positionals: Iterable[str]
+    given: Path | None,
+    positionals: Iterable[str],
+    *,
+    builds: bool = False,
 ) -> Path | None:
     """
     Return what :func:`find_workspace` finds.
@@ -117,7 +141,7 @@ def workspace_root(
     """
     if given is not None and not given.is_dir():
         raise UserError(f"there is no workspace folder '{given}'")
-    return find_workspace(given, positionals)
+    return find_workspace(given, positionals, builds=builds)
 
 
 def is_control(items: Iterable[Item]) -> bool:

@@ -4,7 +4,6 @@
 """Where a workspace begins."""
 
 from collections import deque
-from collections.abc import Iterator
 import os
 from pathlib import Path
 import stat
@@ -16,7 +15,7 @@ from colcon_yamllaunch.workspace.packages.trust import UntrustedError
 #: How many folders deep packages are looked for to tell a workspace.
 PACKAGE_SEARCH_DEPTH = 5
 #: How many folders are read at most to tell a workspace.
-PACKAGE_SEARCH_FOLDERS = 2000
+PACKAGE_SEARCH_FOLDERS = 500
 
 #: Files that colcon makes, which nothing else does.
 _STRONG_MARKERS = ('install/.colcon_install_layout', 'build/.built_by')
@@ -25,6 +24,7 @@ _PACKAGE_FILES = (
     *('package.xml', 'CMakeLists.txt', 'setup.py', 'pyproject.toml'),
     'colcon.pkg',
 )
+_BUILD_FILES = (*_PACKAGE_FILES, 'setup.cfg')
 #: The file that makes a folder a virtual environment (PEP 405). colcon crawls
 #: it, and takes what is installed there for packages of the workspace.
 VIRTUAL_ENVIRONMENT = 'pyvenv.cfg'
@@ -36,7 +36,11 @@ IGNORE_MARKERS = (
 
 
 def find_root(
-    start: Path, home: Path | None = None, trust: Trust | None = None
+    start: Path,
+    home: Path | None = None,
+    trust: Trust | None = None,
+    *,
+    searches: bool = True,
 ) -> Path | None:
     """
     Find the workspace that a folder belongs to, if any.
@@ -51,6 +55,7 @@ def find_root(
 
     :param home: The user's home folder; the current user's if not given
     :param trust: Who is trusted; as the environment has it if not given
+    :param searches: Whether a folder that has only packages below may be one
     :raises UntrustedError: when there are only workspaces of others
     """
     start = Path(os.path.realpath(start))
@@ -74,7 +79,8 @@ def find_root(
     if weak is not None:
         return weak
     depth = PACKAGE_SEARCH_DEPTH if trust.may_search(start) else 1
-    if _may_be_weak(start, home) and has_package_below(start, depth):
+    searches = searches and _may_be_weak(start, home)
+    if searches and has_package_below(start, depth):
         trust.check(start)
         return start
     if refused is not None:
@@ -84,8 +90,9 @@ def find_root(
 
 def is_package(folder: Path) -> bool:
     """Tell whether a folder looks like a package of any type."""
+    # unlike Path.is_file(), this copes with links that may not be followed
     return any(
-        (folder / name).is_file() for name in _PACKAGE_FILES
+        os.path.isfile(folder / name) for name in _PACKAGE_FILES
     ) or _names_a_project(folder / 'setup.cfg')
 
 
@@ -100,28 +107,36 @@ def has_package_below(
 
     :param levels: How many folders deep to look
     """
-    pending = deque([(folder, 0)])
+    pending = deque([(str(folder), 0)])
     seen = 0
-    while pending and seen < PACKAGE_SEARCH_FOLDERS:
+    while pending and seen <= PACKAGE_SEARCH_FOLDERS:
         current, depth = pending.popleft()
-        for child in _crawled_folders(current):
-            seen += 1
-            if is_package(child):
-                return True
-            if depth + 1 < levels:
-                pending.append((child, depth + 1))
+        seen += 1
+        try:
+            with os.scandir(current) as scanned:
+                entries = sorted(scanned, key=lambda entry: entry.name)
+        except OSError:
+            continue
+        names = {entry.name for entry in entries}
+        if depth and not names.isdisjoint(IGNORE_MARKERS):
+            continue
+        may_be_one = depth > 0 and not names.isdisjoint(_BUILD_FILES)
+        if may_be_one and is_package(Path(current)):
+            return True
+        if depth < levels:
+            pending += [
+                (entry.path, depth + 1)
+                for entry in entries
+                if not entry.name.startswith('.') and _is_folder(entry)
+            ]
     return False
 
 
-def _crawled_folders(folder: Path) -> Iterator[Path]:
+def _is_folder(entry: 'os.DirEntry[str]') -> bool:
     try:
-        children = sorted(folder.iterdir())
+        return entry.is_dir()
     except OSError:
-        return
-    for child in children:
-        is_hidden = child.name.startswith('.')
-        if not is_hidden and child.is_dir() and not is_ignored(child):
-            yield child
+        return False
 
 
 def is_ignored(folder: Path) -> bool:
@@ -130,16 +145,16 @@ def is_ignored(folder: Path) -> bool:
 
 
 def _is_strong(folder: Path) -> bool:
-    return any((folder / marker).is_file() for marker in _STRONG_MARKERS)
+    return any(os.path.isfile(folder / marker) for marker in _STRONG_MARKERS)
 
 
 def _is_weak(folder: Path, home: Path, trust: Trust) -> bool:
     if not _may_be_weak(folder, home):
         return False
-    if any((folder / marker).is_dir() for marker in _WEAK_MARKERS):
+    if any(os.path.isdir(folder / marker) for marker in _WEAK_MARKERS):
         return True
     source = folder / 'src'
-    if not source.is_dir():
+    if not os.path.isdir(source):
         return False
     return not trust.may_search(folder) or has_package_below(source)
 
@@ -158,7 +173,7 @@ def _belongs_to_everyone(folder: Path) -> bool:
 
 
 def _names_a_project(path: Path) -> bool:
-    if not path.is_file():
+    if not os.path.isfile(path):
         return False
     _, _, metadata = f'\n{text_of(path)}'.partition('\n[metadata]')
     lines = metadata.partition('\n[')[0].splitlines()

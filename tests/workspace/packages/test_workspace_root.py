@@ -3,7 +3,15 @@
 
 """Finding the workspace."""
 
+import os
+from pathlib import Path
+
+from colcon_yamllaunch.verb.cli.log_base import find_workspace
+from colcon_yamllaunch.workspace.packages import workspace_root
 from colcon_yamllaunch.workspace.packages.workspace_root import find_root
+from colcon_yamllaunch.workspace.packages.workspace_root import (
+    has_package_below,
+)
 from colcon_yamllaunch.workspace.packages.workspace_root import is_package
 import pytest
 
@@ -89,6 +97,74 @@ def test_link_leads_to_the_real_workspace(tmp_path):
     (tmp_path / 'link').symlink_to(tmp_path / 'ws/src')
     root = find_root(tmp_path / 'link', home=tmp_path / 'home')
     assert root == tmp_path / 'ws'
+
+
+@pytest.fixture
+def scanned(monkeypatch):
+    """Return the folders that are scanned."""
+    folders = []
+    scan = os.scandir
+
+    def count(folder):
+        folders.append(os.path.relpath(folder, Path.cwd()))
+        return scan(folder)
+
+    monkeypatch.setattr(os, 'scandir', count)
+    return folders
+
+
+def test_search_scans_each_folder_once_nearest_first(
+    tmp_path, monkeypatch, scanned
+):
+    make(
+        tmp_path,
+        *('a/x/', 'b/COLCON_IGNORE', 'b/y/', '.git/z/', 'c/1/2/3/4/5/'),
+        *('d/setup.cfg', 'd/file'),
+    )
+    (tmp_path / 'e').symlink_to('/proc/1/root/nowhere')
+    monkeypatch.chdir(tmp_path)
+    assert not has_package_below(tmp_path, 5)
+    assert scanned == [
+        *('.', 'a', 'b', 'c', 'd'),
+        *('a/x', 'c/1', 'c/1/2', 'c/1/2/3', 'c/1/2/3/4'),
+    ]
+    make(tmp_path, 'c/1/package.xml', 'f/')
+    scanned.clear()
+    assert has_package_below(tmp_path, 5)
+    assert scanned[-1] == 'c/1'
+
+
+def test_search_ends_where_there_are_many_folders(
+    tmp_path, monkeypatch, scanned
+):
+    make(tmp_path, *(f'{number}/' for number in range(12)), '9/package.xml')
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(workspace_root, 'PACKAGE_SEARCH_FOLDERS', 10)
+    assert not has_package_below(tmp_path)
+    assert len(scanned) == 11
+
+
+@pytest.mark.parametrize(
+    ('text', 'words', 'is_found'),
+    [
+        ('launch: [executable: {cmd: ls}]', ['a.yaml'], False),
+        ('launch: [node: {pkg: p, exec: x}]', ['a.yaml'], True),
+        ('launch: [include: {file: b.yaml}]', ['a.yaml'], True),
+        ('<launch><executable cmd="$(find-pkg-share p)"/>', ['a.yaml'], True),
+        ('launch: [executable: {cmd: ls}]', [], True),
+    ],
+)
+def test_search_needs_a_launch_file_that_names_a_package(
+    tmp_path, monkeypatch, text, words, is_found
+):
+    make(tmp_path, 'p/package.xml')
+    (tmp_path / 'a.yaml').write_text(text)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('HOME', '/nowhere')
+    monkeypatch.delenv('ROS_WORKSPACE', raising=False)
+    wanted = tmp_path if is_found else None
+    assert find_workspace(None, words) == wanted
+    assert find_workspace(None, words, builds=True) == tmp_path
 
 
 @pytest.mark.parametrize(

@@ -104,7 +104,11 @@ class LaunchBasis:
         )
         self._log_dir = str(log_folder or ros_log_folder(environment))
         self._workspace = WorkspaceSession(
-            workspace_root(options.workspace, options.positionals),
+            workspace_root(
+                options.workspace,
+                options.positionals,
+                builds=options.build_all or options.paths is not None,
+            ),
             options.build_args,
             environment,
             announce or (_say_nothing if options.quiet else say_line),
