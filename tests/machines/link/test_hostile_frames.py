@@ -16,6 +16,7 @@ from colcon_yamllaunch.machines.link.machine_link import MachineLink
 from colcon_yamllaunch.machines.link.remote_part import RemotePart
 from colcon_yamllaunch.machines.wire import frames
 from colcon_yamllaunch.machines.wire.event_codec import FROM_MACHINES
+from colcon_yamllaunch.machines.wire.part_settings import PartSettings
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.streams.watches import Watches
 from hypothesis import given
@@ -110,7 +111,9 @@ def _sent(sent: list[tuple[int, Any]]) -> tuple[RemotePart, _Launch]:
     """Return what became of a part whose machine has sent something."""
     # an allocation is not connected with again
     machine = Machine('arm', 'slurm', ())
-    started: Any = StartedPart(machine, _Process(), 'i', 'b', b'', FACTS)  # type: ignore[arg-type]
+    started: Any = StartedPart(
+        machine, _Process(), 'i', 'b', b'', FACTS, PartSettings('arm')
+    )  # type: ignore[arg-type]
     link = MachineLink(started, {})
     part = RemotePart(link, plan(LABEL))
     launch = _Launch()

@@ -329,7 +329,7 @@ HOSTILE = {
         'os.write(1, fields + zlib.crc32(fields).to_bytes(4, "big"))'
     ),
     'bomb': (
-        "body = zlib.compress(b'0' * (1 << 28), 9)\n"
+        "body = zlib.compress(b'0' * (1 << 25), 1)\n"
         "fields = frames._FIELDS.pack(b'cl', 1, 1, len(body), 1)\n"
         "c = zlib.crc32(fields).to_bytes(4, 'big')\n"
         "launcher_channel.write(fields + c + body + b'\\n')"
