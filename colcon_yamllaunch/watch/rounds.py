@@ -18,6 +18,10 @@ from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.watch.watch_lines import came_of
 from colcon_yamllaunch.watch.watch_lines import happened
 
+#: How long after it was told what came of a change that may turn out to be a
+#: failure (seconds).
+SETTLING = 10.0
+
 
 @dataclass(slots=True, eq=False)
 class Round:
@@ -32,6 +36,9 @@ class Round:
     :param is_lost: Whether it would have to be, but is gone
     :param details: What a build or an evaluation has said, if anything
     :param kept: The machines that the change is not sent to, with the reasons
+    :param suspects: Python files that may not compile
+    :param broken: The labels of what is not restarted for that
+    :param crashed: The labels of what has failed once it was started
     """
 
     since: float
@@ -47,6 +54,9 @@ class Round:
     restarted: tuple[str, ...] = ()
     failed: tuple[str, ...] = ()
     kept: tuple[str, ...] = ()
+    suspects: tuple[str, ...] = ()
+    broken: tuple[str, ...] = ()
+    crashed: tuple[str, ...] = ()
 
     @property
     def is_over(self) -> bool:
@@ -72,6 +82,8 @@ class Round:
         self.restarted = _joined(other.restarted, self.restarted)
         self.failed = _joined(other.failed, self.failed)
         self.kept = _joined(other.kept, self.kept)
+        self.suspects = _joined(other.suspects, self.suspects)
+        self.crashed = _joined(other.crashed, self.crashed)
 
     def line(self, what: str, now: float) -> str:
         """Return the line that tells what came of it, and after how long."""
@@ -79,19 +91,22 @@ class Round:
 
     def outcome(self, now: float) -> events.Watched | None:
         """Tell what came of it, if that is worth a line."""
+        down = (*self.failed, *self.crashed)
         outcome = {
             'built': self.built,
             'stopped': self.stopped,
-            'started': without(self.started, self.failed),
-            'restarted': without(self.restarted, self.failed),
+            'started': without(self.started, down),
+            'restarted': without(self.restarted, down),
             'could not start': self.failed,
+            'failed once started:': self.crashed,
+            'not restarted, as Python code does not compile:': self.broken,
             'not sent to': self.kept,
         }
         is_silent = self.is_as_before and not self.is_lost
         if is_silent and not any((*outcome.values(), self.details)):
             return None
         text = self.line(came_of(outcome, is_lost=self.is_lost), now)
-        failed = bool(self.failed) or self.is_lost
+        failed = bool((*down, *self.broken)) or self.is_lost
         return events.Watched(text, failed=failed, details=self.details)
 
 
@@ -100,6 +115,8 @@ class Rounds:
 
     def __init__(self) -> None:
         self._rounds: list[Round] = []
+        # the one that was told of last, and when
+        self._told: tuple[Round, float] | None = None
 
     @property
     def with_job(self) -> Round | None:
@@ -114,6 +131,7 @@ class Rounds:
     def add(self, one: Round) -> None:
         """Begin a round."""
         self._rounds.append(one)
+        self._told = None
 
     def remove(self, one: Round) -> None:
         """Have a round not told of, as it has been or is with another."""
@@ -123,11 +141,33 @@ class Rounds:
         """Forget all of them."""
         self._rounds.clear()
 
-    def pop_over(self) -> list[Round]:
+    def pop_over(self, now: float) -> list[Round]:
         """Return those that are to be told of now, and remove them."""
         over = [r for r in self._rounds if r.is_over]
         self._rounds = [r for r in self._rounds if not r.is_over]
+        for one in over:
+            self._told = one, now
         return over
+
+    def crashed(self, label: str, now: float) -> Round | None:
+        """
+        Take note that a process failed by itself.
+
+        :return: The round that it belongs to, if that was told of already
+        """
+        told, at = self._told or (None, 0.0)
+        if now > at + SETTLING:
+            told = None
+        rounds = [*self._rounds, *([] if told is None else [told])]
+        concerned = [
+            one
+            for one in rounds
+            if label in (*one.restarted, *one.started)
+            and label not in (*one.waits, *one.crashed)
+        ]
+        for one in concerned:
+            one.crashed = (*one.crashed, label)
+        return told if told in concerned else None
 
     def lose_worker(self) -> None:
         """Take into account that there is no worker any more."""

@@ -45,6 +45,7 @@ from colcon_yamllaunch.watch.knowledge.build_effects import touched_by
 from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
 from colcon_yamllaunch.watch.knowledge.mapped_files import with_libraries
 from colcon_yamllaunch.watch.plan_difference import plan_difference
+from colcon_yamllaunch.watch.python_sources import compiles
 from colcon_yamllaunch.watch.rounds import Round
 from colcon_yamllaunch.watch.rounds import Rounds
 from colcon_yamllaunch.watch.rounds import without
@@ -59,6 +60,11 @@ from colcon_yamllaunch.watch.worker.jobs import Job
 from colcon_yamllaunch.watch.worker.jobs import Prepared
 from colcon_yamllaunch.watch.worker.worker_link import WorkerLink
 
+#: What may restart a process with another Python file, the surest first.
+_RESTARTS = ('restart', 'restart after build', 'build')
+#: How many Python files are compiled before a restart at most; a checkout may
+#: bring thousands.
+_CHECKED = 50
 _NUMBER = re.compile(r'\d+')
 
 
@@ -127,6 +133,8 @@ class Watching:
         self._put_by: Batch | None = None
         self._group = 0
         self._labels: set[str] = set()
+        # what is not restarted, by the files that do not compile
+        self._broken: dict[str, set[str]] = {}
 
     @property
     def begins_anew(self) -> bool:
@@ -204,10 +212,8 @@ class Watching:
             self._watcher.advance()
         if self._must_look_again:
             self._take(self._again.take())
-        for done in self._rounds.pop_over():
-            outcome = done.outcome(self._clock())
-            if outcome is not None:
-                self._the_launch.tell(outcome)
+        for done in self._rounds.pop_over(self._clock()):
+            self._tell_of(done)
 
     def seconds_to_wait(self) -> float | None:
         """Return the seconds until :meth:`advance` is to be called again."""
@@ -274,6 +280,7 @@ class Watching:
         acted = [one.change for one in found if one.action != 'ignore']
         files = {os.path.basename(c.path): c.kind for c in acted}
         current = Round(since, files, kept=wanted.kept)
+        current.suspects = self._suspects(found)
         if changes or wanted.restart or wanted.after_build:
             paths = tuple(dict.fromkeys(c.path for c in acted))
             launch.tell(events.Changed(paths))
@@ -282,6 +289,20 @@ class Watching:
         # what comes or goes may be what a build has missed
         must_ask = is_open and any(c.kind != 'changed' for c in acted)
         self._do(wanted, current, must_ask=must_ask)
+
+    def _suspects(self, found: Iterable[Consequence]) -> tuple[str, ...]:
+        """Return the Python files among what was changed that may be wrong."""
+        saved = [
+            one.change.real
+            for action in _RESTARTS
+            for one in found
+            if one.action == action and one.change.kind != 'deleted'
+        ]
+        paths = [*dict.fromkeys((*self._broken, *saved))][:_CHECKED]
+        suspects = tuple(path for path in paths if not compiles(path))
+        if not suspects:
+            self._broken.clear()
+        return suspects
 
     def _explain(self, text: str) -> None:
         self._the_launch.tell(events.Watched(text, is_final=False))
@@ -306,6 +327,14 @@ class Watching:
     def _crashed(self, label: str) -> None:
         now = self._clock()
         self._again.has_failed(self._failed.crashed(label, now), now)
+        told = self._rounds.crashed(label, now)
+        if told is not None:
+            self._tell_of(told)
+
+    def _tell_of(self, done: Round) -> None:
+        outcome = done.outcome(self._clock())
+        if outcome is not None:
+            self._the_launch.tell(outcome)
 
     @property
     def _has_job(self) -> bool:
@@ -316,10 +345,19 @@ class Watching:
         return self._again.is_due and not self._has_job
 
     def _do(self, wanted: Steps, current: Round, *, must_ask: bool) -> None:
-        needs_job = wanted.build or wanted.replan or wanted.after_build
+        away = self._away(wanted.restart)
+        needs_job = (
+            wanted.build
+            or wanted.replan
+            or wanted.after_build
+            or current.suspects
+            # a launch that begins now would build it
+            or (away and not self._has_job)
+        )
         if not self._worker.pid or not (needs_job or must_ask):
-            away = self._put_off(wanted.restart, current)
-            self._restart(without(wanted.restart, away), current)
+            self._put_off(away, wanted.restart, current)
+            held = wanted.restart if current.suspects else away
+            self._restart(without(wanted.restart, held), current)
             current.is_lost = bool(needs_job)
             return
         # what the job brings may be what a restart needs
@@ -328,27 +366,38 @@ class Watching:
         self._late = set()
         self._ask(current)
 
-    def _put_off(self, labels: Collection[str], current: Round) -> set[str]:
+    def _away(self, labels: Collection[str]) -> set[str]:
+        """Return what cannot start now, as it is not installed any more."""
+        packages = {
+            package.name
+            for package in self._knowledge.packages
+            if package.share and not os.path.exists(package.share)
+        }
+        return {
+            use.label
+            for use in self._knowledge.processes
+            if use.label in labels and use.packages & packages
+        } | {
+            process.label
+            for process in self._plan.processes()
+            if process.label in labels and not _is_there(process)
+        }
+
+    def _put_off(
+        self, away: set[str], labels: Collection[str], current: Round
+    ) -> None:
         """
-        Return what cannot start before the job that is under way is done.
+        Have what is away restarted when the job that is under way is done.
 
         A build may take away what it installs, and all runs on meanwhile.
         """
         job = self._rounds.with_job
-        if job is None:
-            return set()
-        away = {
-            p.label
-            for p in self._plan.processes()
-            if p.label in labels and not _is_there(p)
-        }
-        if away:
+        if job is not None and away:
             job.late |= away
             job.files = {**job.files, **current.files}
             if away.issuperset(labels):
                 # it is told of with that
                 self._rounds.remove(current)
-        return away
 
     def _ask(self, current: Round) -> None:
         """Have the launch prepared again; what is prepared now is void."""
@@ -362,7 +411,7 @@ class Watching:
         self._learn_libraries()
         libraries = {p.label: p.libraries for p in self._knowledge.processes}
         try:
-            self._worker.ask(Job(self._built, libraries))
+            self._worker.ask(Job(self._built, libraries, current.suspects))
         except OSError:
             # its end is noticed soon
             current.is_lost = True
@@ -448,6 +497,8 @@ class Watching:
         self._end_job(current)
         self._is_owed = True
         self._late |= current.late
+        for path in current.suspects:
+            self._broken.setdefault(path, set())
         is_build = failure.what == 'build'
         self._knowledge = replace(self._knowledge, is_plan_broken=not is_build)
         seconds = self._clock() - current.since
@@ -508,13 +559,43 @@ class Watching:
         for part in begun:
             launch.revise(part, at_once=part.label not in differs)
         wanted = [p.label for p in begun if p.label in differs | anew]
-        self._restart(wanted, current)
+        self._restart(self._compiled(wanted, prepared, current), current)
         launch.extend(new.new)
         current.waits |= _labels_at_once(new.new)
         self._plan = new.plan
         self._built = prepared.built
         self._knowledge = prepared.knowledge
         self._watch(prepared.since_ns)
+
+    def _compiled(
+        self, labels: Collection[str], prepared: Prepared, current: Round
+    ) -> tuple[str, ...]:
+        """Return what may be restarted, as its Python files compile."""
+        broken: dict[str, set[str]] = {}
+        for path in prepared.broken:
+            changed = Change('changed', path, path)
+            found = steps(
+                consequences([changed], self._knowledge), self._knowledge
+            )
+            # what is installed, here or elsewhere, may be a copy
+            name = os.path.basename(path)
+            copies = {
+                place: package
+                for place, package in prepared.changed.items()
+                if os.path.basename(place) == name
+            }
+            broken[path] = {
+                *self._broken.get(path, ()),
+                *found.restart,
+                *touched_by(copies, self._knowledge),
+            }
+            if not broken[path].isdisjoint(labels):
+                text = prepared.broken[path]
+                current.details = f'{current.details}\n{text}'.lstrip()
+        self._broken = broken
+        held = set[str]().union(*broken.values())
+        current.broken = tuple(one for one in labels if one in held)
+        return without(labels, held)
 
     def _failed_before(self, prepared: Prepared) -> set[str]:
         """

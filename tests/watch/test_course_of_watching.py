@@ -29,6 +29,7 @@ from colcon_yamllaunch.watch.worker.jobs import Prepared
 import pytest
 
 ARM = '/ws/src/arm'
+SHARE = '/ws/install/arm/share/arm'
 WORKER, WATCHER, JOB = 71, 72, 73
 
 
@@ -46,7 +47,7 @@ KNOWN = Knowledge(
             'loop', '/ws/install/arm/lib/arm/loop', 'arm', frozenset(('arm',))
         ),
     ),
-    (PackageUse('arm', ARM, frozenset(('talk.py',))),),
+    (PackageUse('arm', ARM, frozenset(('talk.py',)), share=SHARE),),
     frozenset((f'{ARM}/demo.yaml',)),
 )
 
@@ -300,6 +301,120 @@ def test_what_a_build_has_taken_away_is_restarted_when_it_is_done(
     assert played.prepared() == ['restart talk']
     assert played.lines(TALK) == [
         'CMakeLists.txt, talk.py changed: restarted talk (0.00 s)'
+    ]
+
+
+@pytest.mark.parametrize('gone', [f'{ARM}/talk.py', SHARE])
+def test_what_is_not_installed_any_more_is_built_before_a_restart(
+    played: Played, monkeypatch: pytest.MonkeyPatch, gone: str
+) -> None:
+    # as by `rm -rf install`
+    monkeypatch.setattr('os.path.exists', paths_without(gone))
+    assert played.save('talk.py') == []
+    assert played.worker.asked == 1
+    assert played.prepared(packages=('arm',)) == ['restart talk']
+    # without a worker all runs on
+    played.watching.ended(WORKER, Outcome(code=1))
+    assert played.save('talk.py') == []
+
+
+def broken(monkeypatch: pytest.MonkeyPatch, *paths: str) -> None:
+    """Have some files be such that do not compile."""
+    monkeypatch.setattr(watching, 'compiles', lambda path: path not in paths)
+
+
+def test_what_does_not_compile_restarts_nothing(
+    played: Played, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    talk, error = f'{ARM}/talk.py', 'talk.py:1:7: error: invalid syntax'
+    broken(monkeypatch, talk)
+    assert played.save('talk.py') == []
+    assert played.prepared(broken={talk: error}) == []
+    left = 'not restarted, as Python code does not compile: talk (0.00 s)'
+    played.watching.advance()
+    (event,) = [e for e in played.told if isinstance(e, events.Watched)]
+    assert (event.failed, event.details) == (True, error)
+    assert played.lines() == [f'talk.py changed: {left}']
+    # nor does another change of what it uses
+    played.save('loop.c', 'talk.yaml')
+    both = {'/ws/install/arm/lib/arm/loop': 'arm'}
+    assert played.prepared(broken={talk: error}, changed=both) == [
+        'restart loop'
+    ]
+    played.lines(LOOP)
+    # a build that fails forgets nothing
+    played.save('loop.c', 'talk.py')
+    played.answer(Failed('build'))
+    played.lines()
+    played.save('loop.c')
+    assert played.prepared(broken={talk: error}) == []
+    assert played.lines() == [f'loop.c changed: {left}']
+    broken(monkeypatch)
+    assert played.save('talk.py') == ['restart talk']
+
+
+def test_the_python_of_the_process_decides_what_compiles(
+    played: Played, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken(monkeypatch, f'{ARM}/talk.py')
+    assert played.save('talk.py') == []
+    assert played.prepared() == ['restart talk']
+
+
+def test_a_copy_of_what_does_not_compile_restarts_nothing(
+    played: Played, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # it is installed as a file of its own, here or on another machine
+    source, copy = f'{ARM}/src/loop', '/ws/install/arm/lib/arm/loop'
+    broken(monkeypatch, source)
+    assert played.save('src/loop') == []
+    answer = {'broken': {source: 'error'}, 'changed': {copy: 'arm'}}
+    assert played.prepared(**answer) == []
+    # that which is as it was now has been mended elsewhere
+    played.save('loop.h')
+    assert played.prepared(broken={source: 'error'}) == []
+    broken(monkeypatch)
+    played.save('src/loop')
+    assert played.prepared(changed={copy: 'arm'}) == ['restart loop']
+
+
+def failed(part: Process) -> events.Exited:
+    return events.Exited(part, 1, Outcome(1), 0.4, asked=False, failed=True)
+
+
+def test_what_fails_once_it_was_restarted_is_told(played: Played) -> None:
+    played.save('talk.py')
+    assert played.lines(TALK) == ['talk.py changed: restarted talk (0.00 s)']
+    played.now += 0.5
+    played.watching.handle(failed(TALK))
+    (event,) = [e for e in played.told if isinstance(e, events.Watched)]
+    assert event.failed
+    line = 'talk.py changed: failed once started: talk (0.50 s)'
+    assert played.lines() == [line]
+    # once only, and not of what was not restarted
+    for part in (TALK, LOOP):
+        played.watching.handle(failed(part))
+    assert played.lines() == []
+
+
+def test_what_fails_much_later_is_not_told(played: Played) -> None:
+    played.save('talk.py')
+    played.lines(TALK)
+    played.now += 60
+    played.watching.handle(failed(TALK))
+    assert played.lines() == []
+
+
+def test_what_fails_before_all_are_restarted_is_told_once(
+    played: Played,
+) -> None:
+    played.save('talk.py', 'loop.c')
+    played.prepared(changed={'/ws/install/arm/lib/arm/loop': 'arm'})
+    assert played.lines(TALK) == []
+    played.watching.handle(failed(TALK))
+    assert played.lines(LOOP) == [
+        'talk.py, loop.c changed: restarted loop, '
+        'failed once started: talk (0.00 s)'
     ]
 
 

@@ -127,7 +127,7 @@ def _with_signs(
                 if is_first:
                     failed()
             case events.Watched(is_final=True) | events.Checked():
-                if event.severity != 'INFO':
+                if event.severity != 'INFO' and not down:
                     failed()
                 else:
                     show_sign(_FAILED if down else _DONE)

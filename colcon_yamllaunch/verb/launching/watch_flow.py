@@ -24,6 +24,7 @@ from typing import NoReturn
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.runtime.process.cgroup import CGROUP_VARIABLE
 from colcon_yamllaunch.runtime.process.cgroup import expect_moves
@@ -38,6 +39,7 @@ from colcon_yamllaunch.watch.knowledge.build_effects import changed_by_build
 from colcon_yamllaunch.watch.knowledge.build_effects import records
 from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
 from colcon_yamllaunch.watch.knowledge.learning import knowledge_of
+from colcon_yamllaunch.watch.python_sources import source_error
 from colcon_yamllaunch.watch.watching import Watching
 from colcon_yamllaunch.watch.worker.jobs import Announced
 from colcon_yamllaunch.watch.worker.jobs import Failed
@@ -178,6 +180,11 @@ class WatchFlow:
             _grown_from(flow),
             flow.deployment_digest,
             flow.machine_names,
+            {
+                path: render([error], str(self._cwd))
+                for path in job.suspects
+                if (error := source_error(path, environment)) is not None
+            },
         )
 
     def _expect_restarts(self) -> None:

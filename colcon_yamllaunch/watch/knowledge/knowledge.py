@@ -87,6 +87,7 @@ class PackageUse:
     :param module_folders: Folders where a new file would be such a module
     :param inputs: Files elsewhere that its last build read
     :param machines: The other machines that need it
+    :param share: Its share folder in the install space, empty if there is none
     """
 
     name: str
@@ -96,6 +97,7 @@ class PackageUse:
     module_folders: frozenset[str] = frozenset()
     inputs: frozenset[str] = frozenset()
     machines: tuple[str, ...] = ()
+    share: str = ''
 
 
 @dataclass(frozen=True, slots=True)

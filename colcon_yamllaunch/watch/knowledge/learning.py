@@ -71,6 +71,7 @@ def knowledge_of(
                     for machine, names in there.packages.items()
                     if package.name in names
                 ),
+                share=workspace.locator.share(package.name) or '',
             )
             for package in packages
         ),

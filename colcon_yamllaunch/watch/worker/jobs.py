@@ -4,6 +4,7 @@
 """What the worker is asked for, and what it answers, as plain data."""
 
 from collections.abc import Mapping
+from dataclasses import field
 from typing import Any
 from typing import Literal
 
@@ -20,10 +21,12 @@ class Job:
     :param built: What the builds were that the running processes have, see
       `build_effects`
     :param libraries: What is mapped into each process, by its label
+    :param suspects: Python files that may not compile
     """
 
     built: Mapping[str, Any]
     libraries: Mapping[str, frozenset[str] | None]
+    suspects: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +53,7 @@ class Prepared:
     :param deployment: What says which machines there are, and what is on
       them; empty if all is here
     :param machines: Those that parts of it run on
+    :param broken: The errors of Python files that do not compile, by path
     """
 
     plan: Plan
@@ -62,6 +66,7 @@ class Prepared:
     grown_from: Mapping[str, str] | None = None
     deployment: str = ''
     machines: frozenset[str] = frozenset()
+    broken: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

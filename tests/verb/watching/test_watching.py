@@ -6,6 +6,7 @@
 from collections import Counter
 import os
 from pathlib import Path
+import shutil
 import signal
 
 import pytest
@@ -150,6 +151,27 @@ def test_modules_and_files_that_the_plan_names_are_no_build(user):
     assert w.starts() == Counter({'node': 2, 'view-2': 2, 'other-3': 1})
     assert not w.events('built')
     assert w.launch.interrupt() == 0
+
+
+def test_what_cannot_start_replaces_nothing_that_runs(flow):
+    w = Watched(flow).watches()
+    before = w.running()
+    w.save(
+        'scripts/talk.py', "print('talk says one'", "print('talk says two'("
+    )
+    w.says(r'src/flow/scripts/talk.py:5:\d+: error: ')
+    w.says(r'talk.py changed: not restarted, as Python code does not compile')
+    assert w.running() == before
+    w.save('scripts/talk.py', "two'(", "two'")
+    w.says('talk says two')
+    # a launch that begins now would build what is gone
+    shutil.rmtree(flow.root / 'install')
+    w.save('scripts/talk.py', 'says two', 'says three')
+    w.says(r'talk.py changed: built flow, restarted talk')
+    w.says('talk says three')
+    w.save('scripts/talk.py', 'import signal', 'exit(1)\nimport signal')
+    w.says(r'talk.py changed: failed once started: talk \(')
+    assert w.launch.interrupt() == 1
 
 
 def test_who_read_a_file_while_it_was_saved_reads_it_again(flow):
