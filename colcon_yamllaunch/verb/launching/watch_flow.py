@@ -138,6 +138,8 @@ class WatchFlow:
         since_ns = time.time_ns()
         flow = None
         try:
+            # one that was made again is another one
+            os.chdir(self._cwd)
             flow = LaunchFlow(
                 self._options,
                 self._cwd,
@@ -158,9 +160,16 @@ class WatchFlow:
             say(f'colcon launch: error: {e}')
             return Failed('plan')
         except Exception as e:
-            # a defect of ours, as in `messages.report_errors`
             logger.debug('unexpected exception', exc_info=True)
-            say(f'colcon launch: internal error: {type(e).__name__}: {e}')
+            if os.path.isdir(self._cwd):
+                # a defect of ours, as in `messages.report_errors`
+                text = f'internal error: {type(e).__name__}: {e}'
+            else:
+                text = (
+                    f'error: there is no {self._cwd} any more, in which the '
+                    'launch was begun: restore it, or launch elsewhere'
+                )
+            say(f'colcon launch: {text}')
             return Failed('plan')
 
     def _prepared(self, flow: LaunchFlow, job: Job, since_ns: int) -> Prepared:

@@ -9,6 +9,10 @@ from pathlib import Path
 import shutil
 import signal
 
+from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
+from colcon_yamllaunch.verb.launching.watch_flow import WatchFlow
+from colcon_yamllaunch.watch.worker.jobs import Failed
+from colcon_yamllaunch.watch.worker.jobs import Job
 import pytest
 from support.manifest import manifest
 from support.watched import make_flow
@@ -172,6 +176,20 @@ def test_what_cannot_start_replaces_nothing_that_runs(flow):
     w.save('scripts/talk.py', 'import signal', 'exit(1)\nimport signal')
     w.says(r'talk.py changed: failed once started: talk \(')
     assert w.launch.interrupt() == 1
+
+
+def test_a_workspace_that_is_gone_is_no_internal_error(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    cwd = tmp_path / 'ws'
+    watch = WatchFlow(LaunchOptions(('flow', 'demo.yaml')), cwd, {}, None)
+    answer = watch._prepare(Job({}, {}), print)
+    assert answer == Failed('plan')
+    assert capsys.readouterr().err == (
+        f'colcon launch: error: there is no {cwd} any more, in which the '
+        'launch was begun: restore it, or launch elsewhere\n'
+    )
 
 
 def test_who_read_a_file_while_it_was_saved_reads_it_again(flow):
