@@ -22,6 +22,7 @@ import shlex
 import shutil
 import signal
 import subprocess
+import sys
 import time
 from typing import Any
 
@@ -151,6 +152,11 @@ def colcon_python() -> list[str]:
 
 
 def _colcons() -> Iterator[str]:
+    # that of a virtual environment that `python:` names
+    folder = os.path.dirname(sys.executable)
+    path = os.path.join(folder, 'colcon')
+    if os.path.exists(f'{folder}/../pyvenv.cfg') and os.access(path, os.X_OK):
+        yield path
     found = shutil.which('colcon')
     if found:
         yield found
