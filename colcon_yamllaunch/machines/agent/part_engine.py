@@ -95,8 +95,12 @@ def _run(
             environment = environment_of(settings, os.environ)
             log_folder = _log_folder(settings)
             server = place.listen(identity)
-        except (UserError, OSError) as error:
+        except UserError as error:
             os.write(told, f'failed {error}'.encode())
+            return 1
+        except OSError as error:
+            text = f'{place.path} cannot be written: {error.strerror}'
+            os.write(told, f'failed {text}; make room there'.encode())
             return 1
         uplink = Uplink(server, settings, log_folder)
         os.write(told, f'ready {identity}'.encode())

@@ -57,6 +57,8 @@ class PartPlace:
                 if folder.parent.name == 'colcon-launch':
                     folder.parent.mkdir(0o700, parents=True, exist_ok=True)
                 self._folder = open_folder(folder, make=True)
+                #: Its path.
+                self.path = folder
                 return
             except FolderError as error:
                 reasons.append(str(error))

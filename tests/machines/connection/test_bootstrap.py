@@ -14,10 +14,16 @@ from colcon_yamllaunch.common.process_scan import variable_of
 from colcon_yamllaunch.machines.connection import bootstrap
 from colcon_yamllaunch.machines.connection.bootstrap import Bootstrap
 from colcon_yamllaunch.machines.connection.bootstrap import MAXIMUM_NOISE
+from colcon_yamllaunch.machines.connection.connection_errors import (
+    ConnectError,
+)
 from colcon_yamllaunch.machines.connection.program_archive import (
     ProgramArchive,
 )
+from colcon_yamllaunch.machines.deployment.machine import Machine
+from colcon_yamllaunch.machines.link.machine_contact import MachineContact
 import pytest
+from support.hostile import with_mounts
 from support.linked_part import LinkedPart
 from support.linked_part import PlainMachine
 from support.linked_part import process
@@ -195,3 +201,24 @@ def test_modules_go_elsewhere_where_they_cannot_be_kept(
         part.finish()
     plain.wait_until_empty()
     assert not place.exists()
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize('options', ['ro', 'size=4k'])
+def test_full_or_read_only_disk_is_told(options: str) -> None:
+    mounts = f"""
+        for folder in /tmp /var/tmp; do
+          mount -t tmpfs -o {options} tmpfs $folder
+          head -c 9999 /dev/zero > $folder/filler || :
+        done 2>/dev/null
+        cd /proc
+    """
+    path = os.environ['PATH']
+    argv = ['env', '-i', 'HOME=/proc', f'PATH={path}', 'sh']
+    words = with_mounts(mounts, argv)
+    contact = MachineContact(Machine('arm', 'connect', tuple(words)))
+    with pytest.raises(ConnectError) as caught:
+        contact.connect()
+    text = str(caught.value)
+    assert ': what is to run there cannot be stored, neither in ' in text
+    assert 'No usable temporary directory' in text
