@@ -35,6 +35,7 @@ _HELLO = {
     'has_workspace': False,
     'programs': {},
     'clock': 0,
+    'took': 0,
 }
 
 

@@ -40,6 +40,8 @@ from colcon_yamllaunch.runtime.streams.signals import accept_signals
 
 #: Days after which a program that was not used is removed.
 UNUSED_DAYS = 30
+#: Seconds that the file of `setup:` may take.
+_SETUP_TIMEOUT = 50.0
 #: Seconds that a shell may take to say what its PATH is.
 _SHELL_TIMEOUT = 3.0
 
@@ -138,7 +140,12 @@ def _result_of(
     launcher: LauncherChannel, name: str, content: Mapping[str, Any]
 ) -> dict[str, Any] | None:
     if name == 'hello':
-        return _hello(content)
+        begin = time.time()
+        _set_up(launcher, content.get('setup'))
+        facts = _hello(content)
+        # who asks tells from that how far our clock is ahead
+        clock = time.time()
+        return {**facts, 'clock': clock, 'took': clock - begin}
     if name == 'stream':
         from colcon_yamllaunch.machines.agent.program_stream import run_program
 
@@ -174,8 +181,31 @@ def _hello(content: Mapping[str, Any]) -> dict[str, Any]:
         'workspace': workspace,
         'has_workspace': found is not None,
         'programs': {name: shutil.which(name) for name in content['programs']},
-        'clock': time.time(),
     }
+
+
+def _set_up(launcher: LauncherChannel, setup: str | None) -> None:
+    """
+    Source a file for all that is done from now on.
+
+    :raises UserError: when it cannot be sourced
+    """
+    if setup is None:
+        return
+    from concurrent.futures import ThreadPoolExecutor
+
+    from colcon_yamllaunch.workspace.environment.sourcing import source
+
+    path = Path.home() / os.path.expanduser(setup)
+    if not path.is_file():
+        raise UserError(f"there is no file {path}; 'setup:' names it")
+    with ThreadPoolExecutor() as pool:
+        sourced = pool.submit(source, path, dict(os.environ), _SETUP_TIMEOUT)
+        while not sourced.done():
+            launcher.poll({}, 0.02)
+    variables = sourced.result().variables
+    os.environ.clear()
+    os.environ.update(variables)
 
 
 def _complete_environment() -> None:

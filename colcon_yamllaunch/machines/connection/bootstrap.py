@@ -60,9 +60,7 @@ try:
 except OSError:
     has = False
 t = ""
-if has:
-    say("have")
-else:
+if not has:
     say("need")
     def take(n):
         b = b""
@@ -93,7 +91,6 @@ else:
     else:
         say("full " + "; ".join(w))
         sys.exit(0)
-    say("have")
     try:
         os.rename(t, d)
         t = ""
@@ -106,6 +103,7 @@ else:
             pass
 sys.path.insert(0, t or d)
 from colcon_yamllaunch.machines.agent.machine_agent import main
+say("have")
 main(t)
 """
 

@@ -84,6 +84,7 @@ class Facts:
     :param programs: The paths of programs that it has; None for those that
       it lacks
     :param ahead: How many seconds its clock is ahead of ours, about
+    :param delay: How many seconds that may be off
     """
 
     python: str
@@ -96,6 +97,7 @@ class Facts:
     has_workspace: bool
     programs: Mapping[str, str | None]
     ahead: float
+    delay: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -331,7 +333,11 @@ class MachineConnection:
         sent = time.time()
         result = self._ask(
             'hello',
-            {'workspaces': list(self._places), 'programs': _PROGRAMS},
+            {
+                'workspaces': list(self._places),
+                'programs': _PROGRAMS,
+                'setup': self.machine.setup,
+            },
             None,
             CONNECT_TIMEOUT,
         )
@@ -339,6 +345,9 @@ class MachineConnection:
         try:
             if self._places and not isinstance(result['workspace'], str):
                 raise TypeError
+            # as in RFC 5905, 8
+            took = _number(result['took'])
+            ahead = _number(result['clock']) - (took + sent + now) / 2
             return Facts(
                 str(result['python']),
                 str(result['executable']),
@@ -351,7 +360,8 @@ class MachineConnection:
                 else str(result['workspace']),
                 bool(result['has_workspace']),
                 dict(result['programs']),
-                _number(result['clock']) - (sent + now) / 2,
+                ahead,
+                max(0.0, now - sent - took) / 2,
             )
         except (KeyError, TypeError, ValueError) as error:
             raise connection_errors.no_protocol(

@@ -48,10 +48,6 @@ MAXIMUM_MACHINES = 1000
 SLURM = 'slurm:'
 
 _KINDS: tuple[Kind, ...] = get_args(Kind)
-_MACHINE_KEYS = (
-    *_KINDS,
-    *('workspace', 'sync', 'on_lost', 'lost_after', 'env', 'python'),
-)
 #: The least and the most seconds of `lost_after`.
 _LOST_AFTER = (0.1, 3600.0)
 _MATCH_KEYS = ('name', 'package', 'executable')
@@ -156,7 +152,8 @@ class _Reader:
         rules: tuple[Rule, ...] = ()
         pairs = self._pairs(document, 'the deployment file')
         with self._collected():
-            self._refuse_unknown(pairs, ('machines', 'processes'), 'the file')
+            known = ('machines', 'processes', 'defaults')
+            self._refuse_unknown(pairs, known, 'the file')
         with self._collected():
             machines = self._machines(pairs, document)
         with self._collected():
@@ -189,11 +186,17 @@ class _Reader:
                 f'{MAXIMUM_MACHINES}',
                 pairs['machines'][0],
             )
+        defaults: dict[str, Any] = {}
+        if 'defaults' in pairs:
+            with self._collected():
+                given = self._pairs(pairs['defaults'][1], "'defaults'")
+                defaults = self._given(given)
+                self._refuse_unknown(given, tuple(_READERS), "'defaults'")
         machines: dict[str, Machine] = {}
         for name, (key, value) in listed.items():
             with self._collected():
                 _check_name(name, key)
-                machines[name] = self._machine(name, key, value)
+                machines[name] = self._machine(name, key, value, defaults)
         return machines
 
     def _named_machines(self, pairs: _Pairs) -> tuple[str, ...]:
@@ -201,10 +204,20 @@ class _Reader:
         _, value = pairs.get('machines', (None, None))
         return tuple(value.pairs) if isinstance(value, _MAPPING) else ()
 
-    def _machine(self, name: str, key: Scalar, value: Value) -> Machine:
-        pairs = self._pairs(value, f"the machine '{name}'")
+    def _machine(
+        self,
+        name: str,
+        key: Scalar,
+        value: Value,
+        defaults: Mapping[str, Any],
+    ) -> Machine:
+        if isinstance(value, Scalar) and value.kind != 'null':
+            pairs: _Pairs = {'ssh': (key, value)}
+        else:
+            pairs = self._pairs(value, f"the machine '{name}'")
         with self._collected():
-            self._refuse_unknown(pairs, _MACHINE_KEYS, 'a machine')
+            known = (*_KINDS, *_READERS)
+            self._refuse_unknown(pairs, known, 'a machine')
         kinds = [kind for kind in _KINDS if kind in pairs]
         if not kinds:
             message = f"it is not said how the machine '{name}' is reached"
@@ -216,22 +229,22 @@ class _Reader:
                 hint='a machine is reached in one way: remove one',
             )
         kind = kinds[0]
+        words: tuple[str, ...] = ()
+        with self._collected():
+            words = _WORDS[kind](pairs[kind][1])
+        given = {**defaults, **self._given(pairs)}
+        return Machine(name, kind, words, position=key.position, **given)
+
+    def _given(self, pairs: _Pairs) -> dict[str, Any]:
+        """Return what is said of a machine besides how it is reached."""
         given: dict[str, Any] = {}
-        readers: Mapping[str, Callable[[Value], Any]] = {
-            kind: _WORDS[kind],
-            'workspace': _workspace,
-            'sync': lambda v: _choice(v, 'sync', get_args(Sync)),
-            'on_lost': lambda v: _choice(v, 'on_lost', get_args(OnLost)),
-            'lost_after': _seconds,
-            'env': _variables,
-            'python': lambda v: _text(v, "'python'", 'python: /usr/bin/…'),
-        }
-        for field, read in readers.items():
+        for field, read in _READERS.items():
             if field in pairs:
                 with self._collected():
                     given[field] = read(pairs[field][1])
-        words = given.pop(kind, ())
-        return Machine(name, kind, words, position=key.position, **given)
+        if 'env' in given:
+            given['env'], given['values'] = given['env']
+        return given
 
     def _rules(self, value: Value, names: Sequence[str]) -> Iterator[Rule]:
         if not isinstance(value, yaml_reader.Sequence):
@@ -396,22 +409,41 @@ def _workspace(value: Value) -> str:
     return top + path
 
 
-def _variables(value: Value) -> tuple[str, ...]:
-    hint = 'env: [NAME, …]; their values are those that they have here'
-    values = [value]
+def _variables(
+    value: Value,
+) -> tuple[tuple[str, ...], tuple[tuple[str, str], ...]]:
+    """Return the names of variables that go along, and those with values."""
+    hint = (
+        'env: [NAME, …] for the values that they have here, or env: '
+        '{NAME: VALUE, …}'
+    )
+    given: list[tuple[Value, Value | None]] = [(value, None)]
     if isinstance(value, yaml_reader.Sequence):
-        values = value.items
+        given = [(item, None) for item in value.items]
     elif isinstance(value, _MAPPING):
-        raise error("'env' is not a list of names", value.position, hint=hint)
-    names = []
-    for item in values:
+        given = list(value.pairs.values())
+    names, values = [], []
+    for item, content in given:
         name = _text(item, "a name in 'env'", hint)
         if _VARIABLE.fullmatch(name) is None:
             raise error(
                 f"'{name}' is no name of a variable", _span(item), hint=hint
             )
-        names.append(name)
-    return tuple(dict.fromkeys(names))
+        if content is None:
+            names.append(name)
+        elif not isinstance(content, Scalar):
+            raise error(
+                f"the value of '{name}' is not a text",
+                content.position,
+                hint=hint,
+            )
+        elif content.kind == 'null':
+            names.append(name)
+        elif '\0' in content.text:
+            raise error(f"the value of '{name}' has a null character", content)
+        else:
+            values.append((name, content.text))
+    return tuple(dict.fromkeys(names)), tuple(values)
 
 
 def _ssh_words(value: Value) -> tuple[str, ...]:
@@ -469,4 +501,14 @@ _WORDS: Mapping[Kind, Callable[[Value], tuple[str, ...]]] = {
     'ssh': _ssh_words,
     'slurm': _slurm_words,
     'connect': _command_words,
+}
+#: What is said of a machine besides how it is reached, for one or by default.
+_READERS: Mapping[str, Callable[[Value], Any]] = {
+    'workspace': _workspace,
+    'sync': lambda v: _choice(v, 'sync', get_args(Sync)),
+    'on_lost': lambda v: _choice(v, 'on_lost', get_args(OnLost)),
+    'lost_after': _seconds,
+    'env': _variables,
+    'setup': lambda v: _text(v, "'setup'", 'setup: ~/setup.bash'),
+    'python': lambda v: _text(v, "'python'", 'python: /usr/bin/…'),
 }

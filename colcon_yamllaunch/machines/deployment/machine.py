@@ -38,6 +38,8 @@ class Machine:
       None for the usual ones
     :param env: Names of the variables that go along, besides those that
       always do
+    :param values: Variables that are set there
+    :param setup: A file there that is sourced first, or None
     :param python: The Python there, None to search for one
     :param position: Where the deployment file describes it, None for the
       command line
@@ -51,5 +53,7 @@ class Machine:
     on_lost: OnLost = 'stop'
     lost_after: float | None = None
     env: tuple[str, ...] = ()
+    values: tuple[tuple[str, str], ...] = ()
+    setup: str | None = None
     python: str | None = None
     position: Position | None = None

@@ -146,7 +146,7 @@ def test_merged_keys_of_yaml():
         ('machines: {here: {ssh: h}}', "no machine is called 'here'"),
         ('machines: {a/b: {ssh: h}}', "'a/b' is no name for a machine"),
         ('machines: {-a: {ssh: h}}', "'-a' is no name for a machine"),
-        ('machines: {a: h}', "the machine 'a' is not a mapping"),
+        ('machines: {a: [h]}', "the machine 'a' is not a mapping"),
         ('machines: {}\nprocesses: [a]', 'a rule is not a mapping'),
         ('machines: {}\nprocesses: [{match: a}]',
          "this rule has no 'machine'"),
@@ -196,7 +196,11 @@ def test_what_is_wrong_with_a_file(text, problem):
          'of seconds from 0.1 to 3600: 0.5)'),
         ('{ssh: h, lost_after: soon}', "'lost_after' has no value 'soon'"),
         ('{ssh: h, lost_after: [1]}', "'lost_after' is not a text"),
-        ('{ssh: h, env: {A: b}}', "'env' is not a list of names"),
+        ('{ssh: h, env: {A: [b]}}', "the value of 'A' is not a text"),
+        ('{ssh: h, env: {A-B: c}}', "'A-B' is no name of a variable"),
+        ('{ssh: h, env: [{A: b}]}', "a name in 'env' is not a text"),
+        ('{ssh: h, setup: []}', "'setup' is not a text"),
+        ('-oProxyCommand=x', "'-oProxyCommand=x' begins with a dash"),
         ('{ssh: h, env: [A B]}', "'A B' is no name of a variable"),
         ('{ssh: h, env: [A=b]}', "'A=b' is no name of a variable"),
         ('{ssh: h, workspce: /ws}', "a machine has no key 'workspce' (did you "
@@ -287,11 +291,48 @@ def test_on_a_machine_of_a_file():
         deployed_on('amr', file)
 
 
+def test_variables_may_have_values():
+    found = machine("{ssh: h, env: {A: 7, B: '', C: , D: 'a b'}}")
+    assert found.env == ('C',)
+    assert found.values == (('A', '7'), ('B', ''), ('D', 'a b'))
+
+
+def test_destination_alone_is_reached_by_ssh():
+    assert machine('robot@arm') == machine('{ssh: robot@arm}')
+
+
+def test_defaults_hold_for_all_machines():
+    found = read(
+        'defaults: {sync: none, setup: ~/a.bash, env: {A: 1}}\n'
+        'machines:\n'
+        '  arm: robot@arm\n'
+        '  base: {ssh: base, sync: install, env: [B]}\n'
+    ).machines
+    arm, base = found['arm'], found['base']
+    assert (arm.sync, arm.setup, arm.values) == (
+        'none',
+        '~/a.bash',
+        (('A', '1'),),
+    )
+    assert (base.sync, base.setup) == ('install', '~/a.bash')
+    assert (base.env, base.values) == (('B',), ())
+
+
+def test_wrong_defaults_are_told_once():
+    text = 'defaults: {ssh: a, synk: none, sync: no}\nmachines: {a: b, c: d}\n'
+    assert sorted(problems(text)) == [
+        "1:12+3 'defaults' has no key 'ssh' (there are workspace, sync, "
+        'on_lost, env, setup, python)',
+        "1:20+4 'defaults' has no key 'synk' (did you mean 'sync'?)",
+        "1:38+2 'sync' has no value 'no' (did you mean 'none'?)",
+    ]
+
+
 _WORDS = st.sampled_from(
     ['machines', 'processes', 'ssh', 'slurm', 'connect', 'workspace', 'sync',
-     'on_lost', 'lost_after', 'env', 'python', 'match', 'machine', 'name',
-     'package', 'executable', 'arm', 'here', 'build', 'keep', '~/ws', '/ws',
-     'a b', '-x', '', '~', '*', "a 'b"]
+     'on_lost', 'lost_after', 'env', 'python', 'setup', 'defaults', 'match',
+     'machine', 'name', 'package', 'executable', 'arm', 'here', 'build', 'keep',
+     '~/ws', '/ws', 'a b', '-x', '', '~', '*', "a 'b"]
 )  # fmt: skip
 _SCALARS = _WORDS | st.text(max_size=5) | st.integers() | st.none()
 _VALUES = st.recursive(

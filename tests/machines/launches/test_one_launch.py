@@ -36,7 +36,8 @@ class Running:
             }
         )
         self.launch: Launch = user.deploys('--tty')
-        for name in ('arm_reader', 'gpu_reader', 'gpu_talker', 'own_talker'):
+        machines = ('arm_talker', 'arm_reader', 'gpu_talker', 'gpu_reader')
+        for name in (*machines, 'own_talker'):
             self.launch.wait_for(rf'{name}\S*\] +up')
 
 

@@ -62,6 +62,7 @@ def test_a_part_runs_and_is_stopped(plain: PlainMachine) -> None:
 
 def test_a_part_waits_until_its_launch_is_over(plain: PlainMachine) -> None:
     with LinkedPart(plain.machine(), [process('arm│a', 'exit 3')]) as part:
+        part.wait_for_told('Exited')
         part.wait_for(lambda: any(m.get('idle') for m in part.messages))
         exited = part.messages[part.told.index('Exited')]['event']
         assert exited['outcome'][0] == 3

@@ -56,6 +56,8 @@ _BEHIND = (
     'colcon_yamllaunch.verb.launching.preflight',
     'colcon_yamllaunch.runtime.run_plan',
 )
+#: Seconds that the clocks of a machine and this computer may differ.
+CLOCKS = 0.1
 #: How many lines of a machine are kept that nobody sees unless it fails.
 UNSEEN = 1000
 #: Seconds that a thread may take to end once its connection is closed.
@@ -402,6 +404,7 @@ class MachinesThere:
         for name in names:
             self._paths[name] = self._paths_to(name, facts[name])
             self._mind_workspace(name, facts[name])
+            self._mind_clock(name, facts[name])
 
     def _begin_to_connect(self, names: Sequence[str]) -> 'Errands[Facts]':
         for name in names:
@@ -434,6 +437,16 @@ class MachinesThere:
         else:
             unseen = self._unseen.setdefault(name, deque(maxlen=UNSEEN))
             unseen.append(text)
+
+    def _mind_clock(self, name: str, facts: Facts) -> None:
+        if abs(facts.ahead) - facts.delay > CLOCKS:
+            order = 'ahead of' if facts.ahead > 0 else 'behind'
+            self._say_of(
+                name,
+                f'warning: its clock is {abs(facts.ahead):.1f} s {order} that '
+                'of this computer, so nodes misjudge the age of messages; '
+                'help: synchronise both, as by chrony',
+            )
 
     def _mind_workspace(self, name: str, facts: Facts) -> None:
         """
@@ -590,7 +603,10 @@ class MachinesThere:
             settings,
             machine=name,
             workspace=workspace,
-            variables=paths.folders.environment(variables),
+            variables={
+                **paths.folders.environment(variables),
+                **dict(machine.values),
+            },
             on_lost=machine.on_lost,
             lost_after=machine.lost_after or settings.lost_after,
         )
