@@ -360,7 +360,7 @@ _GOAL = (
     Option(
         '--timeout',
         'End with failure when --until takes longer; without --until, when '
-        'the launch does; counted from the start of the command',
+        'the launch does',
         Value('SECONDS', 'nothing', 'seconds'),
         excludes=_RUNS_NONE,
     ),

@@ -85,3 +85,22 @@ def test_machine_at_work_gives_heartbeats(
     program.close()
     contact.close()
     plain.wait_until_empty()
+
+
+def test_function_that_takes_long_gives_heartbeats(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(machine_connection, 'SILENCE', 3.0)
+    plain = PlainMachine(tmp_path)
+    contact = MachineContact(plain.machine())
+    contact.connect()
+    agents = plain.home.glob('.cache/colcon-launch/program/*/*/machines/agent')
+    (next(agents) / 'slow_there.py').write_text(
+        'import time\ndef wait(arguments, say):\n    time.sleep(5)\n'
+        '    say("x" * 100_000)\n    return {"slept": True}\n'
+    )
+    lines: list[str] = []
+    assert contact.ask('slow_there.wait', {}, lines.append) == {'slept': True}
+    assert lines == ['x' * 100_000]
+    contact.close()
+    plain.wait_until_empty()
