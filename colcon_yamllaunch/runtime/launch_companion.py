@@ -3,6 +3,7 @@
 
 """What `run_plan` has beside a part that runs for another machine."""
 
+from collections.abc import Callable
 from typing import Protocol
 
 from colcon_yamllaunch.runtime.acts.acts import Acts
@@ -14,10 +15,17 @@ from colcon_yamllaunch.runtime.course.engine import Engine
 class LaunchCompanion(Companion, Protocol):
     """What is beside a part of a launch that runs for another machine."""
 
-    def begin(self, engine: Engine, acts: Acts, service: Service) -> None:
+    def begin(
+        self,
+        engine: Engine,
+        acts: Acts,
+        service: Service,
+        show: Callable[[], None],
+    ) -> None:
         """
         Be beside an engine from now on, which runs next.
 
         :param acts: Does what users ask for
         :param service: Tells the states of processes and components
+        :param show: Lets other terminals of this machine see the part
         """

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import ExitStack
+from functools import partial
 import os
 from pathlib import Path
 import sys
@@ -124,7 +125,7 @@ def run_plan(
     :param conditions: When it ends by itself, by default never
     :param observers: Are told what happens, too
     :param about: What other terminals of the user know the launch by; without
-      it they do not see it
+      it they do not see it; with a companion they do once that says so
     :param attach: The label of a process that the keyboard, which is standard
       input, is connected to; it must have a terminal
     :param owner_of: Tells which package has a Python module that is missing
@@ -259,13 +260,20 @@ def run_plan(
             service = Service(
                 about or _UNKNOWN, engine, acts, log_folder, log_files, clock
             )
-            if about is not None:
-                serve(
-                    engine, service, environment, guard, launch_record, control
-                )
+            show = partial(
+                serve,
+                engine,
+                service,
+                environment,
+                guard,
+                launch_record,
+                control,
+            )
             if companion is not None:
-                companion.begin(engine, acts, service)
+                companion.begin(engine, acts, service, show)
                 engine.listen(companion.handle)
+            elif about is not None:
+                show()
             engine.run(signals)
 
         files.remove()

@@ -59,6 +59,8 @@ class PlainMachine:
             f'HOME={self.home}',
             f'PATH={path}',
             f'{_MARK}={self._mark}',
+            # so that others do not see a part that has lost its launcher
+            f'XDG_RUNTIME_DIR={self.home}',
         )
 
     def machine(self, **more: Any) -> Machine:

@@ -100,6 +100,7 @@ class NamespaceMachine:
             'env',
             '-i',
             f'HOME={self.home}',
+            f'XDG_RUNTIME_DIR={self.home}',
             f'PATH={programs}:{os.environ["PATH"]}',
             f'{MARK}={self._mark}',
         ]

@@ -339,7 +339,8 @@ class Sshd:
             path = f'{one.home}/bin:{python}:{os.environ["PATH"]}'
             lines += [
                 f'Match LocalPort {one.port}\n',
-                f'  SetEnv HOME={one.home} PATH={path} {MARK}={one.mark}\n',
+                f'  SetEnv HOME={one.home} XDG_RUNTIME_DIR={one.home} '
+                f'PATH={path} {MARK}={one.mark}\n',
             ]
             if one.name == ASKING:
                 lines.append('  PubkeyAuthentication no\n')

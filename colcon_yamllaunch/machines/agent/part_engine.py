@@ -19,6 +19,7 @@ from colcon_yamllaunch.machines.agent.launcher_channel import LauncherChannel
 from colcon_yamllaunch.machines.agent.part_place import PartPlace
 from colcon_yamllaunch.machines.agent.uplink import Uplink
 from colcon_yamllaunch.machines.wire.part_settings import PartSettings
+from colcon_yamllaunch.runtime.control.launch_states import About
 from colcon_yamllaunch.runtime.record.log_store import LogStore
 from colcon_yamllaunch.runtime.run_plan import run_plan
 from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
@@ -138,6 +139,13 @@ def _run_part(
                 tty=settings.tty,
                 identity=identity,
                 companion=uplink,
+                about=About(
+                    f'part of a launch on {settings.machine} that lost its '
+                    'launcher',
+                    None,
+                    '',
+                    settings.workspace or os.path.expanduser('~'),
+                ),
                 terminal_size=os.terminal_size(
                     (settings.columns, settings.rows)
                 ),

@@ -3,6 +3,7 @@
 
 """The connection of the engine of a part to the launcher, beside its loop."""
 
+from collections.abc import Callable
 from collections.abc import Mapping
 from contextlib import suppress
 import os
@@ -80,6 +81,8 @@ class Uplink:
         self._echo: tuple[float, float] | None = None
         self._early: list[dict[str, Any]] = []
         self._engine: Engine | None = None
+        # lets this machine see the part, until that is done
+        self._show: Callable[[], None] | None = None
         self._orders: PartOrders | None = None
         self._idle = self._told_idle = False
         self._finished = self._is_lost = self._is_suspended = False
@@ -124,7 +127,13 @@ class Uplink:
 
     # see elsewhere.Companion
 
-    def begin(self, engine: Engine, acts: Acts, service: Service) -> None:
+    def begin(
+        self,
+        engine: Engine,
+        acts: Acts,
+        service: Service,
+        show: Callable[[], None],
+    ) -> None:
         """
         Be beside an engine from now on, which runs once the launcher speaks.
 
@@ -136,6 +145,7 @@ class Uplink:
             raise UserError('the launcher is gone')
         self._turned = time.monotonic()
         self._engine = engine
+        self._show = show
         self._orders = PartOrders(engine, acts, service, self._tell)
         engine.watches.add(self._server.fileno(), lambda _: self._accept())
         for one in (self._socket, *self._newcomers):
@@ -212,6 +222,10 @@ class Uplink:
     def is_waiting(self) -> bool:
         """Tell whether the part is to go on; it is idle if it is asked."""
         self._idle = True
+        assert self._engine is not None
+        if self._socket is None and self._engine.is_stopping:
+            # somebody has stopped it on its machine
+            return False
         return not (self._finished or self._is_lost)
 
     def over(self, exit_code: int) -> None:
@@ -367,9 +381,13 @@ class Uplink:
 
     def _lose(self, reason: str) -> None:
         """Stop the part, unless it is to be kept or has been stopped."""
-        if self._keeps or self._is_lost or self._finished:
+        if self._engine is None or self._is_lost or self._finished:
             return
-        if self._engine is not None:
+        if self._show is not None:
+            # nobody else can tell of it now
+            self._show()
+            self._show = None
+        if not self._keeps:
             self._is_lost = True
             self._engine.stop(f'the link to the launcher is lost: {reason}')
 

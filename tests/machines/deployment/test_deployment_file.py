@@ -331,8 +331,8 @@ def test_wrong_defaults_are_told_once():
 _WORDS = st.sampled_from(
     ['machines', 'processes', 'ssh', 'slurm', 'connect', 'workspace', 'sync',
      'on_lost', 'lost_after', 'env', 'python', 'setup', 'defaults', 'match',
-     'machine', 'name', 'package', 'executable', 'arm', 'here', 'build', 'keep',
-     '~/ws', '/ws', 'a b', '-x', '', '~', '*', "a 'b"]
+     'machine', 'name', 'package', 'executable', 'arm', 'here', 'build',
+     'keep', '~/ws', '/ws', 'a b', '-x', '', '~', '*', "a 'b"]
 )  # fmt: skip
 _SCALARS = _WORDS | st.text(max_size=5) | st.integers() | st.none()
 _VALUES = st.recursive(

@@ -18,6 +18,7 @@ from colcon_yamllaunch.machines.connection.connection_errors import (
     ConnectError,
 )
 from colcon_yamllaunch.machines.link import machine_link
+from colcon_yamllaunch.runtime.clients.client import running_launches
 import pytest
 from support.linked_part import LinkedPart
 from support.linked_part import PlainMachine
@@ -243,6 +244,43 @@ def test_silence_counts_from_lost_after(
             assert time.monotonic() - begin < 8
             part.wait_for_told('gone')
     plain.wait_until_empty()
+
+
+@pytest.mark.parametrize('on_lost', ['stop', 'keep'])
+def test_part_without_launcher_is_listed_on_its_machine(
+    plain: PlainMachine, monkeypatch: pytest.MonkeyPatch, on_lost: str
+) -> None:
+    def phases(engine: int) -> list[str]:
+        found: list[str] = []
+        variables = {'XDG_RUNTIME_DIR': str(plain.home)}
+        for launch in running_launches(variables, print):
+            if launch.pid == engine:
+                states = launch.status().processes
+                found = [state.phase for state in states]
+            launch.close()
+        return found
+
+    script = "trap '' INT; echo begun; while :; do sleep 1; done"
+    one = process('arm│a', script, sigterm_timeout=3.0)
+    with LinkedPart(plain.machine(on_lost=on_lost), [one]) as part:
+        part.wait_for(part.out)
+        engine = part.engine
+        assert phases(engine) == []
+        monkeypatch.setattr(
+            machine_link, 'connect_command', lambda *_, **__: ['false']
+        )
+        part.cut()
+        expected = ['running' if on_lost == 'keep' else 'stopping']
+        part.wait_for(lambda: phases(engine) == expected)
+        if on_lost == 'keep':
+            # what `--stop` there asks for
+            variables = {'XDG_RUNTIME_DIR': str(plain.home)}
+            for launch in running_launches(variables, print):
+                if launch.pid == engine:
+                    launch.request('shutdown')
+                launch.close()
+            part.wait_for(lambda: not phases(engine))
+    plain.clear()
 
 
 def test_new_part_is_started_on_a_machine_that_is_gone(
