@@ -316,6 +316,8 @@ class LocalRunner:
             if child.is_planned and not child.goes_on:
                 child.goes_on = True
                 running += 1
+                # its programs may have been edited since
+                self._watcher.planned(child.run)
                 with suppress(OSError):
                     child.link.send(_GO)
         self._watcher.began(running)

@@ -81,8 +81,10 @@ class SweepJournal:
             for name, known in reversed(self._versions.items())
             if all(known.get(path, one) == one for path, one in parts.items())
         )
-        text = json.dumps(parts, sort_keys=True)
-        name = next(same, digest(text.encode())[:8])
+        name = next(same, '')
+        if not name:
+            text = json.dumps(parts, sort_keys=True)
+            name = digest(text.encode())[:8]
         known = self._versions.setdefault(name, {})
         if more := dict(parts.items() - known.items()):
             known.update(more)

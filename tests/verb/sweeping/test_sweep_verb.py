@@ -161,6 +161,27 @@ def test_the_same_command_goes_on_and_repeats(sim: User) -> None:
     assert 'reached after' not in logs[0].read_text()
 
 
+def test_an_edit_while_a_sweep_goes_on_counts_from_then_on(
+    patient: User,
+) -> None:
+    words = ['sim.yaml', 'seed:=1..3', '--jobs', '1', '--results', 'r']
+    started = patient.start('colcon', 'sweep', *words)
+    # whichever was planned first
+    wait(lambda: list(patient.root.glob('begun-*')))
+    (first,) = patient.root.glob('begun-*')
+    # not the script, which the shell is reading
+    patient.write('sim.yaml', f'{SIM}# edited\n')
+    # what was found out holds for a second
+    time.sleep(1.1)
+    patient.write('go-all', '')
+    assert started.end() == 0
+    versions = {r['seed']: r['fingerprint'] for r in rows(patient.root / 'r')}
+    old = versions.pop(first.name.removeprefix('begun-'))
+    (new,) = set(versions.values())
+    assert old != new
+    assert 'are of 2 versions of the code' in started.output
+
+
 def test_a_required_share(sim: User) -> None:
     words = ['sim.yaml', 'seed:=1..3', 'world:=lab,street', '--results', 'r']
     output = sweep(sim, *words, '--require', '80%')
@@ -280,15 +301,16 @@ def test_runs_of_one_worker_do_not_meet(sim: User) -> None:
 
 
 def test_a_worker_that_is_killed_in_a_later_run(patient: User) -> None:
-    for seed in '123':
+    for seed in '1234':
         patient.write(f'go-{seed}', '')
+    # there are two workers, and the one that has this run had others
     words = ['sim.yaml', 'seed:=1..5', '--jobs', '1', '--results', 'r']
     launch = patient.start('colcon', 'sweep', *words)
-    wait((patient.root / 'begun-4').exists)
+    wait((patient.root / 'begun-5').exists)
     kill_children(launch)
     patient.write('go-all', '')
     assert launch.end() == 1
-    assert 'run 4, seed:=4: what launches it was killed' in launch.output
+    assert 'run 5, seed:=5: what launches it was killed' in launch.output
     wait(lambda: not left(patient))
 
 
