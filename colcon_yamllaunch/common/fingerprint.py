@@ -172,7 +172,9 @@ def content_digest(path: Path, size: int, limit: int | None = None) -> str:
 
     :param limit: How large it may be, by default :data:`READ_SIZE` (bytes)
     """
-    if size > (READ_SIZE if limit is None else limit) or not path.is_file():
+    if size > (READ_SIZE if limit is None else limit) or not os.path.isfile(
+        path
+    ):
         return ''
     found = blake2b(digest_size=_DIGEST_SIZE)
     try:

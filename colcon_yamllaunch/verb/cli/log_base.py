@@ -101,7 +101,7 @@ def find_workspace(
     if given is not None:
         return _trusted(Path(given).expanduser().absolute())
     files = (Path(w) for w in positionals if w.endswith(PATH_SUFFIXES))
-    file = next((f for f in files if f.is_file()), None)
+    file = next((f for f in files if os.path.isfile(f)), None)
     # the search takes long where there are many folders
     searches = builds or file is None or _may_name_package(file)
     cwd = Path.cwd()
@@ -121,7 +121,7 @@ def _may_name_package(file: Path) -> bool:
 
 
 def _trusted(folder: Path) -> Path | None:
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         return None
     Trust(os.environ).check(Path(os.path.realpath(folder)))
     return folder
@@ -139,7 +139,7 @@ def workspace_root(
     :raises UserError: when the folder that is given does not exist, or what is
       found belongs to somebody else
     """
-    if given is not None and not given.is_dir():
+    if given is not None and not os.path.isdir(given):
         raise UserError(f"there is no workspace folder '{given}'")
     return find_workspace(given, positionals, builds=builds)
 
@@ -165,10 +165,10 @@ def is_control(items: Iterable[Item]) -> bool:
 def is_writable(folder: Path) -> bool:
     """Tell whether a folder, which may have to be made, can be written to."""
     # colcon shows a traceback if it cannot make the folder
-    while not folder.exists() and folder != folder.parent:
+    while not os.path.exists(folder) and folder != folder.parent:
         folder = folder.parent
     return (
-        folder.is_dir()
+        os.path.isdir(folder)
         and os.access(folder, os.W_OK | os.X_OK)
         and _has_room(folder)
     )

@@ -5,6 +5,8 @@
 
 from collections.abc import Callable
 from collections.abc import Iterable
+from contextlib import suppress
+import os
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
@@ -43,14 +45,14 @@ def path_target(positionals: tuple[str, ...], cwd: Path) -> Target | None:
     """
     word = positionals[0]
     path = cwd / Path(word).expanduser()
-    if path.is_file():
+    if os.path.isfile(path):
         _refuse_more(positionals[1:])
         return Target(str(path), str(path))
     if '/' in word or (len(positionals) == 1 and word.endswith(PATH_SUFFIXES)):
         hint = None
-        if path.parent.is_dir():
-            names = [child.name for child in path.parent.iterdir()]
-            near = nearest(path.name, names)
+        with suppress(OSError):
+            others = {*os.listdir(path.parent)} - {path.name}
+            near = nearest(path.name, others)
             if near is not None:
                 # as it works from here
                 hint = f"did you mean '{Path(word).parent / near}'?"

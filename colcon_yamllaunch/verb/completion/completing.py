@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+import os
 from pathlib import Path
 import sys
 from types import TracebackType
@@ -198,7 +199,7 @@ def _launched(
     if not words:
         found = candidates.packages(locator, cursor.prefix)
         return found or candidates.paths(cursor.prefix, PATH_SUFFIXES)
-    if len(words) == 1 and not Path(words[0]).expanduser().is_file():
+    if len(words) == 1 and not os.path.isfile(Path(words[0]).expanduser()):
         return candidates.launch_files(words[0], locator, cursor.prefix)
     # reading launch files takes longer to import than all else
     from colcon_yamllaunch.verb.completion.argument_candidates import (

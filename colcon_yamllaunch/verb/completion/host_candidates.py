@@ -5,6 +5,7 @@
 
 from collections.abc import Iterator
 from contextlib import suppress
+import os
 from pathlib import Path
 
 from colcon_yamllaunch.verb.completion.candidates import Candidates
@@ -53,6 +54,6 @@ def _known(path: Path) -> Iterator[str]:
 
 def _lines(path: Path) -> list[str]:
     with suppress(OSError):
-        if path.is_file() and path.stat().st_size <= MAXIMUM_SIZE:
+        if os.path.isfile(path) and path.stat().st_size <= MAXIMUM_SIZE:
             return path.read_text(errors='replace').splitlines()
     return []

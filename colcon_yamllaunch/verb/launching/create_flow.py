@@ -75,7 +75,7 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
     package = new_package(options, name, email)
     folder = destination(options.destination, cwd) / package.name
     try:
-        there = next(p for p in (folder, *folder.parents) if p.is_dir())
+        there = next(p for p in (folder, *folder.parents) if os.path.isdir(p))
         root = _root_of(there)
         _refuse_place(folder, root)
     except OSError as e:
@@ -275,7 +275,7 @@ def destination(given: Path | None, cwd: Path) -> Path:
     if given is not None:
         return Path(os.path.normpath(cwd / given))
     source = cwd / 'src'
-    return source if source.is_dir() and not is_package(cwd) else cwd
+    return source if os.path.isdir(source) and not is_package(cwd) else cwd
 
 
 def _dependencies(options: CreateOptions, is_cpp: bool) -> Iterator[str]:

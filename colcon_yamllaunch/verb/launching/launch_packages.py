@@ -64,12 +64,12 @@ class LaunchPackages:
         """
         if self._locator.shared(path) is not None:
             source = self._locator.source_of(path)
-            if source is not None and Path(source).is_file():
-                if Path(path).exists() or self.may_appear(path):
+            if source is not None and os.path.isfile(Path(source)):
+                if os.path.exists(Path(path)) or self.may_appear(path):
                     return path, source
                 self.not_installed[path] = None
                 return source, source
-        return (path, path) if Path(path).is_file() else None
+        return (path, path) if os.path.isfile(Path(path)) else None
 
     def may_appear(self, path: str) -> bool:
         """

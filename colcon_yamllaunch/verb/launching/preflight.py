@@ -255,6 +255,6 @@ def _used_paths(evaluation: Evaluation) -> dict[str, Position | None]:
             if not isinstance(argument, str):
                 continue
             path = argument[argument.find('/') :]
-            if path.startswith('/') and not Path(path).exists():
+            if path.startswith('/') and not os.path.exists(Path(path)):
                 paths.setdefault(path, process.position)
     return paths

@@ -8,6 +8,7 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
+import os
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import WorkspaceError
@@ -74,7 +75,7 @@ class WorkspaceSession:
                 colcon.root, colcon.build_base, colcon.install_base
             )
             self._find_packages()
-            if self._setup.is_file():
+            if os.path.isfile(self._setup):
                 self._source_what_is_there()
         self._make_locator()
 
@@ -171,7 +172,7 @@ class WorkspaceSession:
         colcon = self._colcon
         for name in names:
             prefix = Path(self.locator.prefix(name) or '')
-            if not (prefix / 'share' / name / 'package.sh').is_file():
+            if not os.path.isfile(prefix / 'share' / name / 'package.sh'):
                 cure = 'leave out --no-build, or build it'
                 if may_build:
                     cure = 'its path is not among --paths'

@@ -269,9 +269,9 @@ def _git_lock(folder: str) -> str:
     """Return the lock of the repository that a folder is in, or nothing."""
     for parent in (Path(folder), *Path(folder).parents):
         git = parent / '.git'
-        if git.is_dir():
+        if os.path.isdir(git):
             return str(git / _GIT_LOCK)
-        if git.is_file():
+        if os.path.isfile(git):
             # a work tree or submodule: `gitdir: PATH`
             try:
                 target = git.read_text('utf-8').partition(':')[2].strip()

@@ -6,6 +6,7 @@
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Sequence
+import os
 import re
 import time
 
@@ -79,7 +80,7 @@ def setup_missing(failed: Iterable[Package]) -> Iterator[str]:
     """
     for package in failed:
         setup = package.path / 'setup.py'
-        if package.type == 'ros.ament_python' and not setup.exists():
+        if package.type == 'ros.ament_python' and not os.path.exists(setup):
             yield (
                 f'{package.name} has no setup.py, which colcon runs: make '
                 f"{setup} with the lines 'from setuptools import setup' and "

@@ -537,9 +537,9 @@ def _names(desc: Any, category: str) -> frozenset[str]:
 
 def _expand(text: str, base: Path) -> tuple[Path, list[Path]]:
     path = Path(os.path.normpath(base / Path(text).expanduser()))
-    if has_magic(text) and not path.exists():
+    if has_magic(text) and not os.path.exists(path):
         return path, [Path(p) for p in sorted(glob(str(path)))]
-    if not path.exists():
+    if not os.path.exists(path):
         raise UserError(f"--paths: there is no folder '{text}'")
     return path.parent, [path]
 

@@ -294,7 +294,7 @@ class CachedColcon:
             or not self._runs
             or (self._cache and not index.changed)
             or self.build_base != path.parent
-            or not self.build_base.is_dir()
+            or not os.path.isdir(self.build_base)
         ):
             return
         named = self._named()

@@ -204,7 +204,7 @@ class _NameReader:
     def identify(self, desc: Any) -> None:
         """Say what a folder is; see `PackageIdentificationExtensionPoint`."""
         setup = desc.path / 'setup.py'
-        if desc.type not in (None, 'python') or not setup.is_file():
+        if desc.type not in (None, 'python') or not os.path.isfile(setup):
             return
         # a launch does without them
         from colcon_core.package_identification import python

@@ -115,7 +115,7 @@ class _FolderReader:
 
 def _cmake_name(folder: Path) -> str | None:
     path = folder / 'CMakeLists.txt'
-    if not path.is_file():
+    if not os.path.isfile(path):
         return None
     match = _CMAKE_NAME.search(text_of(path))
     # the name may come from a variable
@@ -123,8 +123,8 @@ def _cmake_name(folder: Path) -> str | None:
 
 
 def _python_name(folder: Path) -> str | None:
-    is_setup = (folder / 'setup.py').is_file()
-    if not is_setup and not (folder / 'setup.cfg').is_file():
+    is_setup = os.path.isfile(folder / 'setup.py')
+    if not is_setup and not os.path.isfile(folder / 'setup.cfg'):
         return None
     return written_name(folder) or (folder.name if is_setup else None)
 

@@ -10,6 +10,7 @@ that of `ros2 pkg create` and `colcon create` is refused.
 
 import ast
 from contextlib import suppress
+import os
 from pathlib import Path
 import re
 
@@ -79,7 +80,7 @@ class AddedNode:
                 self.package.name,
                 self.package.name.replace('-', '_'),
             )
-            if (folder / name / _MODULE).is_file()
+            if os.path.isfile(folder / name / _MODULE)
         ]
         if not modules:
             raise UserError(
@@ -104,7 +105,10 @@ def add_node(added: AddedNode) -> list[str]:
     """
     folder = added.package.path
     file = folder / added.path
-    if file.exists() or added.executable in source_programs(folder).names:
+    if (
+        os.path.exists(file)
+        or added.executable in source_programs(folder).names
+    ):
         raise UserError(
             f'{added.package.name} has a node {added.executable} already: '
             'nothing was changed'

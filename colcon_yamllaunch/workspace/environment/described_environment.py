@@ -66,7 +66,7 @@ def described_environment(
 def _apply(prefix: Path, variables: dict[str, str]) -> list[str]:
     """Do what the packages of a prefix describe, and return the scripts."""
     scripts = []
-    if (prefix / '_local_setup_util_sh.py').is_file():
+    if os.path.isfile(prefix / '_local_setup_util_sh.py'):
         _change(('prepend', 'COLCON_PREFIX_PATH', str(prefix)), variables)
         packages = dict(_colcon_packages(prefix))
     else:

@@ -83,7 +83,7 @@ def sourced_packages(
 def cure_of_script(setup: Path) -> str:
     """Return the cure, in a line, where a setup script is to blame."""
     script = _unknown_script(setup.parent)
-    if script is None or not setup.is_file():
+    if script is None or not os.path.isfile(setup):
         return ''
     return (
         f'\n{script} is not as colcon writes it: run `colcon build` in the '
@@ -104,7 +104,7 @@ def _unknown_script(install_base: Path) -> Path | None:
 
 
 def _damage(prefix: Path, name: str) -> str | None:
-    if not (prefix / 'share' / name / 'package.sh').is_file():
+    if not os.path.isfile(prefix / 'share' / name / 'package.sh'):
         return f'it is not installed in {prefix}'
     try:
         hooks.read_hooks(str(prefix), name)

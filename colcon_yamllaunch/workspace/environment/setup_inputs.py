@@ -138,7 +138,7 @@ class _Inputs:
 
     def _names(self, folder: Path) -> list[str]:
         self._note(folder)
-        names = os.listdir(folder) if folder.is_dir() else []
+        names = os.listdir(folder) if os.path.isdir(folder) else []
         return sorted(name for name in names if not name.startswith('.'))
 
     def _follow_package(self, prefix: Path, name: str) -> bool:

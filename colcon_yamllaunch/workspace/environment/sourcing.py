@@ -79,7 +79,7 @@ def source(
     :raises WorkspaceError: when it is missing, fails or takes too long
     """
     bash, env = programs(environment)
-    if not setup.is_file():
+    if not os.path.isfile(setup):
         raise _no_setup(setup)
     # in memory, so that neither a full disk nor other users matter
     result, log = os.memfd_create('result'), os.memfd_create('log')
@@ -147,7 +147,7 @@ def programs(environment: Mapping[str, str]) -> tuple[str, str]:
 
 
 def _no_setup(setup: Path) -> WorkspaceError:
-    if not setup.with_suffix('.sh').is_file():
+    if not os.path.isfile(setup.with_suffix('.sh')):
         return WorkspaceError(
             f'there is no {setup}', 'build the workspace first'
         )

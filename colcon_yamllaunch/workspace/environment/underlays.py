@@ -11,6 +11,7 @@ would lose them.
 
 from collections.abc import Callable
 from collections.abc import Mapping
+import os
 from pathlib import Path
 import re
 
@@ -47,7 +48,7 @@ def build_environment(
     used = []
     for prefix in chained:
         script = prefix / 'local_setup.bash'
-        if script.is_file():
+        if os.path.isfile(script):
             environment = sourcing(script, environment).variables
             used.append(str(prefix))
         else:
@@ -64,7 +65,7 @@ def chained_underlays(install_base: Path) -> list[Path]:
     """Return the underlays that the setup script sources first, in order."""
     for name in ('setup.bash', 'setup.sh'):
         path = install_base / name
-        if path.is_file():
+        if os.path.isfile(path):
             prefixes = map(Path, _CHAINED.findall(text_of(path)))
             return [prefix for prefix in prefixes if prefix != install_base]
     return []
@@ -79,7 +80,7 @@ def gone_underlays(install_base: Path) -> list[Path]:
     return [
         prefix
         for prefix in chained_underlays(install_base)
-        if not (prefix / 'local_setup.bash').is_file()
+        if not os.path.isfile(prefix / 'local_setup.bash')
     ]
 
 
@@ -113,7 +114,7 @@ def sourced_underlays(
         path = Path(entry)
         if any(path.glob('local_setup.*')):
             prefixes.append(path)
-        elif (path.parent / '.colcon_install_layout').is_file():
+        elif os.path.isfile(path.parent / '.colcon_install_layout'):
             prefixes.append(path.parent)
     return [p for p in dict.fromkeys(prefixes) if p != install_base]
 

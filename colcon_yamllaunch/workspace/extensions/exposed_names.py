@@ -14,6 +14,7 @@ from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from itertools import chain
+import os
 from pathlib import Path
 
 from colcon_yamllaunch.common.text_files import content_of
@@ -169,7 +170,7 @@ def _file_of(module: str, folders: Iterable[str]) -> Path | None:
     for folder in folders:
         for end in ('/__init__.py', '.py'):
             path = Path(folder, relative + end)
-            if path.is_file():
+            if os.path.isfile(path):
                 return path
     return None
 

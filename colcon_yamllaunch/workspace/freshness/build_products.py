@@ -82,7 +82,7 @@ class Products:
         for path in self.installed(name, known):
             relative = os.path.relpath(path, self.install_base)
             now = state(path, known.get(relative))
-            if now is not None and path.exists():
+            if now is not None and os.path.exists(path):
                 found[relative] = now
         return found
 
@@ -202,7 +202,7 @@ def remove_folder(path: Path, why: str = ' to build it from scratch') -> None:
     try:
         if path.is_symlink():
             path.unlink()
-        elif path.is_dir():
+        elif os.path.isdir(path):
             shutil.rmtree(path)
     except OSError as e:
         raise WorkspaceError(

@@ -131,7 +131,7 @@ class Freshness:
             return Decision(name, (Reason(_UNKNOWN, BuildMode.CLEAN),))
         if record is None:
             reason = Reason('never built')
-            if self._products.build(name).is_dir():
+            if os.path.isdir(self._products.build(name)):
                 reason = Reason(_UNKNOWN, BuildMode.CONFIGURE)
             return Decision(name, (reason,))
         reasons = [*self._reasons(package, record, context)]
@@ -170,7 +170,7 @@ class Freshness:
         self._write(name, record)
         listed = frozenset(self._products.listed(name))
         links = self._make_room(package, mode, known)
-        if not self._path(name).exists():
+        if not os.path.exists(self._path(name)):
             # it was removed with the build folder
             self._write(name, record)
         if package.type.endswith('python'):
@@ -223,7 +223,7 @@ class Freshness:
 
     def _refuse_removed(self, name: str) -> None:
         # whoever removed the record may have removed more
-        if not self._path(name).is_file():
+        if not os.path.isfile(self._path(name)):
             raise WorkspaceError(
                 f'{self._path(name)} was removed while {name} was built, so '
                 'what it was built from is not known',
@@ -407,7 +407,7 @@ class Freshness:
         self, installed: Comparison, record: Record, is_edited: bool
     ) -> Iterator[Reason]:
         base = self._products.install_base
-        missing = [p for p in _PREFIX_SCRIPTS if not (base / p).exists()]
+        missing = [p for p in _PREFIX_SCRIPTS if not os.path.exists(base / p)]
         if not is_edited:
             # else a link may be gone because its target is
             missing += installed.missing

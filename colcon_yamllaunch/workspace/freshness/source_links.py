@@ -60,8 +60,10 @@ def live_files(
     real = Path(os.path.realpath(source))
     links = {path for path in installed if path.is_symlink()}
     copies = {path.name for path in installed if path not in links}
-    if build.is_dir():
-        links |= {p for p in build.iterdir() if p.is_symlink() and p.is_dir()}
+    if os.path.isdir(build):
+        links |= {
+            p for p in build.iterdir() if p.is_symlink() and os.path.isdir(p)
+        }
     targets = [Path(os.path.realpath(path)) for path in links]
     linked = {t.relative_to(real) for t in targets if t.is_relative_to(real)}
     live = {

@@ -71,7 +71,7 @@ def broken_manifests(
 
 def manifest_error(folder: Path) -> str | None:
     """Tell what is wrong with the manifest in a folder, if it has one."""
-    if not (folder / _MANIFEST).is_file():
+    if not os.path.isfile(folder / _MANIFEST):
         return None
     # takes long to import and is hardly ever needed
     from catkin_pkg.package import InvalidPackage

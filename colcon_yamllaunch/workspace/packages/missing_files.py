@@ -62,12 +62,12 @@ def missing_executable(
         return None
     own = locator.package(package)
     there = locator.executables(package)
-    if path.is_file():
+    if os.path.isfile(path):
         return _not_executable(_origin(path, own), own)
     spelling = _same_stem(name, there)
     if spelling:
         return _meant(package, name, spelling[0])
-    if Path(prefix, 'bin', name).is_file():
+    if os.path.isfile(Path(prefix, 'bin', name)):
         return _in_bin(package, name, own)
     source = own and _source_file(own, name)
     if own is not None and source:
@@ -291,7 +291,7 @@ def not_installed(locator: PackageLocator, path: str) -> WorkspaceError | None:
     """
     found = locator.shared(path)
     source = locator.source_of(path)
-    if found is None or source is None or Path(path).exists():
+    if found is None or source is None or os.path.exists(Path(path)):
         return None
     package, relative = found
     origin = os.path.relpath(source, package.path)
@@ -403,7 +403,7 @@ def _in_bin(package: str, name: str, own: Package | None) -> WorkspaceError:
 
 def _install_command(relative: Path, origin: str, path: Path) -> str:
     what, folder = f'FILES {origin}', Path('share/${PROJECT_NAME}')
-    if path.parent.is_dir() or origin != str(relative):
+    if os.path.isdir(path.parent) or origin != str(relative):
         folder /= relative.parent
     elif len(relative.parts) > 1:
         what = f'DIRECTORY {relative.parts[0]}'

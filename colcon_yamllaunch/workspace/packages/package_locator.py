@@ -88,11 +88,11 @@ class PackageLocator:
         if name in ('', '.', '..') or os.sep in name:
             return None
         for prefix in self._ament:
-            if (prefix / _AMENT_INDEX / name).is_file():
+            if os.path.isfile(prefix / _AMENT_INDEX / name):
                 return str(prefix)
         for prefix in self._colcon:
             for candidate in (prefix, prefix / name):
-                if (candidate / _COLCON_INDEX / name).is_file():
+                if os.path.isfile(candidate / _COLCON_INDEX / name):
                     return str(candidate)
         return None
 
@@ -111,7 +111,7 @@ class PackageLocator:
             names.update(
                 child
                 for child in _children(prefix)
-                if (prefix / child / _COLCON_INDEX / child).is_file()
+                if os.path.isfile(prefix / child / _COLCON_INDEX / child)
             )
         return tuple(sorted(names))
 
@@ -153,7 +153,7 @@ class PackageLocator:
         prefixes = [] if own is None else [Path(own)]
         for prefix in (*prefixes, *self._ament):
             path = prefix / _COMPONENT_INDEX / package
-            if path.is_file():
+            if os.path.isfile(path):
                 return tuple(read_component_index(text_of(path)))
         return None
 
@@ -171,7 +171,7 @@ class PackageLocator:
             return None
         package, relative = found
         candidate = package.path / relative
-        if candidate.exists():
+        if os.path.exists(candidate):
             return str(candidate)
         same = [
             package.path / name
@@ -253,7 +253,7 @@ def read_component_index(text: str) -> Iterator[str]:
 
 def is_executable(path: Path) -> bool:
     """Tell whether a path is a file that the user may run."""
-    return path.is_file() and os.access(path, os.X_OK)
+    return os.path.isfile(path) and os.access(path, os.X_OK)
 
 
 def _prefixes(environment: Mapping[str, str], name: str) -> list[Path]:

@@ -6,6 +6,7 @@
 import ast
 from collections.abc import Iterable
 from collections.abc import Iterator
+import os
 from pathlib import Path
 from typing import NamedTuple
 
@@ -47,7 +48,7 @@ def undeclared_owner(
     """
     declared = user.build_depends | user.run_depends | {user.name}
     owners = [p for p in packages if p.name == module] or [
-        p for p in packages if (p.path / module / '__init__.py').is_file()
+        p for p in packages if os.path.isfile(p.path / module / '__init__.py')
     ]
     if not owners or any(owner.name in declared for owner in owners):
         return None

@@ -160,7 +160,12 @@ def _is_weak(folder: Path, home: Path, trust: Trust) -> bool:
 
 
 def _may_be_weak(folder: Path, home: Path) -> bool:
-    is_common = home.is_relative_to(folder) or _belongs_to_everyone(folder)
+    # in /proc there are links to all that processes use
+    is_common = (
+        home.is_relative_to(folder)
+        or folder.is_relative_to('/proc')
+        or _belongs_to_everyone(folder)
+    )
     return not is_common and not is_package(folder)
 
 

@@ -135,3 +135,33 @@ def test_a_command_that_never_ends_goes_with_the_launch(
     while command.exists():
         assert time.monotonic() < deadline
         time.sleep(0.01)
+
+
+def test_links_that_cannot_be_followed_are_passed_over(user: User) -> None:
+    folder = user.package('one')
+    # as a link into a folder of others does, it cannot even be looked at
+    target = 'x' * 300
+    for link in (
+        *(user.root / 'bad', user.root / 'src/bad', user.root / 'a.yaml'),
+        *(folder / 'bad', folder / 'launch/bad', folder / 'config/a.yaml'),
+    ):
+        link.symlink_to(target)
+    assert 'hello from one' in user.launch('one', 'one')
+    assert 'no problems' in user.launch('one', 'one', '--check')
+    (folder / 'launch/bad.launch.yaml').symlink_to(target)
+    words: tuple[str, ...]
+    for words in (('one', 'bad'), ('--check',)):
+        output = user.launch(*words, code=1)
+        assert "bad.launch.yaml': File name too long" in output
+    for word in ('a.yaml', 'bad/a.yaml'):
+        output = user.launch(word, code=1)
+        assert f"there is no launch file '{word}'\n" in output
+
+
+def test_launch_by_path_works_in_proc(user: User) -> None:
+    file = user.write('a.yaml', 'launch: [executable: {cmd: echo $(env X)}]')
+    user.environment['X'] = 'as elsewhere # pkg'
+    command = f'cd /proc/self && exec colcon launch {file}'
+    launch = user.start('bash', '-c', command)
+    assert launch.end() == 0, launch.output
+    assert 'as elsewhere' in launch.output

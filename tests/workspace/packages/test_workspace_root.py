@@ -92,6 +92,21 @@ def test_folder_of_everyone_is_no_workspace(tmp_path):
     assert find_root(tmp_path / 'tmp/mine', home=tmp_path / 'home') is None
 
 
+@pytest.mark.parametrize('folder', ['/proc', '/proc/self'])
+def test_links_in_proc_lead_to_no_workspace(tmp_path, folder):
+    assert find_root(Path(folder), home=tmp_path) is None
+
+
+def test_link_that_cannot_be_followed_is_passed_over(tmp_path):
+    make(tmp_path, 'ws/src/p/package.xml', 'ws/src/p/scripts/')
+    # as an ordinary user may not look behind one into a folder of others
+    for name in ('a', 'src/a', 'src/p/setup.cfg', 'install', 'build'):
+        (tmp_path / 'ws' / name).symlink_to('x' * 300)
+    home = tmp_path / 'home'
+    assert find_root(tmp_path / 'ws', home) == tmp_path / 'ws'
+    assert find_root(tmp_path / 'ws/src/p/scripts', home) == tmp_path / 'ws'
+
+
 def test_link_leads_to_the_real_workspace(tmp_path):
     make(tmp_path, 'ws/src/p/package.xml')
     (tmp_path / 'link').symlink_to(tmp_path / 'ws/src')

@@ -9,6 +9,7 @@ from contextlib import nullcontext
 from contextlib import redirect_stdout
 from functools import cached_property
 import io
+import os
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING
@@ -197,7 +198,7 @@ class LaunchPreparation(LaunchBasis):
 
     def _is_there(self, path: str) -> bool:
         """Say whether a path exists, or need not exist here."""
-        if Path(path).exists():
+        if os.path.exists(Path(path)):
             return True
         owner = self.locator.owner(path)
         return owner is not None and owner.name in self._only_there
