@@ -59,15 +59,13 @@ def test_two_hundred_processes_in_terminals_of_any_width(status, sleep, sh):
         sh('talker', 'n=0; while :; do echo $((n+=1)); sleep 0.05; done'),
         size=(40, 20),
     )
-    first = ' ✗ crasher exit 4  1 ● node_0'
-    seconds = {40: ' 2 ● node_1', 80: ' 6 ● node_5', 200: ' e ● node_14'}
     for columns in (40, 80, 200, 40):
         one.screen.resize(columns, 20)
         # there is nobody who tells the launcher but the terminal
         one.launch.sends(signal.SIGWINCH)
-        lines = _shows_four(one, first, seconds[columns])
-        assert lines[-1].endswith(' ●   ? help')
-        assert not any('●' in line for line in lines[:-4])
+        lines = one.shows(' ✗ crasher exit 4  ● 199 running')
+        assert lines[-1].startswith(' ? help')
+        assert not any('●' in line for line in lines[:-2])
     one.types('\x03').ends()
     numbers = [
         line.split()[-1]
@@ -75,16 +73,6 @@ def test_two_hundred_processes_in_terminals_of_any_width(status, sleep, sh):
         if line.startswith('[talker]')
     ]
     assert numbers == [str(n + 1) for n in range(len(numbers))]
-
-
-def _shows_four(one, first, second):
-    return one.screen.shows(
-        lambda lines: (
-            len(lines) > 4
-            and lines[-4].startswith(first)
-            and lines[-3].startswith(second)
-        )
-    )
 
 
 def test_stopping_is_counted_down_in_the_block(status, sh):

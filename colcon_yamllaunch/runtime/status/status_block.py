@@ -25,6 +25,9 @@ from colcon_yamllaunch.runtime.status.cells import width
 
 #: Lines that the block takes at most.
 MAXIMUM_LINES = 4
+#: Processes that are all named, and lines up to which more of them are; where
+#: they take more, those that are as they should be are counted.
+FEW_PROCESSES, NAMED_LINES = 10, 2
 
 #: Cells of the end of a line that may still change that are always seen: of a
 #: count, or of what is behind a bar.
@@ -46,6 +49,10 @@ _YELLOW = '\x1b[33m'
 _HURRIES = ' (Ctrl-C hurries)'
 
 
+#: The rank of what is as it should be.
+_HEALTHY = 2
+
+
 @dataclass(frozen=True, slots=True)
 class _Look:
     """
@@ -62,7 +69,7 @@ class _Look:
     plain_sign: str
     colour: str
     text_colour: str = ''
-    rank: int = 2
+    rank: int = _HEALTHY
 
 
 #: How each phase looks.
@@ -98,6 +105,8 @@ class View:
     :param typed: What is being typed there
     :param cursor: How many characters of that are before the cursor
     :param note: What is to be told once, such as why a key did nothing
+    :param overlay: Lines that stand in place of the block, above the hint, for
+      which it may take nearly all of the terminal; empty for none
     """
 
     live: tuple[str, ...] = ()
@@ -110,6 +119,7 @@ class View:
     typed: str = ''
     cursor: int = 0
     note: str = ''
+    overlay: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +170,10 @@ def block_of(
     """
     # the first column has the cursor, and the last is left free
     columns = max(1, style.columns - 2)
+    if view.overlay:
+        # the output keeps one
+        lines = [*view.overlay[: max(0, style.height - 2)]]
+        return _block([*lines, _painted(view.hint, _DIM, style)], style)
     typing = view.prompt is not None
     told = _told(view, style, columns, max(1, style.lines - typing - 1))
     news = _news(board, view, style, now, waits_for)
@@ -171,21 +185,17 @@ def block_of(
     if len(told) > style.lines - typing - 2:
         # what the next key means comes first
         news = [] if told else news
-    rows = style.lines - len(told) - bool(news) - typing
+    hint = '' if told or typing else view.hint
+    rows = style.lines - len(told) - bool(news or hint) - typing
     if style.lines == 1 and not (typing or told or board.stopping):
         # the states matter more than what comes next
-        news, rows = [], 1
-    is_idle = not told and not typing
+        news, hint, rows = [], '', 1
     lines = []
     if rows > 0:
-        short = view.hint.partition(_GAP)[0] if is_idle and not news else ''
-        lines += _processes(board, view, style, columns, rows, short)
-    if view.hint and is_idle and (news or len(lines) < style.lines):
-        # nothing makes room for it
-        news.append(_painted(view.hint, _DIM, style))
+        lines += _processes(board, view, style, columns, rows)
     lines += told
-    if news and style.lines > typing:
-        lines.append(cut(_SPACE.join(news), columns))
+    room = style.lines - len(lines) - typing
+    lines += _last_lines(_SPACE.join(news), hint, style, columns, room)
     lines = [f' {line}' for line in lines]
     # the output and what is typed have a line each
     room = max(0, style.height - len(lines) - 2)
@@ -193,14 +203,11 @@ def block_of(
     # their ends are what changes
     kept = min(_LIVE_END, columns // 4)
     live = tuple(cut_inside(line, columns + 1, kept) for line in live)
-    lines = [*live, *lines]
-    if style.ascii:
-        lines = [_as_ascii(line) for line in lines]
-    lines = [cut(line, columns + 1) for line in lines]
+    block = _block([*live, *lines], style)
     if view.prompt is None:
-        return Block(tuple(lines))
+        return block
     line, column = _typed(view, columns)
-    return Block((*lines, line), (len(lines), column))
+    return Block((*block.lines, line), (len(block.lines), column))
 
 
 def next_change(board: Board, now: float) -> float | None:
@@ -219,55 +226,59 @@ def next_second(due: float, now: float) -> float:
     return now + (left - math.ceil(left) + 1.0)
 
 
+def _block(lines: Iterable[str], style: Style) -> Block:
+    if style.ascii:
+        lines = map(_as_ascii, lines)
+    return Block(tuple(cut(line, max(2, style.columns - 1)) for line in lines))
+
+
 # the processes
 
 
 def _processes(
-    board: Board,
-    view: View,
-    style: Style,
-    columns: int,
-    count: int,
-    more: str = '',
+    board: Board, view: View, style: Style, columns: int, count: int
 ) -> list[str]:
-    """
-    Return lines with all processes, or with those that matter most.
-
-    :param more: What stands after the count of the rest, if there is one
-    """
+    """Return lines with all processes, or with those that matter most."""
     rows = board.rows
     shortest = 4
+    is_few = len(rows) <= FEW_PROCESSES
+    named = count if is_few else min(count, NAMED_LINES)
     # what cannot fit is not even tried
-    if len(rows) * shortest <= count * (columns + len(_GAP)):
+    if len(rows) * shortest <= named * (columns + len(_GAP)):
         lines = _packed([_chip(r, view, style) for r in rows], columns)
-        if len(lines) <= count:
+        if len(lines) <= named:
             return lines
-    ordered = sorted(rows, key=lambda row: _rank(row, view))
-    low, high = 0, min(len(rows) - 1, count * columns // shortest)
-    chips = [_chip(row, view, style) for row in ordered[:high]]
+    ordered = sorted(rows, key=lambda row: _rank(row, view, board))
+    healthy = (True, _HEALTHY)
+    notable = sum(_rank(row, view, board) < healthy for row in ordered)
+    most = min(notable, count * columns // shortest)
+    chips = [_chip(row, view, style) for row in ordered[:most]]
     best: list[str] = []
-    while low <= high:
-        middle = (low + high) // 2
-        text = _rest(ordered[middle:], style)
-        if more:
-            text += _SPACE + _painted(more, _DIM, style)
-        rest = _measured(text)
-        lines = _packed([*chips[:middle], rest], columns)
-        if len(lines) <= count:
-            best, low = lines, middle + 1
-        else:
-            high = middle - 1
-    return best or [cut(_rest(rows, style), columns)]
+    for has_words in (True, False):
+        low, high = 0, most
+        while low <= high:
+            middle = (low + high) // 2
+            rest = _rest(ordered[middle:], style, has_words=has_words)
+            lines = _packed([*chips[:middle], *rest], columns)
+            if len(lines) <= count:
+                best, low = lines, middle + 1
+            else:
+                high = middle - 1
+        if high == most:
+            break
+    return best or [cut(_GAP.join(text for text, _ in rest), columns)]
 
 
 def _measured(text: str) -> _Chip:
     return text, width(text)
 
 
-def _rank(row: Row, view: View) -> tuple[bool, int, int]:
+def _rank(row: Row, view: View, board: Board) -> tuple[bool, int, int]:
     rank = LOOKS[row.phase].rank
     if row.cpu or (row.phase == 'running' and row.failure):
         rank = min(rank, 1)
+    if row.phase == 'stopping' and board.stopping:
+        rank = _HEALTHY
     return row.label != view.chosen, rank, -row.turn
 
 
@@ -306,17 +317,19 @@ def _chip(row: Row, view: View, style: Style) -> _Chip:
     return _measured(f'>{plain}<')
 
 
-def _rest(rows: Iterable[Row], style: Style) -> str:
-    """Count those that there is no room for."""
+def _rest(
+    rows: Iterable[Row], style: Style, *, has_words: bool
+) -> list[_Chip]:
+    """Count those that are not named."""
     counts = Counter(row.phase for row in rows)
-    parts = []
+    chips = []
     for phase, look in LOOKS.items():
         if counts[phase]:
             sign = look.plain_sign if style.ascii else look.sign
             sign = _painted(sign, look.colour, style)
-            parts.append(f'{counts[phase]} {sign}')
-    more = '+' if style.ascii else '… +'
-    return f'{more}{" ".join(parts)}'
+            word = f' {phase}' if has_words else ''
+            chips.append(_measured(f'{sign} {counts[phase]}{word}'))
+    return chips
 
 
 def _packed(
@@ -335,6 +348,22 @@ def _packed(
 
 
 # what else there is to tell
+
+
+def _last_lines(
+    news: str, hint: str, style: Style, columns: int, room: int
+) -> list[str]:
+    """Return what is new, and what keys mean: in a line, or one for each."""
+    if not (news or hint) or room < 1:
+        return []
+    # whole words of it, which the news do not push out
+    hint = _packed([_measured(w) for w in hint.split(_GAP)], columns)[0]
+    if news and hint and width(news) + len(_SPACE + hint) > columns:
+        if room > 1:
+            return [cut(news, columns), _painted(hint, _DIM, style)]
+        hint = hint.partition(_GAP)[0]
+        news = cut(news, max(1, columns - len(_SPACE + hint)))
+    return [_SPACE.join(filter(None, (news, _painted(hint, _DIM, style))))]
 
 
 def _told(view: View, style: Style, columns: int, count: int) -> list[str]:

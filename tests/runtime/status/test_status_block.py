@@ -4,6 +4,7 @@
 """The lines of the status block."""
 
 import re
+from signal import SIGINT
 
 from colcon_yamllaunch.runtime.core import events
 from colcon_yamllaunch.runtime.core.outcome import Outcome
@@ -94,8 +95,61 @@ def test_it_fits(board, fails, columns, count, color):
     assert f'✗ {labels[-1]} exit 3' in text
     assert "waits for 'r" in text
     named = text.count('node_')
-    rest = re.search(r'\+(\d+) ●', text)
+    rest = re.search(r'● (\d+)(?! node)', text)
     assert named + int(rest[1] if rest else 0) == count
+
+
+def test_many_that_run_are_counted(board, process, fails):
+    one = board(*(f'node_{n}' for n in range(60)))
+    for columns in (40, 80, 120, 200):
+        assert lines(one, columns) == [' ● 60 running']
+    fails(one, 'node_7')
+    one.handle(events.Signalled(process('node_8'), 7, SIGINT, group=False))
+    assert lines(one) == [' 8 ✗ node_7 exit 3  9 ◍ node_8  ● 58 running']
+    # few are named
+    assert lines(board('front', 'back', 'left', 'right'), 20) == [
+        ' 1 ● front',
+        ' 2 ● back  3 ● left',
+        ' 4 ● right',
+    ]
+    some = board(*(f'node_{n}' for n in range(12)))
+    assert len(lines(some, 80)) == 2
+    assert lines(some, 70) == [' ● 12 running']
+    one.handle(events.ShuttingDown('interrupted'))
+    assert lines(one)[0] == ' 8 ✗ node_7 exit 3  ◍ 59 stopping'
+
+
+def test_news_leave_room_for_the_keys(board):
+    one = board('a')
+    news = 'double.py changed: restarted my_double (0.21 s)'
+    one.handle(events.Watched(news))
+    view = View(hint='? help  / search  L level  q stop')
+    keys = f' {view.hint}'
+    assert lines(one, 120, view)[1:] == [f' ✓ {news}   {view.hint}']
+    assert lines(one, 80, view)[1:] == [f' ✓ {news}', keys]
+    # of what has no room the first keys are left, and none is cut
+    assert lines(one, 30, view)[1:] == [
+        ' ✓ double.py changed: restar…',
+        ' ? help  / search  L level',
+    ]
+    assert lines(one, 40, view, lines=2)[1:] == [
+        ' ✓ double.py changed: restart…   ? help'
+    ]
+
+
+def test_an_overlay_stands_in_place_of_it(board):
+    view = View(hint='Esc goes back', overlay=('one', 'two', 'three'))
+    assert lines(board('a'), view=view, lines=4) == [
+        'one',
+        'two',
+        'three',
+        'Esc goes back',
+    ]
+    assert lines(board('a'), view=view, height=4) == [
+        'one',
+        'two',
+        'Esc goes back',
+    ]
 
 
 def test_what_failed_or_changed_comes_first(board, process, fails):
@@ -108,8 +162,7 @@ def test_what_failed_or_changed_comes_first(board, process, fails):
     one.take_cpu({'node_170': 0.9})
     assert lines(one, 40, lines=3) == [
         ' ✗ node_150 exit 3  ● node_170 90%',
-        ' ✓ node_120  1 ● node_0  2 ● node_1',
-        ' 3 ● node_2  4 ● node_3  … +193 ●',
+        ' ● 197 running  ✓ 1 ended',
     ]
 
 
@@ -117,7 +170,7 @@ def test_the_rest_is_counted_by_state(board, process, fails):
     one = board(*(f'node_{n}' for n in range(50)))
     for number in range(20):
         fails(one, f'node_{number}')
-    assert lines(one, 40, lines=1) == [' j ✗ node_19 exit 3  … +30 ● 19 ✗']
+    assert lines(one, 40, lines=1) == [' j ✗ node_19 exit 3  ● 30  ✗ 19']
 
 
 def test_who_is_chosen_is_always_there(board):
@@ -181,7 +234,7 @@ def test_who_types_has_the_last_line(board):
     view = View(prompt='/', typed='hello', cursor=2)
     block = block_of(one, view, Style(40, color=False), 100.0, 'waits')
     assert block.lines[-1] == '/hello'
-    assert block.cursor == (3, 3)
+    assert block.cursor == (2, 3)
     assert block.lines[-2] == ' waits'
 
 
@@ -236,17 +289,20 @@ def test_what_the_next_key_means_is_there_in_full(board):
     assert lines(board('a'), 12, view, lines=2)[1:] == [' a note …']
 
 
-def test_who_has_too_many_processes_is_told_of_the_help(board):
+def test_who_has_too_many_processes_is_told_of_the_help(board, fails):
     view = View(hint='? help  1-z choose')
     many = board(*(f'node{n}' for n in range(99)))
-    assert lines(many, 40, view)[-1].endswith(' ●   ? help')
+    for number in range(99):
+        fails(many, f'node{number}')
+    assert len(lines(many, 40, view)) == 4
+    assert lines(many, 40, view)[-1] == ' ? help  1-z choose'
     assert lines(board('a'), 40, view)[-1] == ' ? help  1-z choose'
 
 
 def test_a_low_terminal_has_little(board):
     one = board(*(f'node_{n}' for n in range(200)))
     (line,) = lines(one, lines=1, waits_for='timer in 3 s')
-    assert line.startswith(' 1 ● node_0  2 ● node_1 ')
+    assert line == ' ● 200 running'
     assert lines(one, lines=0) == []
     # what asks for something, or takes long, comes first
     noted = View(note='no such key', hint='? help')
