@@ -24,7 +24,7 @@ class Reading(ModalScreen[None]):
     """A text that may be longer than the screen."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding('escape,q,i,enter,question_mark', 'dismiss', show=False),
+        Binding('escape,q,i,E,enter,question_mark', 'dismiss', show=False),
         Binding('ctrl+c', 'app.interrupt', show=False),
     ]
 

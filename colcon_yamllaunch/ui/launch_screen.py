@@ -354,6 +354,14 @@ class LaunchScreen(Screen[None]):
             self._filter(Filtering())
         self._ask_no_more()
 
+    def action_errors(self) -> None:
+        """Show what the last build that failed has said."""
+        if not self.model.errors:
+            self.say('no build has failed')
+            return
+        text = Text('\n'.join(map(one_line, self.model.errors)))
+        self.app.push_screen(Reading('Errors', text))
+
     def action_help(self) -> None:
         """Show what the keys do."""
         owns = self._terminal.owns_launch
@@ -532,6 +540,8 @@ class LaunchScreen(Screen[None]):
         found = set()
         if self.model.state.watch is None:
             found.add('watch')
+        if not self.model.errors:
+            found.add('errors')
         match self.model.part(self._parts.label):
             case ComponentState():
                 found |= {'kill', 'attach', 'mute', 'only', 'debug'}

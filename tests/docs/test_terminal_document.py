@@ -16,7 +16,7 @@ DOCUMENTED = re.findall(r'^\| `(.)` \|', TEXT.split('\n## Keys\n')[1], re.M)
 #: Those with a line in the help, some with several.
 HELPED = {
     key
-    for line in help_lines()[1:]
+    for line in help_lines()
     for key in re.split(r'  +', line.strip())[0].split()
 }
 

@@ -89,11 +89,14 @@ def test_the_keys_of_one_process(status, python, sleep):
     one.types('2a').shows(' 1 ● teller  2 ■ b ×1', ' b does not run')
     one.types('2i')
     one.screen.shows(lambda lines: '  command: sleep 999' in lines)
-    one.types('?').shows('  Ctrl-]  go back', ' 1 ● teller  2 ■ b ×1')
+    one.types('?').shows('  Ctrl-]  go back', '  Esc goes back')
+    one.types('q').shows(' 1 ● teller  2 ■ b ×1')
     one.types('w').shows(' 1 ● teller  2 ■ b ×1', ' no files are watched')
     one.types('q').ends()
     text = '\n'.join(one.screen.all_lines)
     assert 'unseen' not in text
+    # the help is no output
+    assert 'Ctrl-]' not in text
 
 
 def test_the_filter_for_all(status, python):
@@ -107,7 +110,7 @@ def test_the_filter_for_all(status, python):
     teller.writes('high\nlow\nLOUD\n')
     search = (' 1 ● t', ' Enter keeps', '/lo')
     one.shows('[t]      low', '[t]      LOUD', *search)
-    one.types('w\r').shows('[t]      LOUD', ' 1 ● t', ' /low ')
+    one.types('w\r').shows('[t]      LOUD', ' 1 ● t', ' /low')
     one.types('LL').shows('[t]      LOUD', ' 1 ● t', ' /low, level WARN')
     teller.writes('[INFO] low 1\n[WARN] low 2\n')
     one.shows('[t]      [WARN] low 2', ' 1 ● t', ' /low, level WARN')

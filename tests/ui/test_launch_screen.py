@@ -428,3 +428,22 @@ def test_the_row_of_the_cursor_has_one_colour() -> None:
         assert styles == {Style(reverse=True)}
 
     play(launch, act)
+
+
+def test_the_errors_of_a_build_are_shown_again() -> None:
+    launch = ShownLaunch(process('kitchen'))
+
+    async def act(shown: Shown) -> None:
+        await shown.types('E')
+        await shown.shows('no build has failed')
+        text = 'pump.cpp changed: the build failed'
+        errors = [text, 'pump.cpp:39:1: error']
+        launch.tell(happened('watched', text=text, errors=errors))
+        launch.tell(happened('watched', text='b.py changed: restarted b'))
+        await shown.shows('restarted b')
+        await shown.types('E')
+        await shown.shows(*errors)
+        await shown.types('E')
+        await shown.hides('pump.cpp:39:1: error')
+
+    play(launch, act)

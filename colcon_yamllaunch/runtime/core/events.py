@@ -879,6 +879,13 @@ class Watched(Event):
     def label(self) -> str:
         return WATCHER
 
+    @property
+    def errors(self) -> tuple[str, ...]:
+        """What failed, and below it why; empty if nothing did."""
+        if not (self.failed and self.details):
+            return ()
+        return (self.text, *self.details[: limits.ERRORS_KEPT].splitlines())
+
     def lines(self) -> tuple[str, ...]:
         return (self.text,)
 
@@ -888,6 +895,7 @@ class Watched(Event):
             'text': self.text,
             'failed': self.failed,
             'final': self.is_final,
+            **({'errors': self.errors} if self.errors else {}),
         }
 
 

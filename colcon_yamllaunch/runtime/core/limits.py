@@ -64,6 +64,8 @@ FOLDER_NAME_BYTES = 200
 
 #: Bytes of output that wait for the table of what was started.
 HELD_FOR_TABLE = 1024 * 1024
+#: Characters that are kept of what a build that failed has said.
+ERRORS_KEPT = 64 * 1024
 #: Processes that are started before output and signals get a turn.
 STARTS_PER_TURN = 4
 #: Quiet processes whose log files are opened before the same.

@@ -69,6 +69,9 @@ FOR_ALL: dict[str, Meaning] = {
     'times': Meaning('t', 'times', 'show the time of each line, or no more'),
     'mute_all': Meaning('M', 'mute', 'mute all, or unmute all'),
     'watch': Meaning('w', 'watch', 'switch --watch off, or on again'),
+    'errors': Meaning(
+        'E', 'errors', 'show the errors of the last build that failed'
+    ),
     'help': Meaning('?', 'help', 'show what the keys do'),
 }
 

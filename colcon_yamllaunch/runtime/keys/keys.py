@@ -6,6 +6,7 @@
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 from typing import Literal
@@ -32,7 +33,7 @@ from colcon_yamllaunch.runtime.status.status_block import View
 Action = OneAction | Literal['detach']
 #: What is done otherwise: `break` ends a line, as in any terminal, to tell
 #: what comes from what was.
-General = Literal['watch', 'help', 'quit', 'break']
+General = Literal['watch', 'errors', 'help', 'quit', 'break']
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +55,11 @@ Command = Act | Typed | General
 
 _ACTIONS = {meaning.key: action for action, meaning in FOR_ONE.items()}
 # those that mean the same whether a process is chosen or not
-_FOR_ALL = frozenset(('/', ':', 'L', 't', 'M', 'w'))
+_FOR_ALL = frozenset(('/', ':', 'L', 't', 'M', 'w', 'E'))
+# those that go back from an overlay and do nothing else, and those of them
+# that go on to its next page
+_BACK = frozenset(('esc', 'q', 'E', '?', 'enter', ' '))
+_ON = frozenset(('?', 'enter', ' '))
 #: What does not run, and so cannot be stopped
 DOWN = frozenset(('ended', 'stopped', 'failed'))
 #: How many names are shown of those that `:` may mean.
@@ -103,6 +108,8 @@ class Keys:
         # what the next key is for
         self._chosen: str | None = None
         self._note = ''
+        # what stands in place of the block, page by page
+        self._pages: list[tuple[str, ...]] = []
         # what is being typed, if anything but what a process gets
         self._prompt = ''
         self._line = InputLine()
@@ -159,6 +166,7 @@ class Keys:
         """
         self._chosen = None
         self._prompt = ''
+        self._pages.clear()
         self.attached = label
         self._is_raw = is_raw
         self._is_secret = is_secret
@@ -169,7 +177,19 @@ class Keys:
 
     def tell(self, note: str) -> None:
         """Tell something until the next key."""
+        self._pages.clear()
         self._note = note
+
+    def show(self, lines: Sequence[str], height: int) -> None:
+        """
+        Show lines in place of the block until the next key.
+
+        :param height: The lines of a page
+        """
+        height = max(1, height)
+        self._pages = [
+            tuple(lines[n : n + height]) for n in range(0, len(lines), height)
+        ]
 
     def view(self, live: tuple[str, ...] = ()) -> View:
         """
@@ -189,6 +209,7 @@ class Keys:
             filter=filtering.text,
             hint=self._hint(),
             note=self._note,
+            overlay=self._pages[0] if self._pages else (),
         )
         line = self._line
         prompt = self._prompt
@@ -209,6 +230,9 @@ class Keys:
         )
 
     def _hint(self) -> str:
+        if self._pages:
+            next_page = 'Enter shows more  ' * (len(self._pages) > 1)
+            return f'  {next_page}Esc goes back'
         if self.attached is not None:
             how = 'each key goes to' if self._is_raw else 'typing at'
             return f'{ESCAPE_NAME} goes back  {how} {self.attached}'
@@ -230,6 +254,8 @@ class Keys:
         if self._chosen is not None:
             return f'{self._meant_by_keys(self._chosen)}  Esc none'
         first, rest = _HINT.split('  ', 1)
+        if self._board.errors:
+            rest = rest.replace('q stop', 'E errors  q stop')
         if self.can_watch:
             rest = rest.replace('q stop', 'w watch  q stop')
         keys = self._process_keys()
@@ -270,6 +296,10 @@ class Keys:
 
     def _press(self, key: str) -> Iterator[Command]:
         self._note = ''
+        if self._pages:
+            del self._pages[: 1 if key in _ON else None]
+            if key in _BACK:
+                return
         if self.attached is not None:
             yield from self._press_in_input(self.attached, key)
         elif self._prompt == '/':
@@ -311,6 +341,10 @@ class Keys:
                 self._filter(muted=muted)
             case 'w':
                 yield 'watch'
+            case 'E' if not self._board.errors:
+                self._note = 'no build has failed'
+            case 'E':
+                yield 'errors'
             case '?':
                 yield 'help'
             case 'q':
@@ -437,7 +471,7 @@ class Keys:
 
 def help_lines(columns: int = 80) -> list[str]:
     """
-    Return what all keys do, the first line a heading.
+    Return what all keys do.
 
     :param columns: The width of the terminal
     """
@@ -445,7 +479,7 @@ def help_lines(columns: int = 80) -> list[str]:
     import textwrap
 
     width = max(len(key) for key, _ in _HELP) + 4
-    lines = ['Keys of this terminal:']
+    lines = []
     for key, text in _HELP:
         lines += textwrap.wrap(
             text,

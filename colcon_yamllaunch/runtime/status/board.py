@@ -20,7 +20,7 @@ from colcon_yamllaunch.runtime.core.outcome import STOP_SIGNALS
 
 #: The keys that choose a process, in the order in which they are given out:
 #: those that mean something for all processes are left out.
-KEYS = '1234567890abcdefghijklmnoprsuvxyzABCDEFGHIJKNOPQRSTUVWXYZ'
+KEYS = '1234567890abcdefghijklmnoprsuvxyzABCDFGHIJKNOPQRSTUVWXYZ'
 #: The share of a processor from which on it is told.
 MUCH_CPU = 0.5
 
@@ -107,6 +107,9 @@ class Board:
         self.countdown: Countdown | None = None
         #: What came of the last change of files, or what is done about it.
         self.watched: events.Watched | events.Checked | None = None
+        #: What the last build or evaluation that failed has said, below what
+        #: came of it; empty if none has.
+        self.errors: tuple[str, ...] = ()
         #: When files were changed that something is done about, by the clock;
         #: None if all is done.
         self.changed: float | None = None
@@ -158,6 +161,8 @@ class Board:
                 pass
             case events.Watched() | events.Checked():
                 self.watched = event
+                if isinstance(event, events.Watched):
+                    self.errors = event.errors or self.errors
                 if is_settled(event):
                     self.changed = None
             case events.Loaded() | events.LoadFailed() | events.Unloaded():

@@ -11,12 +11,14 @@ else's while the launch is suspended or in the background.
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
+from collections.abc import Sequence
 import os
 from pathlib import Path
 import signal
 import time
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.language.plan.plan import Entry
 from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.runtime.acts.acts import Acts
@@ -252,8 +254,9 @@ class TerminalSession:
                 case 'watch':
                     self._acts.switch_watch()
                 case 'help':
-                    size = size_of(self._foot.descriptor)
-                    self._tell(help_lines(size.columns))
+                    self._overlay(help_lines)
+                case 'errors':
+                    self._overlay(self._error_lines)
                 case 'quit':
                     os.kill(os.getpid(), signal.SIGINT)
                 case 'break':
@@ -268,6 +271,24 @@ class TerminalSession:
         if self._keys.is_waiting:
             self._escape_due = self._clock() + ESCAPE_DELAY
         self._foot.touch(at_once=True)
+
+    def _overlay(self, lines: Callable[[int], Sequence[str]]) -> None:
+        """
+        Show lines in place of the block.
+
+        :param lines: Returns them, by the width of the terminal
+        """
+        size = size_of(self._foot.descriptor)
+        # one is for the output, and one for the way back
+        self._keys.show(lines(size.columns), size.lines - 2)
+
+    def _error_lines(self, columns: int) -> Sequence[str]:
+        # few ask
+        import textwrap
+
+        width = max(2, columns) - 1
+        lines = (one_line(line.expandtabs()) for line in self.board.errors)
+        return [part for line in lines for part in textwrap.wrap(line, width)]
 
     def _tell(self, lines: Iterable[str]) -> None:
         self._show_all(self._filter.settle())

@@ -61,6 +61,8 @@ class LaunchModel:
         self.held: set[str] = set()
         #: The plan as a tree, as `protocol` has it.
         self.tree: Sequence[Mapping[str, Any]] = ()
+        #: What the last build or evaluation that failed has said.
+        self.errors: Sequence[str] = ()
         #: Bytes of output that were lost.
         self.missed_bytes = 0
         #: What processes used, the latest last.
@@ -190,6 +192,8 @@ class LaunchModel:
             self._take_phase(label, name, fields)
         if name == 'ended':
             self.exit_code = fields.get('exit_code')
+        if name == 'watched':
+            self.errors = fields.get('errors') or self.errors
         self.wants_state = True
         self.wants_tree |= name in _PLANNED
         text = sentence_of(name, fields)

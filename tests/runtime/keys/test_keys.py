@@ -10,6 +10,7 @@ from colcon_yamllaunch.runtime.core.events import Dropped
 from colcon_yamllaunch.runtime.core.events import Exited
 from colcon_yamllaunch.runtime.core.events import ShuttingDown
 from colcon_yamllaunch.runtime.core.events import Started
+from colcon_yamllaunch.runtime.core.events import Watched
 from colcon_yamllaunch.runtime.core.outcome import Outcome
 from colcon_yamllaunch.runtime.keys.keys import Act
 from colcon_yamllaunch.runtime.keys.keys import help_lines
@@ -77,11 +78,59 @@ def test_what_is_done_with_all(keys, key, command):
 
 def test_the_help_has_all_keys():
     text = '\n'.join(help_lines())
-    for key in (*'sraklimodLtMwq:/?', 'Enter'):
+    for key in (*'sraklimodLtMwEq:/?', 'Enter'):
         assert f'\n  {key} ' in text
     for columns in (20, 40, 80, 200):
         lines = help_lines(columns)
         assert all(len(line) < max(columns, 25) for line in lines)
+
+
+def test_the_help_goes_with_the_next_key(keys):
+    for key in ('?', ' ', '\r', 'q', 'E'):
+        keys.show(['one', 'two', 'three'], 5)
+        assert keys.view().overlay == ('one', 'two', 'three')
+        assert keys.view().hint == '  Esc goes back'
+        assert typed(keys, key) == []
+        assert keys.view().overlay == ()
+    keys.show(['one'], 5)
+    assert typed(keys, '2') == []
+    assert keys.view().overlay == ()
+    assert keys.view().chosen == 'bath'
+    # what is told meanwhile is more urgent, and so is who is typed at
+    keys.show(['one'], 5)
+    keys.tell('there is no debugger')
+    assert keys.view().overlay == ()
+    keys.show(['one'], 5)
+    keys.attach('bath')
+    assert keys.view().overlay == ()
+
+
+def test_what_is_long_is_shown_page_by_page(keys):
+    keys.show(['one', 'two', 'three'], 2)
+    assert keys.view().overlay == ('one', 'two')
+    assert keys.view().hint == '  Enter shows more  Esc goes back'
+    typed(keys, '\r')
+    assert keys.view().overlay == ('three',)
+    typed(keys, '\r')
+    assert keys.view().overlay == ()
+    keys.show(['one', 'two', 'three'], 2)
+    typed(keys, 'q')
+    assert keys.view().overlay == ()
+
+
+def test_the_errors_of_the_last_build_are_shown_if_there_are_any():
+    entry = Process('a', ('true',), PLACE, '/')
+    board = Board([entry], lambda: 0.0)
+    keys = Keys(board, lambda _: (), yes)
+    assert typed(keys, 'E') == []
+    assert keys.view().note == 'no build has failed'
+    board.handle(Watched('a.cpp changed: the build failed', True, 'a.cpp:1\n'))
+    # which neither another change nor one that fails without a word is
+    board.handle(Watched('b.py changed: restarted b'))
+    board.handle(Watched('c.py changed: could not start c', True))
+    assert board.errors == ('a.cpp changed: the build failed', 'a.cpp:1')
+    assert typed(keys, 'E') == ['errors']
+    assert 'E errors' in keys.view().hint
 
 
 def test_another_process_is_chosen(keys):

@@ -98,3 +98,15 @@ def test_what_is_missing_is_told_with_the_way_out(
     assert str(caught.value) == MISSING
     extras = Path(__file__).parents[3] / 'setup.cfg'
     assert '\nui =\n    textual' in extras.read_text(encoding='utf-8')
+
+
+def test_what_is_wrong_with_a_change_is_shown_again(
+    user: User, terminal: Callable[..., Terminal]
+) -> None:
+    user.write('two.yaml', TWO)
+    t = terminal('--watch', 'two.yaml').shows('kitchen-1').shows('? help')
+    user.write('two.yaml', 'launch: 5\n')
+    error = 'two.yaml:1:9: error:'
+    t.shows(error).shows('E errors').types('E').shows(error, times=2)
+    t.types('qq')
+    assert t.ends() == 1
