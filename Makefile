@@ -91,7 +91,7 @@ $(VENV)/.installed: $(VENV)/.dependencies $(SOURCES) README.md
 $(VENV)/.dependencies: setup.cfg setup.py | $(BIN)/python
 	@echo 'Installing ROS 2 and colcon into $(VENV), some 400 MB…'
 	@$(PIP_INSTALL) --upgrade pip 'setuptools>=70.1,<80'
-	@$(PIP_INSTALL) --no-build-isolation '.[ros]'
+	@$(PIP_INSTALL) --no-build-isolation '.[ros,watch,ui]'
 	@command -v cmake >/dev/null || $(PIP_INSTALL) cmake
 	@touch $@
 
