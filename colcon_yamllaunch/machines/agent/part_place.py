@@ -25,7 +25,7 @@ from colcon_yamllaunch.runtime.control.socket_folder import inside
 from colcon_yamllaunch.runtime.control.socket_folder import open_folder
 from colcon_yamllaunch.runtime.stopping.launch_scan import launcher_of
 
-_SOCKET, _RECORD = '.link', '.part'
+_SOCKET, _RECORD, _UNFINISHED = '.link', '.part', '.new'
 _BOOT = '/proc/sys/kernel/random/boot_id'
 _NAMESPACE = '/proc/self/ns/pid'
 # as new_identity() makes it
@@ -80,10 +80,17 @@ class PartPlace:
             server.bind(inside(self._folder, identity + _SOCKET))
             server.listen(8)
             flags = os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC
-            name = identity + _RECORD
-            record = os.open(name, flags, 0o600, dir_fd=self._folder)
+            # an unfinished record would be taken for one of another boot
+            unfinished = identity + _UNFINISHED
+            record = os.open(unfinished, flags, 0o600, dir_fd=self._folder)
             os.write(record, boot_of_machine().encode())
             os.close(record)
+            os.rename(
+                unfinished,
+                identity + _RECORD,
+                src_dir_fd=self._folder,
+                dst_dir_fd=self._folder,
+            )
         except BaseException:
             server.close()
             raise
@@ -113,7 +120,7 @@ class PartPlace:
 
     def remove(self, identity: str) -> None:
         """Remove socket and record, as the part has ended."""
-        for suffix in (_SOCKET, _RECORD):
+        for suffix in (_SOCKET, _RECORD, _UNFINISHED):
             with suppress(OSError):
                 os.unlink(identity + suffix, dir_fd=self._folder)
 
