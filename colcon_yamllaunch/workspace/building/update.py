@@ -248,6 +248,7 @@ class _Work:
                 for other in before.values()
                 if other.is_stale and other.name in needed
             ],
+            needed,
         )
         if not force:
             return decision

@@ -4,6 +4,7 @@
 """What a build reads, as CMake's generators wrote it down."""
 
 from collections.abc import Callable
+from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
 import os
@@ -49,6 +50,33 @@ _READING = re.compile(
 _FINDING = re.compile(r'(?i)\bfind_(?:package|dependency)\s*\(\s*"?([\w.+-]+)')
 _FOUND = re.compile(r'(?m)^([\w.+-]+)_DIR:PATH=')
 _VARIABLE = re.compile(r'\bENV(?:\{|\s+"?)(\w+)')
+#: Commands of CMake and ament_cmake that look for nothing but what they name,
+#: and what is meant by these names.
+_INSTALLING = frozenset(
+    (
+        *('add_subdirectory', 'add_test', 'ament_export_dependencies'),
+        *('ament_package', 'ament_python_install_package'),
+        *('cmake_minimum_required', 'else', 'elseif', 'enable_testing'),
+        *('endforeach', 'endif', 'find_package', 'foreach', 'if', 'install'),
+        *('message', 'option', 'project', 'set'),
+    )
+)
+_TOOLS = 'ament_cmake'
+_COMMAND = re.compile(r'(?m)^\s*(\w+)\s*\(')
+_SET = re.compile(r'(?mi)^\s*(?:set|foreach|option)\s*\(\s*(\w+)')
+_USED = re.compile(r'\$\{([^}]*)\}')
+_OWN_VARIABLES = frozenset(
+    (
+        *('CMAKE_CURRENT_LIST_DIR', 'CMAKE_CURRENT_SOURCE_DIR'),
+        *('CMAKE_PROJECT_NAME', 'CMAKE_SOURCE_DIR', 'PROJECT_NAME'),
+        'PROJECT_SOURCE_DIR',
+    )
+)
+#: A path that leads elsewhere, a variable of the environment, one that says
+#: where CMake looks, an expression, and what `install` runs.
+_ELSEWHERE = re.compile(
+    r'\.\.|[\s"(;]/|ENV\{|CMAKE_\w*(?:PATH|ROOT)|\$<|\bCODE\b|\bSCRIPT\b'
+)
 #: What a shell keeps for itself.
 _OF_SHELLS = frozenset(('PWD', 'OLDPWD', 'SHLVL', '_'))
 #: Tools and libraries of the machine: what is below comes from installers.
@@ -146,6 +174,35 @@ class BuildInputs:
         }
         texts = [_text(Path(path)) for path in sorted(files)]
         return [*texts, *map(_text, _own_cmake_files(self._source))]
+
+
+def only_installs(source: Path, packages: Collection[str]) -> bool:
+    """
+    Return whether a build certainly takes nothing from other packages.
+
+    That is so if its CMake files do no more than install files of the package,
+    with ament_cmake at most, which is not in the workspace.
+
+    :param packages: Packages of the workspace that it needs
+    """
+    texts = [
+        re.sub(r'(?m)#.*', '', _text(path))
+        for path in _own_cmake_files(source)
+    ]
+    text = '\n'.join(texts)
+    commands = [name.lower() for name in _COMMAND.findall(text)]
+    found = [n for n in _FINDING.findall(text) if n.startswith(_TOOLS)]
+    made = _SET.findall(text)
+    return (
+        bool(commands)
+        and _INSTALLING.issuperset(commands)
+        # not one whose name is in a variable
+        and commands.count('find_package') == len(found)
+        and not any(name.startswith(_TOOLS) for name in packages)
+        and not any(name.startswith('CMAKE_') for name in made)
+        and {*_OWN_VARIABLES, *made}.issuperset(_USED.findall(text))
+        and not _ELSEWHERE.search(text)
+    )
 
 
 def _system() -> tuple[str, ...]:

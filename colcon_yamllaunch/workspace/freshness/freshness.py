@@ -15,9 +15,11 @@ environment and arguments of the build (`build_context`); and products that
 are gone or not as they were built (`build_products`, `product_states`).
 """
 
+from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import field
 from dataclasses import replace
@@ -115,7 +117,8 @@ class Freshness:
         self,
         package: Package,
         context: BuildContext,
-        before: Iterable[Reason] = (),
+        before: Sequence[Reason] = (),
+        own: Collection[str] = (),
     ) -> Decision:
         """
         Decide whether a package has to be built, and why.
@@ -123,6 +126,7 @@ class Freshness:
         :param context: What the build would depend on now
         :param before: Reasons that follow from packages that are built before;
           one that was never built needs none of them
+        :param own: The packages of the workspace that its build may need
         """
         name = package.name
         try:
@@ -134,6 +138,17 @@ class Freshness:
             if os.path.isdir(self._products.build(name)):
                 reason = Reason(_UNKNOWN, BuildMode.CONFIGURE)
             return Decision(name, (reason,))
+        if _is_apart(package, record, context, before, own):
+            context = replace(
+                context,
+                dependencies={
+                    **context.dependencies,
+                    **{
+                        name: record.context.dependencies[name] for name in own
+                    },
+                },
+            )
+            before = ()
         reasons = [*self._reasons(package, record, context)]
         if record.built_at:
             reasons += _of_others(record, before)
@@ -530,6 +545,27 @@ def _mode_for_python(change: Change, record: Record) -> BuildMode:
     is_code = change.path not in ('setup.py', 'setup.cfg', 'pyproject.toml')
     # setuptools keeps deleted modules, and compares times
     return BuildMode.BUILD if is_newer and is_code else BuildMode.CLEAN
+
+
+def _is_apart(
+    package: Package,
+    record: Record,
+    context: BuildContext,
+    before: Sequence[Reason],
+    own: Collection[str],
+) -> bool:
+    """Return whether a package need not follow those that it needs."""
+    then, now = record.context.dependencies, context.dependencies
+    if not package.type.endswith('cmake') or not then.keys() >= {*own}:
+        return False
+    if not before and all(then[name] == now[name] for name in own):
+        # most launches find them as they were
+        return False
+    from colcon_yamllaunch.workspace.freshness.build_inputs import (
+        only_installs,
+    )
+
+    return only_installs(package.path, own)
 
 
 def _are_same(

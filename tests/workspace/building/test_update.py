@@ -191,6 +191,25 @@ def test_dependents_are_built_with_what_they_build_on(workspace, update):
     assert update('lib')[0] == [0, {'lib': 'base was rebuilt'}, ['base']]
 
 
+def test_what_only_installs_is_not_built_with_what_it_needs(workspace, update):
+    base = workspace.cmake('base') / 'CMakeLists.txt'
+    folder = workspace.ament_cmake('node', '<depend>base</depend>')
+    assert update('node')[0][0] == 0
+    base.write_text(f'{base.read_text()}\n# more\n')
+    stale = {'base': 'CMakeLists.txt changed'}
+    assert update('node')[0] == [0, stale, ['node']]
+    assert update('node')[0] == [0, {}, ['base', 'node']]
+    # once it uses that, it is
+    own = folder / 'CMakeLists.txt'
+    text = own.read_text().replace(
+        'find_package', 'find_package(base)\nfind_package', 1
+    )
+    own.write_text(text)
+    assert update('node')[0][1] == {'node': 'base was rebuilt'}
+    base.write_text(f'{base.read_text()}\n# still more\n')
+    assert update('node')[0][1] == stale | {'node': 'base is built'}
+
+
 def test_node_of_ament_cmake_is_edited_in_place(workspace, update, why):
     folder = workspace.ament_cmake('node')
     assert update('node')[0][0] == 0

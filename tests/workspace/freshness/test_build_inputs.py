@@ -12,6 +12,7 @@ from colcon_yamllaunch.workspace.freshness.build_context import (
 )
 from colcon_yamllaunch.workspace.freshness.build_decision import BuildMode
 from colcon_yamllaunch.workspace.freshness.build_inputs import BuildInputs
+from colcon_yamllaunch.workspace.freshness.build_inputs import only_installs
 import pytest
 from support.package_builds import PackageBuilds
 
@@ -208,3 +209,47 @@ def test_a_program_of_all_of_these(workspace, update):
         '#include_next <stdio.h>\n#undef LEVEL\n#define LEVEL 4\n'
     )
     assert run(ODD_LEVEL='3', C_INCLUDE_PATH=str(first)) == '2 2 4'
+
+
+@pytest.mark.parametrize(
+    ('text', 'expected'),
+    [
+        ('', True),
+        ('find_package(ament_cmake REQUIRED)\nament_package()', True),
+        ('if(BUILD_TESTING)\n  add_test(NAME x COMMAND y)\nendif()', True),
+        ('set(files a.py)\ninstall(FILES ${files} DESTINATION x)', True),
+        ('# find_package(other)', True),
+        # what may find, compile, run or read something of another package
+        ('find_package(other)', False),
+        ('FIND_PACKAGE(${name})', False),
+        ('find_package(ament_cmake)\nfind_package(\n  "other")', False),
+        ('find_program(x y)', False),
+        ('add_executable(x x.c)', False),
+        ('add_custom_target(x ALL COMMAND y)', False),
+        ('include(other)', False),
+        ('set(CMAKE_PROJECT_INCLUDE x)', False),
+        ('install(FILES ${other_DIR}/x DESTINATION x)', False),
+        ('install(FILES ../other/x DESTINATION x)', False),
+        ('install(FILES /ws/install/other/x DESTINATION x)', False),
+        ('install(FILES $ENV{OTHER}/x DESTINATION x)', False),
+        ('install(CODE "x")', False),
+        ('foreach(x IN LISTS CMAKE_PREFIX_PATH)\nendforeach()', False),
+        ('set(x $<TARGET_FILE:other>)', False),
+    ],
+)
+def test_a_build_that_only_installs_needs_no_other_package(
+    tmp_path, text, expected
+):
+    install = 'install(PROGRAMS scripts/a.py DESTINATION lib/${PROJECT_NAME})'
+    text = f'cmake_minimum_required(VERSION 3.16)\nproject(a)\n{text}\n'
+    (tmp_path / 'CMakeLists.txt').write_text(text + install)
+    assert only_installs(tmp_path, ['other']) == expected
+    # what installs may be what is changed
+    assert not only_installs(tmp_path, ['other', 'ament_cmake_core'])
+    # whatever stands in another file of it counts, too
+    (tmp_path / 'more.cmake').write_text('find_library(x y)')
+    assert not only_installs(tmp_path, ['other'])
+
+
+def test_a_package_without_cmake_files_is_not_known(tmp_path):
+    assert not only_installs(tmp_path, [])
