@@ -83,7 +83,9 @@ class Frame:
         except (ValueError, RecursionError):
             content = None
         if not isinstance(content, dict):
-            raise FrameError('a message is no object in JSON')
+            raise FrameError(
+                'a message is no object in JSON, or a number in it too large'
+            )
         return content
 
 
