@@ -90,7 +90,7 @@ def test_where_there_is_no_folder_and_no_proc(user: User) -> None:
     )
     assert [code for _, _, code in steps] == ['1'] * 5
     for _, output, _ in steps:
-        assert output.count('\n') == 1
+        assert re.fullmatch(r'[^\n]+\n(  help: [^\n]+\n)?', output), output
         assert 'error: ' in output
     assert [('/proc' in output) for _, output, _ in steps] == [False] * 3 + [
         True

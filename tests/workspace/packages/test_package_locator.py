@@ -5,6 +5,7 @@
 
 from pathlib import Path
 
+from colcon_yamllaunch.common.suggestions import nearest_first
 from colcon_yamllaunch.workspace.packages.missing_files import (
     certainly_unknown_executable,
 )
@@ -12,7 +13,6 @@ from colcon_yamllaunch.workspace.packages.missing_files import (
     missing_executable,
 )
 from colcon_yamllaunch.workspace.packages.missing_files import missing_plugin
-from colcon_yamllaunch.workspace.packages.missing_files import nearest
 from colcon_yamllaunch.workspace.packages.missing_files import not_installed
 from colcon_yamllaunch.workspace.packages.missing_files import (
     unknown_executable,
@@ -260,7 +260,7 @@ def test_first_of_two_packages_with_a_name(tmp_path):
 
 
 def test_nearest():
-    assert nearest('my_pgk', ['rviz2', 'my_pkg', 'other'])[0] == 'my_pkg'
+    assert nearest_first('my_pgk', ['rviz2', 'my_pkg', 'other'])[0] == 'my_pkg'
 
 
 def test_what_is_no_program_is_not_offered_as_one(tree):
