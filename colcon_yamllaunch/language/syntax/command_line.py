@@ -43,7 +43,8 @@ class _Splitter:
     def __init__(self) -> None:
         self._arguments: list[Template] = []
         self._parts: list[str | Substitution] = []
-        self._text = ''
+        # a text that grows bit by bit would take quadratic time
+        self._text: list[str] = []
         self._started = False
         self._quote = ''
         self._escape = False
@@ -58,8 +59,8 @@ class _Splitter:
             # within double quotes a backslash stays before a character that
             # it does not escape (POSIX shell, 2.2.3)
             if self._quote and character not in '"\\':
-                self._text += '\\'
-            self._text += character
+                self._text.append('\\')
+            self._text.append(character)
             self._escape = False
         elif character == '\\' and self._quote != "'":
             self._escape = self._started = True
@@ -67,28 +68,28 @@ class _Splitter:
             if character == self._quote:
                 self._quote = ''
             else:
-                self._text += character
+                self._text.append(character)
         elif character in '\'"':
             self._quote = character
             self._started = True
         elif character in _WHITESPACE:
             self._end_argument()
         else:
-            self._text += character
+            self._text.append(character)
             self._started = True
 
     def finish(self) -> tuple[Template, ...]:
         if self._quote:
             raise UnclosedQuoteError(self._quote)
         if self._escape:
-            self._text += '\\'
+            self._text.append('\\')
         self._end_argument()
         return tuple(self._arguments)
 
     def _flush_text(self) -> None:
         if self._text:
-            self._parts.append(self._text)
-            self._text = ''
+            self._parts.append(''.join(self._text))
+            self._text = []
 
     def _end_argument(self) -> None:
         if self._started:

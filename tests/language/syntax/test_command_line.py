@@ -4,6 +4,7 @@
 """Command lines are split as a POSIX shell splits them."""
 
 import shlex
+import time
 
 from colcon_yamllaunch.language.syntax.command_line import split_command_line
 from colcon_yamllaunch.language.syntax.command_line import UnclosedQuoteError
@@ -94,3 +95,13 @@ def test_text_is_split_as_shlex_does(text):
 def test_quoted_words_come_back(words):
     arguments = split_command_line(Template((shlex.join(words),)))
     assert [argument.literal for argument in arguments] == words
+
+
+def test_long_word_takes_linear_time() -> None:
+    def seconds(length: int) -> float:
+        start = time.process_time()
+        assert split('a' * length) == ['a' * length]
+        return time.process_time() - start
+
+    # quadratic time would be 400 times as long
+    assert seconds(600_000) < 120 * max(seconds(30_000), 0.005)
