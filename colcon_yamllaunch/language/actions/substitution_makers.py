@@ -11,6 +11,7 @@ function here: to :data:`_TEXTS` if it makes a text of texts, else to
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import partial
 import math
 import os
@@ -188,6 +189,12 @@ def _run_command(
     # one that comes while the command begins would leave it behind
     unblocked = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
     unblock = partial(signal.pthread_sigmask, signal.SIG_SETMASK, unblocked)
+
+    def begin() -> None:
+        # a group of its own, to end what it leaves running
+        os.setpgid(0, 0)
+        unblock()
+
     try:
         with subprocess.Popen(
             words,
@@ -197,14 +204,15 @@ def _run_command(
             stderr=subprocess.STDOUT if mode == 'capture' else subprocess.PIPE,
             env=environment,
             cwd=walk.cwd,
-            preexec_fn=unblock,
+            preexec_fn=begin,
         ) as process:
             try:
                 unblock()
                 output, errors = _output(process)
-            except BaseException:
-                process.kill()
-                raise
+            finally:
+                # it is not reaped yet, so the group is still its own
+                with suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
     except (OSError, ValueError) as e:
         raise SubstitutionError(
             f"the command '{line}' cannot be run: {e}",
@@ -238,28 +246,41 @@ def _output(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
     """
     Return what a command writes, and the start of its errors.
 
-    It is ended once it has written more than anybody reads.
+    What it leaves running is not waited for, and a command that writes more
+    than anybody reads is not either.
     """
     assert process.stdout is not None
     output, errors = bytearray(), bytearray()
-    poll = select.poll()
     into = {process.stdout.fileno(): output}
     if process.stderr is not None:
         into[process.stderr.fileno()] = errors
+    poll = select.poll()
     for descriptor in into:
         poll.register(descriptor, select.POLLIN)
-    while into:
-        for descriptor, _ in poll.poll():
-            chunk = os.read(descriptor, _CHUNK)
-            into[descriptor] += chunk
-            if not chunk:
-                poll.unregister(descriptor)
-                del into[descriptor]
-        # of the errors only the start is shown
-        del errors[4 * MAXIMUM_STDERR :]
-        if len(output) > MAXIMUM_CONTENT:
-            process.kill()
-            break
+    end = os.pidfd_open(process.pid)
+    poll.register(end, select.POLLIN)
+    has_ended = False
+    try:
+        while into and len(output) <= MAXIMUM_CONTENT:
+            ready = [found for found, _ in poll.poll(0 if has_ended else None)]
+            if not ready:
+                break
+            if end in ready:
+                has_ended = True
+                poll.unregister(end)
+                ready.remove(end)
+            for descriptor in ready:
+                chunk = os.read(descriptor, _CHUNK)
+                into[descriptor] += chunk
+                if not chunk:
+                    poll.unregister(descriptor)
+                    del into[descriptor]
+            # of the errors only the start is shown
+            del errors[4 * MAXIMUM_STDERR :]
+        if not into and not has_ended:
+            os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+    finally:
+        os.close(end)
     return bytes(output), bytes(errors)
 
 

@@ -3,6 +3,11 @@
 
 """What each substitution comes to."""
 
+import os
+from pathlib import Path
+import signal
+import time
+
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 import pytest
@@ -177,6 +182,34 @@ def test_error(launcher, text, message, hint):
     )
     assert message in error.message
     assert hint in (error.hint or '')
+
+
+@pytest.mark.parametrize('shell', ['sh', 'setsid -w sh'])
+def test_command_may_leave_a_process_running(launcher, tmp_path, shell):
+    # it has the pipes open, and would be waited for
+    script = launcher.write(
+        'leave', f'sleep 600 & echo $! > {tmp_path}/pid; echo o\n'
+    )
+    text = (
+        'launch:\n'
+        f'- let: {{name: x, value: "$(command \'{shell} {script}\')"}}\n'
+    )
+    launcher.good(text)
+    pid = int((tmp_path / 'pid').read_text())
+    if 'setsid' in shell:
+        # it has left the group of the command
+        os.kill(pid, signal.SIGKILL)
+    deadline = time.monotonic() + 60
+    while _runs(pid):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def _runs(pid):
+    try:
+        return ') Z ' not in Path(f'/proc/{pid}/stat').read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return False
 
 
 def test_stderr_of_a_command_may_be_a_warning(launcher):
