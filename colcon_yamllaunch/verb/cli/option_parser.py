@@ -17,7 +17,10 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
+from colcon_yamllaunch.verb.cli.argv import words_behind
 from colcon_yamllaunch.verb.cli.messages import enumeration
+from colcon_yamllaunch.verb.cli.option_scanner import program_index
+from colcon_yamllaunch.verb.cli.option_scanner import scan
 from colcon_yamllaunch.verb.cli.option_table import Kind
 from colcon_yamllaunch.verb.cli.option_table import NO_LIMIT
 from colcon_yamllaunch.verb.cli.option_table import Option
@@ -121,12 +124,25 @@ def read_options(values: Any, verb: Verb) -> dict[str, Any]:
     :raises UserError: when a value makes no sense, or options do not fit
       together
     """
+    _refuse_separator(words_behind(verb), verb)
     given = given_options(values, verb)
     _refuse_unfit(given)
     return {
         option.key: read_value(option, getattr(values, option.key))
         for option in given.values()
     }
+
+
+def _refuse_separator(words: Sequence[str], verb: Verb) -> None:
+    """Refuse `--option=--`, whose value argparse drops."""
+    if verb == 'run':
+        words = words[: program_index(words)]
+    for item in scan(words, verb):
+        if item.option is not None and item.words[0].endswith('=--'):
+            raise UserError(
+                f"{item.option.name} takes no value '--': leave it "
+                'out, or correct it'
+            )
 
 
 def refuse_unknown(words: Sequence[str], verb: Verb) -> None:

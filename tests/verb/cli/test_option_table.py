@@ -14,6 +14,7 @@ from colcon_yamllaunch.verb.cli.create_options import CreateOptions
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.launch_options import parse_launch_options
 from colcon_yamllaunch.verb.cli.option_parser import add_options
+from colcon_yamllaunch.verb.cli.option_parser import read_options
 from colcon_yamllaunch.verb.cli.option_parser import READERS
 from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
 from colcon_yamllaunch.verb.cli.option_table import Completer
@@ -73,6 +74,17 @@ def parsed(*words: str) -> LaunchOptions:
     parser.add_argument('positionals', nargs=argparse.REMAINDER)
     add_options(parser, 'launch')
     return parse_launch_options(parser.parse_args(words))
+
+
+@pytest.mark.parametrize('word', ['--stop=--', '--check=--', '--for=--'])
+def test_separator_is_no_value(
+    word: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr('sys.argv', ['colcon', 'launch', 'a.yaml', word])
+    with pytest.raises(UserError, match="takes no value '--'"):
+        read_options(argparse.Namespace(), 'launch')
+    monkeypatch.setattr('sys.argv', ['colcon', 'run', 'p', 'x', word])
+    assert read_options(argparse.Namespace(), 'run') == {}
 
 
 @pytest.mark.parametrize(('title', 'verb', 'option'), EVERY)
