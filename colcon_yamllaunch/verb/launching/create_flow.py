@@ -23,6 +23,7 @@ from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.verb.cli.create_options import CreateOptions
 from colcon_yamllaunch.verb.cli.create_options import parse_create_options
+from colcon_yamllaunch.verb.cli.log_base import find_workspace
 from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
@@ -73,7 +74,10 @@ def _create(known: Any, environment: Mapping[str, str]) -> int:
         options, lambda name: git_setting(name, cwd, environment)
     )
     package = new_package(options, name, email)
-    folder = destination(options.destination, cwd) / package.name
+    place = cwd
+    if options.destination is None and not os.path.isdir(cwd / 'src'):
+        place = _named_workspace(cwd) or cwd
+    folder = destination(options.destination, place) / package.name
     try:
         there = next(p for p in (folder, *folder.parents) if os.path.isdir(p))
         root = _root_of(there)
@@ -109,7 +113,8 @@ def _add_node(
 
     :raises UserError: when there is no such package, or no place in it
     """
-    locator = scan_packages(_root_of(cwd), environment)
+    root = _root_of(cwd) or _named_workspace(cwd)
+    locator = scan_packages(root, environment)
     package = locator.package(name)
     if package is None:
         names = [package.name for package in locator.packages()]
@@ -166,6 +171,14 @@ def _root_of(folder: Path) -> Path | None:
     """Find the workspace of a folder, unless it is somebody else's."""
     try:
         return find_root(folder)
+    except UntrustedError:
+        return None
+
+
+def _named_workspace(cwd: Path) -> Path | None:
+    """Return the workspace of ROS_WORKSPACE if `cwd` is in none."""
+    try:
+        return None if find_root(cwd) else find_workspace(None, ())
     except UntrustedError:
         return None
 

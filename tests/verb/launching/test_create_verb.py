@@ -354,3 +354,21 @@ def test_package_with_a_node_of_rclcpp(developer: User) -> None:
     assert 'already' in error(developer, 'pumps', '--add-node', 'pump.cpp')
     done = create(developer, 'pumps', '--add-node', 'valve.cpp')
     assert 'rclcpp of ROS 2 is not to be found here' in done.stderr
+
+
+def test_package_outside_of_workspaces_is_made_in_the_named_one(
+    developer: User, tmp_path: Path
+) -> None:
+    outside = tmp_path / 'outside'
+    outside.mkdir()
+    (developer.root / 'src').mkdir(exist_ok=True)
+    developer.environment['ROS_WORKSPACE'] = str(developer.root)
+    command = ('colcon', 'create', 'my_pkg')
+    made = developer.start(*command, cwd=outside)
+    assert made.end() == 0, made.output
+    assert (developer.root / 'src/my_pkg/package.xml').is_file()
+    # where there is a workspace around, or going to be one, that is meant
+    (outside / 'src').mkdir()
+    made = developer.start(*command, cwd=outside)
+    assert made.end() == 0, made.output
+    assert (outside / 'src/my_pkg/package.xml').is_file()
