@@ -5,6 +5,7 @@
 
 from collections.abc import Sequence
 from dataclasses import field
+import os
 from pathlib import Path
 import re
 from typing import Any
@@ -275,10 +276,19 @@ def _refuse_unclear(options: LaunchOptions) -> None:
                 '--paths took all that follows it',
                 "put it behind PKG and FILE, or '--' after the paths",
             )
+        # most command lines name something
+        from colcon_yamllaunch.verb.cli.log_base import workspace_root
+        from colcon_yamllaunch.verb.cli.target import launch_commands
+        from colcon_yamllaunch.workspace.colcon.package_scan import (
+            scan_packages,
+        )
+
+        root = workspace_root(options.workspace, ())
         raise UserError(
             'there is nothing to launch',
             'usage: colcon launch PKG FILE, or '
-            'colcon launch path/to/file.yaml',
+            'colcon launch path/to/file.yaml'
+            + launch_commands(scan_packages(root, os.environ)),
         )
     if options.watch is not None and options.timeout and not options.until:
         raise UserError(

@@ -22,6 +22,9 @@ from colcon_yamllaunch.workspace.packages.launch_files import likely_ones
 from colcon_yamllaunch.workspace.packages.manifest import BrokenManifest
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
+#: How many launch files of a workspace are listed at most.
+LISTED = 20
+
 
 @dataclass(frozen=True, slots=True)
 class Target:
@@ -37,7 +40,22 @@ class Target:
     package: str | None = None
 
 
-def path_target(positionals: tuple[str, ...], cwd: Path) -> Target | None:
+def launch_commands(locator: PackageLocator) -> str:
+    """Return a listing of the launch files that there are, '' for none."""
+    commands = [
+        f'\n  colcon launch {package.name} {Path(file).name}'
+        for package in sorted(locator.packages(), key=lambda p: p.name)
+        for file in likely_ones(find_launch_files(package.path))
+    ]
+    if not commands:
+        return ''
+    more = '\n  …' if len(commands) > LISTED else ''
+    return f'\nLaunch files here:{"".join(commands[:LISTED])}{more}'
+
+
+def path_target(
+    positionals: tuple[str, ...], cwd: Path, locator: PackageLocator
+) -> Target | None:
     """
     Return the launch file that is given by its path; None for a package.
 
@@ -56,6 +74,8 @@ def path_target(positionals: tuple[str, ...], cwd: Path) -> Target | None:
             if near is not None:
                 # as it works from here
                 hint = f"did you mean '{Path(word).parent / near}'?"
+        if '/' not in word:
+            hint = f'{hint or ""}{launch_commands(locator)}'.strip() or None
         raise UserError(f"there is no launch file '{word}'", hint)
     return None
 

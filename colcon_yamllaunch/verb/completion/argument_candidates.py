@@ -38,7 +38,7 @@ def launch_arguments(
     :raises LaunchError: when a launch file has mistakes
     """
     cwd = Path.cwd()
-    target = path_target(tuple(positionals), cwd) or package_target(
+    target = path_target(tuple(positionals), cwd, locator) or package_target(
         tuple(positionals), locator, tuple
     )
     values = dict(word.split(':=', 1) for word in given)

@@ -7,12 +7,14 @@ from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.verb.cli.target import path_target
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 import pytest
 
 
 def refused(folder: Path, *words: str) -> str:
     with pytest.raises(UserError) as error:
-        path_target(words, folder)
+        path_target(words, folder, PackageLocator((), folder, False, {}))
     return str(error.value)
 
 
@@ -38,3 +40,16 @@ def test_a_malformed_launch_argument(
 ) -> None:
     (tmp_path / 'demo.yaml').touch()
     assert refused(tmp_path, 'demo.yaml', word).endswith(hint)
+
+
+def test_launch_files_that_there_are_are_listed(tmp_path: Path) -> None:
+    file = tmp_path / 'weather/launch/weather.launch.yaml'
+    file.parent.mkdir(parents=True)
+    file.touch()
+    package = Package('weather', tmp_path / 'weather', 'ros.ament_cmake')
+    locator = PackageLocator((package,), tmp_path / 'install', False, {})
+    with pytest.raises(UserError) as error:
+        path_target(('weather.launch.yaml',), tmp_path, locator)
+    assert error.value.hint == (
+        'Launch files here:\n  colcon launch weather weather.launch.yaml'
+    )

@@ -161,6 +161,8 @@ def test_check_of_a_whole_workspace(user: User) -> None:
     assert 'there is nothing to launch' in user.launch(
         '--check', 'who:=me', code=1
     )
+    output = user.launch(code=1)
+    assert 'Launch files here:\n  colcon launch one one.yaml\n' in output
 
 
 def test_check_for_programs(user: User) -> None:

@@ -182,7 +182,9 @@ class LaunchBasis:
         :raises UserError: when there is none
         """
         positionals = self._options.positionals
-        return path_target(positionals, self.cwd) or package_target(
+        return path_target(
+            positionals, self.cwd, self.locator
+        ) or package_target(
             positionals, self.locator, self._workspace.broken_manifests
         )
 
