@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextlib import suppress
+import errno
 import logging
 import os
 import signal
@@ -201,6 +202,10 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
         # nobody reads what is shown
         return 1
     except Exception as e:
+        lack = _lack(e)
+        if lack is not None:
+            say(f'colcon {verb}: error: {lack}')
+            return 1
         # a defect of ours: the user gets one line, the log the traceback
         logger.debug('unexpected exception', exc_info=True)
         say(
@@ -212,6 +217,19 @@ def report_errors(verb: str, action: Callable[[], int]) -> int:
     finally:
         _settle(sys.stdout)
         _settle(sys.stderr)
+
+
+def _lack(problem: Exception) -> str | None:
+    """Return what the system lacks and how to get it, None if nothing."""
+    if not isinstance(problem, OSError):
+        return None
+    if problem.errno in (errno.EMFILE, errno.ENFILE):
+        reason = f'{problem.strerror}: a launch needs more of them'
+        return f'{reason}\n  help: ulimit -n 1024'
+    if problem.filename == os.devnull:
+        reason = f"'{os.devnull}' cannot be opened: {problem.strerror}"
+        return f'{reason}\n  help: mknod -m 666 {os.devnull} c 1 3, as root'
+    return None
 
 
 def _settle(stream: TextIO) -> None:

@@ -78,3 +78,25 @@ def test_colcon_may_write_where_nothing_is_taken() -> None:
     assert output.write('text') == 4
     output.flush()
     assert output.encoding == Failing(errno.ENOSPC).encoding
+
+
+@pytest.mark.parametrize(
+    ('number', 'file', 'fix'),
+    [
+        (errno.EMFILE, None, 'ulimit -n 1024'),
+        (errno.ENOENT, '/dev/null', 'mknod -m 666 /dev/null c 1 3'),
+    ],
+)
+def test_lack_of_the_system_is_no_internal_error(
+    capsys: pytest.CaptureFixture[str],
+    number: int,
+    file: str | None,
+    fix: str,
+) -> None:
+    def action() -> int:
+        raise OSError(number, os.strerror(number), file)
+
+    assert report_errors('launch', action) == 1
+    said = capsys.readouterr().err
+    assert said.startswith('colcon launch: error: ')
+    assert f'help: {fix}' in said
