@@ -129,7 +129,8 @@ def test_check_looks_at_every_branch(user: User) -> None:
     assert f'{place}:5:' in output
     assert "did you mean 'one'?" in output
     assert f'{place}:6:' not in output.replace('warning', '')
-    assert "two has no executable 'helo.sh': it has hello.sh" in output
+    assert "error: two has no executable 'helo.sh'\n" in output
+    assert '\n  help: it has hello.sh\n' in output
     assert 'add <exec_depend>two</exec_depend>' in output
     assert '3 errors, 1 warning in 1 launch file' in output
     assert not (user.root / 'build').exists()
