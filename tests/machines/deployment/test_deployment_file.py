@@ -322,7 +322,7 @@ def test_wrong_defaults_are_told_once():
     text = 'defaults: {ssh: a, synk: none, sync: no}\nmachines: {a: b, c: d}\n'
     assert sorted(problems(text)) == [
         "1:12+3 'defaults' has no key 'ssh' (there are workspace, sync, "
-        'on_lost, env, setup, python)',
+        'on_lost, lost_after, env, setup, python)',
         "1:20+4 'defaults' has no key 'synk' (did you mean 'sync'?)",
         "1:38+2 'sync' has no value 'no' (did you mean 'none'?)",
     ]

@@ -48,7 +48,9 @@ class PlayedContact:
             raise UserError(f'{name}: a password')
         if 'connect' in self.fails.get(name, ''):
             raise UserError(f'{name}: is off')
-        return SimpleNamespace(workspace=None, home=f'/home/{name}')
+        return SimpleNamespace(
+            workspace=None, home=f'/home/{name}', ahead=0.0, delay=0.0
+        )
 
     def ask(self, request, arguments, on_line=None):
         self.asked.append((request, arguments))
