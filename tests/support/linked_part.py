@@ -31,7 +31,7 @@ from support.marked_processes import kill
 from support.marked_processes import marked
 
 #: Seconds; a loaded machine needs some.
-DEADLINE = 60
+DEADLINE = 180
 _MARK = 'COLCON_LAUNCH_TEST_LINKED'
 
 

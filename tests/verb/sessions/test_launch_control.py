@@ -107,7 +107,7 @@ def test_a_node_is_known_by_all_of_its_names(second: User) -> None:
     )
     second.write('t.sh', 'echo tick; exec sleep 99')
     launch = begin(second, 'a.yaml')
-    assert '[left/camera]  tick' in launch.output
+    launch.wait_for(r'\[left/camera\]  tick')
     known = {label: p['name'] for label, p in status(second).items()}
     assert known == {
         'kitchen': 'sh-1',
