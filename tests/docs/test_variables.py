@@ -37,6 +37,10 @@ OTHERS = {
     'CMAKE_CACHEFILE_DIR',  # in CMake's cache, as the next one
     'CMAKE_HOME_DIRECTORY',
     'CMAKE_PROJECT_NAME',  # in CMake's files, as the next ones
+    'CMAKE_CURRENT_LIST_DIR',
+    'CMAKE_CURRENT_SOURCE_DIR',
+    'CMAKE_SOURCE_DIR',
+    'PROJECT_SOURCE_DIR',
     'NAME_WE',
     'OUTPUT_NAME',
     'PARENT_SCOPE',

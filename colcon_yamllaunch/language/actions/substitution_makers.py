@@ -24,6 +24,9 @@ import shutil
 import signal
 import subprocess
 
+from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.common.process_scan import variable_of
+from colcon_yamllaunch.common.process_scan import young_processes
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import is_slip
 from colcon_yamllaunch.common.text_files import content_of
@@ -45,6 +48,9 @@ MAXIMUM_CONTENT = 16 * 1024 * 1024
 MAXIMUM_STDERR = 2000
 #: The ways of `$(command …)` with output on stderr, as ROS 2 names them.
 STDERR_MODES = ('fail', 'ignore', 'warn', 'capture')
+
+#: By this variable what a `$(command …)` leaves running is found.
+COMMAND_VARIABLE = 'COLCON_LAUNCH_COMMAND'
 
 _CHUNK = 64 * 1024
 #: What ends a launch that is being prepared.
@@ -184,7 +190,8 @@ def _run_command(
             f'$(command {shlex.quote(line)})', call.position
         )
     walk.has_run_programs = True
-    environment = walk.scope_environment()
+    mark = os.urandom(8).hex()
+    environment = {**walk.scope_environment(), COMMAND_VARIABLE: mark}
     program = shutil.which(words[0], path=environment.get('PATH'))
     # one that comes while the command begins would leave it behind
     unblocked = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
@@ -210,9 +217,7 @@ def _run_command(
                 unblock()
                 output, errors = _output(process)
             finally:
-                # it is not reaped yet, so the group is still its own
-                with suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGKILL)
+                _kill_all_of(process.pid, mark)
     except (OSError, ValueError) as e:
         raise SubstitutionError(
             f"the command '{line}' cannot be run: {e}",
@@ -240,6 +245,24 @@ def _run_command(
             may_pass_after_build=True,
         )
     return output.decode(errors='replace')
+
+
+def _kill_all_of(pid: int, mark: str) -> None:
+    """Kill a command that is not reaped yet, and what it leaves running."""
+    with suppress(ProcessLookupError):
+        os.killpg(pid, signal.SIGKILL)
+    launcher = read_process(os.getpid())
+    since = 0 if launcher is None else launcher.birth
+    elders: set[tuple[str, int]] = set()
+    # what left the group, by setsid(); it may fork meanwhile
+    while left := [
+        process.pid
+        for process in young_processes(since, elders)
+        if variable_of(process.pid, COMMAND_VARIABLE) == mark
+    ]:
+        for process_id in left:
+            with suppress(ProcessLookupError):
+                os.kill(process_id, signal.SIGKILL)
 
 
 def _output(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
