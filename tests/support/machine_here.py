@@ -104,7 +104,9 @@ class MachineHere:
         on_line: Callable[[str], None] | None = None,
     ) -> dict[str, Any]:
         self.asked.append(request)
-        command = [sys.executable, '-I', '-S', '-c']
+        # the Python of no virtual environment, which might have a colcon
+        python = os.path.realpath(sys.executable)
+        command = [python, '-I', '-S', '-c']
         with subprocess.Popen(
             [*self.inside, *command, _ANSWER, _LIBRARY, request],
             stdin=subprocess.PIPE,

@@ -155,6 +155,7 @@ class MachineConnection:
         # held by who reads from it, and by who writes to it
         self._reading = threading.Lock()
         self._process: ConnectProcess | None = None
+        self._is_closed = False
         self._reader = FrameReader()
         self._frames: list[Frame] = []
         self._lock = threading.Lock()
@@ -193,6 +194,9 @@ class MachineConnection:
             ) from error
         self._process = process
         try:
+            if self._is_closed:
+                # it was before there was a process to end
+                raise self._lost(process)
             if may_ask:
                 with foreground(process.pid):
                     self._begin(process, patience=None)
@@ -283,6 +287,7 @@ class MachineConnection:
 
     def close(self) -> None:
         """End the connection, and what it does there."""
+        self._is_closed = True
         process = self._process
         if process is None:
             return

@@ -15,6 +15,9 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.suggestions import nearest
 from colcon_yamllaunch.verb.cli.log_base import PATH_SUFFIXES
 from colcon_yamllaunch.workspace.packages.launch_files import (
+    checkable_launch_files,
+)
+from colcon_yamllaunch.workspace.packages.launch_files import (
     choose_launch_file,
 )
 from colcon_yamllaunch.workspace.packages.launch_files import find_launch_files
@@ -45,7 +48,7 @@ def launch_commands(locator: PackageLocator) -> str:
     commands = [
         f'\n  colcon launch {package.name} {Path(file).name}'
         for package in sorted(locator.packages(), key=lambda p: p.name)
-        for file in likely_ones(find_launch_files(package.path))
+        for file in checkable_launch_files(package.path)
     ]
     if not commands:
         return ''

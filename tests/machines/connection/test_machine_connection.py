@@ -65,6 +65,16 @@ def test_what_a_machine_is_like(sshd: Sshd) -> None:
     sshd.wait_until_empty()
 
 
+def test_connection_closed_before_it_begins_does_not_stay(
+    plain: PlainMachine,
+) -> None:
+    contact = MachineContact(plain.machine())
+    # as by a launch that turns out not to need the machine
+    contact.close()
+    failed(contact)
+    plain.wait_until_empty()
+
+
 def test_functions_are_asked_for(plain: PlainMachine) -> None:
     contact = MachineContact(plain.machine())
     contact.connect()

@@ -220,7 +220,8 @@ def test_invalid_manifest_of_a_folder_that_is_nothing_else(
     user.package('other')
     user.manifest('one', mail='nonsense')
     output = user.launch('one', 'one', code=1)
-    assert 'src/one/package.xml is invalid' in output
+    assert 'src/one/package.xml: error: ' in output
+    assert 'Invalid email "nonsense"' in output
 
 
 def test_undeclared_package_is_built_and_named(user: User) -> None:

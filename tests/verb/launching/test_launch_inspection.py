@@ -163,7 +163,9 @@ def test_check_of_a_whole_workspace(user: User) -> None:
         '--check', 'who:=me', code=1
     )
     output = user.launch(code=1)
-    assert 'Launch files here:\n  colcon launch one one.yaml\n' in output
+    assert 'Launch files here:\n' in output
+    assert '\n    colcon launch one one.yaml\n' in output
+    assert 'settings.yaml' not in output
 
 
 def test_check_for_programs(user: User) -> None:
