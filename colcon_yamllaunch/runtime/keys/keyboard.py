@@ -99,11 +99,32 @@ class Keyboard:
         """
         poll = select.poll()
         poll.register(self.descriptor, select.POLLIN)
-        # Ctrl-C drops what was typed before it
-        return os.read(self.descriptor, _SIZE) if poll.poll(0) else b''
+        return _read(self.descriptor) if poll.poll(0) else b''
 
     def _modes(self, before: list[Any]) -> list[Any]:
         return _raw(before) if self.takes_keys else _silent(before)
+
+
+def _read(descriptor: int) -> bytes:
+    """
+    Return what was typed, or nothing.
+
+    Ctrl-C drops what was typed before it, also after the terminal was found to
+    be readable; a read that waits would miss Ctrl-C then. The mode of the
+    descriptor is shared with the shell, so the terminal is opened once more.
+    """
+    flags = os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
+    try:
+        unblocked = os.open(f'/proc/self/fd/{descriptor}', flags)
+    except OSError:
+        # it belongs to another user, as after `su`
+        return os.read(descriptor, _SIZE)
+    try:
+        return os.read(unblocked, _SIZE)
+    except BlockingIOError:
+        return b''
+    finally:
+        os.close(unblocked)
 
 
 def _silent(attributes: list[Any]) -> list[Any]:
