@@ -36,10 +36,10 @@ import sys
 import tempfile
 import time
 
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.runtime.run_plan import run_plan
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.run_plan import run_plan
 
 LINE = b'[INFO] [1732000000.123456789] [counter]: published number 42\n'
 OTHER_LINE = LINE.replace(b'42', b'43')

@@ -5,10 +5,12 @@
 
 from collections.abc import Generator
 from collections.abc import Iterator
+from functools import cache
 import importlib.util
 import os
 from pathlib import Path
 import random
+import re
 import signal
 import socket
 import sys
@@ -29,6 +31,8 @@ from support.slurm import skip_without_slurm
 from support.slurm import Slurm
 from support.sshd import skip_without_sshd
 from support.sshd import Sshd
+
+pytest_plugins = ['support.language_fixtures', 'support.launch_fixtures']
 
 # The background job of a script ignores Ctrl-C and Ctrl-\, nohup makes SIGHUP
 # ignored, and so would all that tests start.
@@ -67,6 +71,8 @@ FULL_FIXTURES = frozenset(
         'user',
     }
 )
+#: Folders whose tests belong to the contract, whatever they import.
+CONTRACT_FOLDERS = frozenset({'conformance', 'docs', 'python_launch'})
 #: What no other test may start, or import.
 FULL_PROGRAMS = frozenset({'cmake', 'colcon', 'rclpy'})
 #: The events of Python that tell of that (see the table of audit events).
@@ -84,9 +90,20 @@ def pytest_xdist_auto_num_workers() -> int:
     return len(os.sched_getaffinity(0)) + 1
 
 
+@cache
+def _is_contract(path: Path) -> bool:
+    """Return whether the tests in `path` import nothing of the product."""
+    if CONTRACT_FOLDERS.intersection(path.parts):
+        return True
+    text = path.read_text(encoding='utf-8')
+    return re.search(r'^\s*(from|import) colcon_yaml', text, re.M) is None
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what takes too long for `make quick`, or shares a part."""
+    """Mark the tests of `make gate`, slow ones and those that share a part."""
     for item in items:
+        if _is_contract(item.path):
+            item.add_marker('contract')
         if FULL_FIXTURES.intersection(getattr(item, 'fixturenames', ())):
             item.add_marker('full')
         # one Slurm is enough for all workers

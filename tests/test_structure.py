@@ -1,16 +1,13 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A stranger finds his way: small folders, names of one meaning, no circle."""
+"""The import contract between the sub-packages, and links of the repository.
+
+Each line lists the sub-packages that one of them may import.
+"""
 
 import ast
-from collections import Counter
-from collections import defaultdict
 from collections.abc import Iterator
-from collections.abc import Mapping
-from functools import cache
-from graphlib import CycleError
-from graphlib import TopologicalSorter
 from pathlib import Path
 import subprocess
 
@@ -18,109 +15,50 @@ import pytest
 from support.sources import modules
 from support.sources import PACKAGE
 
-# so that one worker parses the code
-pytestmark = pytest.mark.xdist_group('sources')
-#: How many modules of a folder a reader can take in.
-MAXIMUM_MODULES = 14
-
-Graph = Mapping[str, set[str]]
-
-
-@cache
-def names() -> dict[str, Path]:
-    """Return the files of the modules by their full names."""
-    found = {}
-    for path in modules():
-        parts = path.relative_to(PACKAGE.parent).with_suffix('').parts
-        found['.'.join(parts).removesuffix('.__init__')] = path
-    return found
+CORE = {'common', 'plan'}
+ALLOWED = {
+    'common': set[str](),
+    'workspace': {'common'},
+    'plan': {'common', 'language'},
+    'language': CORE,
+    'engine': CORE,
+    'observers': CORE | {'engine'},
+    'control': CORE | {'engine', 'observers'},
+    'ros': CORE | {'engine', 'language'},
+    'terminal': CORE | {'engine', 'observers', 'control'},
+    'launch_companion': CORE | {'engine', 'control'},
+    'run_plan': CORE
+    | {'engine', 'observers', 'control', 'terminal', 'launch_companion'},
+    'remote': CORE
+    | {'engine', 'observers', 'control', 'language', 'workspace', 'run_plan'},
+    'watch': CORE | {'engine', 'language', 'workspace', 'remote'},
+    'sweep': CORE | {'engine', 'observers', 'run_plan'},
+}
 
 
 def imported(tree: ast.AST) -> Iterator[str]:
-    """Return the names that a module imports, wherever it does."""
+    """Return the sub-packages that a module imports, wherever it does."""
     for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert not node.level, 'no relative imports'
-            for alias in node.names:
-                yield f'{node.module}.{alias.name}'
+        if isinstance(node, ast.ImportFrom):
+            parts = (node.module or '').split('.')
+            if parts[0] == PACKAGE.name and parts[1:]:
+                yield parts[1]
 
 
-@cache
-def imports() -> Graph:
-    """Return the modules of the package that each of them imports."""
-    graph: dict[str, set[str]] = {}
-    for name, path in names().items():
-        graph[name] = {_module(wanted) for wanted in imported(modules()[path])}
-        graph[name] -= {name, ''}
-    return graph
-
-
-def _module(name: str) -> str:
-    """Return the module that is imported, or that a name is imported from."""
-    parent = name.rpartition('.')[0]
-    return next((one for one in (name, parent) if one in names()), '')
-
-
-def folded(graph: Graph, depth: int) -> Graph:
-    """Return the graph of the folders that are at most that deep."""
-    folders = {
-        name: _folder(name, path.name == '__init__.py', depth)
-        for name, path in names().items()
+@pytest.mark.parametrize('name', ALLOWED)
+def test_sub_package_imports_only_what_the_contract_allows(name: str) -> None:
+    found = {
+        f'{path.relative_to(PACKAGE)}: {other}'
+        for path, tree in modules().items()
+        if path.relative_to(PACKAGE).with_suffix('').parts[0] == name
+        for other in imported(tree)
+        if other not in ALLOWED[name] | {name}
     }
-    result: dict[str, set[str]] = defaultdict(set)
-    for name, others in graph.items():
-        result[folders[name]] |= {folders[other] for other in others}
-    return {name: others - {name} for name, others in result.items()}
-
-
-def _folder(name: str, is_package: bool, depth: int) -> str:
-    parts = name.split('.') if is_package else name.split('.')[:-1]
-    return '.'.join(parts[: depth + 1])
-
-
-def circle(graph: Graph) -> list[str]:
-    """Return one circle of a graph, or nothing."""
-    try:
-        TopologicalSorter(graph).prepare()
-    except CycleError as e:
-        return list(e.args[1])
-    return []
-
-
-def test_no_folder_has_too_many_modules() -> None:
-    count = Counter(
-        path.parent.relative_to(PACKAGE)
-        for path in modules()
-        if path.name != '__init__.py'
-    )
-    assert {f: n for f, n in count.items() if n > MAXIMUM_MODULES} == {}
-
-
-def test_each_module_has_a_name_of_its_own() -> None:
-    count = Counter(
-        path.name for path in modules() if path.name != '__init__.py'
-    )
-    assert [name for name, number in count.items() if number > 1] == []
-
-
-def test_imports_and_circles_are_found() -> None:
-    assert sum(map(len, imports().values())) > len(names())
-    assert circle({'a': {'b'}, 'b': {'c'}, 'c': {'b'}})
-
-
-def test_no_modules_import_one_another_in_a_circle() -> None:
-    assert circle(imports()) == []
-
-
-@pytest.mark.parametrize('depth', [1, 2])
-def test_arrows_between_folders_go_one_way(depth: int) -> None:
-    assert circle(folded(imports(), depth)) == []
+    assert found == set()
 
 
 def test_symlinks_stay_in_the_repository() -> None:
-    root = PACKAGE.parent
+    root: Path = PACKAGE.parent
     try:
         listed = subprocess.run(
             ['git', 'ls-files', '--stage', '-z'],

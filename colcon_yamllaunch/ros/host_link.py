@@ -25,20 +25,20 @@ from colcon_yamllaunch.common.escalation import Escalation
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import Targets
 from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.process.descriptors import open_log
+from colcon_yamllaunch.engine.process.pythons import pythons
+from colcon_yamllaunch.engine.process.spawn import spawn_process
+from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
+from colcon_yamllaunch.engine.stopping.launch_scan import find_orphans
+from colcon_yamllaunch.engine.stopping.launch_scan import LAUNCH_ID_VARIABLE
 from colcon_yamllaunch.language.evaluation.launch_host import HostError
 from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
 from colcon_yamllaunch.language.evaluation.launch_host import HostTimeoutError
 from colcon_yamllaunch.language.evaluation.launch_host import NoHostError
 from colcon_yamllaunch.language.host.python_errors import TIMEOUT_VARIABLE
-from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.process.descriptors import open_log
-from colcon_yamllaunch.runtime.process.pythons import pythons
-from colcon_yamllaunch.runtime.process.spawn import spawn_process
-from colcon_yamllaunch.runtime.process.spawn import StartError
-from colcon_yamllaunch.runtime.stopping.guard_link import GuardLink
-from colcon_yamllaunch.runtime.stopping.launch_scan import find_orphans
-from colcon_yamllaunch.runtime.stopping.launch_scan import LAUNCH_ID_VARIABLE
 
 #: What the process runs; it imports nothing of this package.
 PROGRAM = Path(__file__).with_name('launch_host')

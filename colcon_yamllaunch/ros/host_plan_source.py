@@ -7,12 +7,12 @@ import signal
 from typing import Any
 from typing import Protocol
 
+from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.language.evaluation.launch_host import Growing
 from colcon_yamllaunch.language.evaluation.launch_host import HostError
 from colcon_yamllaunch.language.evaluation.launch_host import HostMessage
-from colcon_yamllaunch.language.plan.plan import Growth
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.plan.plan import Growth
+from colcon_yamllaunch.plan.plan import Process
 
 
 class Link(Protocol):

@@ -10,21 +10,21 @@ import time
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.runtime.record.launch_logs import COMMON_LOG
-from colcon_yamllaunch.sweep.report.report_page import Page
-from colcon_yamllaunch.sweep.report.report_page import report_page
-from colcon_yamllaunch.sweep.results.results_csv import results_csv
-from colcon_yamllaunch.sweep.results.results_folder import JUNIT
-from colcon_yamllaunch.sweep.results.results_folder import MESSAGES
-from colcon_yamllaunch.sweep.results.results_folder import REPORT
-from colcon_yamllaunch.sweep.results.results_folder import RESULTS
-from colcon_yamllaunch.sweep.results.results_folder import ResultsFolder
-from colcon_yamllaunch.sweep.results.results_folder import shown_path
-from colcon_yamllaunch.sweep.results.results_folder import SweepDefinition
-from colcon_yamllaunch.sweep.results.results_folder import write_text
-from colcon_yamllaunch.sweep.results.run_result import RunResult
-from colcon_yamllaunch.sweep.results.run_result import versions_of
-from colcon_yamllaunch.sweep.results.sweep_junit import junit_report
+from colcon_yamllaunch.observers.launch_logs import COMMON_LOG
+from colcon_yamllaunch.sweep.report_page import Page
+from colcon_yamllaunch.sweep.report_page import report_page
+from colcon_yamllaunch.sweep.results_csv import results_csv
+from colcon_yamllaunch.sweep.results_folder import JUNIT
+from colcon_yamllaunch.sweep.results_folder import MESSAGES
+from colcon_yamllaunch.sweep.results_folder import REPORT
+from colcon_yamllaunch.sweep.results_folder import RESULTS
+from colcon_yamllaunch.sweep.results_folder import ResultsFolder
+from colcon_yamllaunch.sweep.results_folder import shown_path
+from colcon_yamllaunch.sweep.results_folder import SweepDefinition
+from colcon_yamllaunch.sweep.results_folder import write_text
+from colcon_yamllaunch.sweep.run_result import RunResult
+from colcon_yamllaunch.sweep.run_result import versions_of
+from colcon_yamllaunch.sweep.sweep_junit import junit_report
 
 #: Seconds between two writings while runs go on, and how many times longer
 #: than a writing takes that is at least.

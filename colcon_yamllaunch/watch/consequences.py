@@ -16,10 +16,10 @@ import os
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.watch.files.changes import Change
-from colcon_yamllaunch.watch.files.changes import Kind
-from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge.knowledge import PackageUse
+from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.changes import Kind
+from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge import PackageUse
 
 #: What is to be done; `restart after build` waits until the packages of the
 #: same batch are built, and is done whatever that brought; `keep` is that a

@@ -12,7 +12,7 @@ import warnings
 
 from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.position import Position
 
 _PYTHON = 'python3'
 _SUFFIX = '.py'

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from dataclasses import field
 
-from colcon_yamllaunch.runtime.core import events
+from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.watch.watch_lines import came_of
 from colcon_yamllaunch.watch.watch_lines import happened
 

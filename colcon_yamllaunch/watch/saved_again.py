@@ -11,8 +11,8 @@ about, and when: with the next look, or when something fails soon after.
 
 from collections.abc import Collection
 
-from colcon_yamllaunch.watch.files.changes import Batch
-from colcon_yamllaunch.watch.files.changes import Change
+from colcon_yamllaunch.watch.changes import Batch
+from colcon_yamllaunch.watch.changes import Change
 
 #: How long after a file was something else for a moment, or before that was
 #: noticed, something may fail by that (seconds).

@@ -9,10 +9,10 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.language.syntax.diagnostics import shown_path
-from colcon_yamllaunch.runtime.core import limits
+from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.consequences import Consequence
-from colcon_yamllaunch.watch.files.changes import Change
 
 #: Files that a line names before it only counts.
 _FILES_SHOWN = 3

@@ -23,28 +23,31 @@ import re
 import signal
 from typing import Any
 
-from colcon_yamllaunch.language.plan.plan import Component
-from colcon_yamllaunch.language.plan.plan import Entry
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.runtime.core import events
-from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.core.tasks import RefusedError
-from colcon_yamllaunch.runtime.course.plan_changes import RunningLaunch
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.plan_changes import RunningLaunch
+from colcon_yamllaunch.engine.tasks import RefusedError
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan_difference import plan_difference
+from colcon_yamllaunch.watch.build_effects import touched_by
+from colcon_yamllaunch.watch.changes import Batch
+from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.changes import merged
 from colcon_yamllaunch.watch.consequences import Consequence
 from colcon_yamllaunch.watch.consequences import consequences
 from colcon_yamllaunch.watch.consequences import missed
 from colcon_yamllaunch.watch.consequences import Steps
 from colcon_yamllaunch.watch.consequences import steps
 from colcon_yamllaunch.watch.failed_parts import FailedParts
-from colcon_yamllaunch.watch.files.changes import Batch
-from colcon_yamllaunch.watch.files.changes import Change
-from colcon_yamllaunch.watch.files.changes import merged
-from colcon_yamllaunch.watch.files.watcher_link import WatcherLink
-from colcon_yamllaunch.watch.knowledge.build_effects import touched_by
-from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge.mapped_files import with_libraries
-from colcon_yamllaunch.watch.plan_difference import plan_difference
+from colcon_yamllaunch.watch.jobs import Announced
+from colcon_yamllaunch.watch.jobs import Failed
+from colcon_yamllaunch.watch.jobs import Job
+from colcon_yamllaunch.watch.jobs import Prepared
+from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.mapped_files import with_libraries
 from colcon_yamllaunch.watch.python_sources import compiles
 from colcon_yamllaunch.watch.rounds import Round
 from colcon_yamllaunch.watch.rounds import Rounds
@@ -54,11 +57,8 @@ from colcon_yamllaunch.watch.saved_again import SavedAgain
 from colcon_yamllaunch.watch.watch_lines import failed_by
 from colcon_yamllaunch.watch.watch_lines import happened
 from colcon_yamllaunch.watch.watch_lines import why_lines
-from colcon_yamllaunch.watch.worker.jobs import Announced
-from colcon_yamllaunch.watch.worker.jobs import Failed
-from colcon_yamllaunch.watch.worker.jobs import Job
-from colcon_yamllaunch.watch.worker.jobs import Prepared
-from colcon_yamllaunch.watch.worker.worker_link import WorkerLink
+from colcon_yamllaunch.watch.watcher_link import WatcherLink
+from colcon_yamllaunch.watch.worker_link import WorkerLink
 
 #: What may restart a process with another Python file, the surest first.
 _RESTARTS = ('restart', 'restart after build', 'build')

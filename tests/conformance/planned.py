@@ -15,11 +15,11 @@ import shutil
 from typing import Any
 
 from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.plan.plan import Entry
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.plan.plan import Shutdown
 from colcon_yamllaunch.language.policies.evaluate import evaluate
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.verb.launching.launch_packages import LaunchPackages
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 

@@ -6,7 +6,7 @@
 from pathlib import Path
 import re
 
-from colcon_yamllaunch.runtime.keys.keys import help_lines
+from colcon_yamllaunch.terminal.keys import help_lines
 
 PAGE = Path(__file__).parents[2] / 'docs/terminal.md'
 TEXT = PAGE.read_text(encoding='utf-8')

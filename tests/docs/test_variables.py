@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 import re
 
-from colcon_yamllaunch.runtime.control.socket_folder import SUFFIX
-from colcon_yamllaunch.runtime.record.log_store import INDEX_NAME
+from colcon_yamllaunch.control.socket_folder import SUFFIX
+from colcon_yamllaunch.observers.log_store import INDEX_NAME
 from colcon_yamllaunch.verb.cli.environment_variables import ALL_LOGS_LIMIT
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.workspace.building.build_lock import LOCK_NAME

@@ -16,8 +16,7 @@ from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from launch_files_page import reference_page
 import pytest
-
-from tests.language.conftest import source
+from support.language_fixtures import source
 
 ROOT = Path(__file__).parents[2]
 PAGE = reference_page()

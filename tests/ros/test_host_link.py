@@ -15,12 +15,12 @@ import time
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
 from colcon_yamllaunch.language.evaluation.launch_host import HostError
 from colcon_yamllaunch.language.evaluation.launch_host import HostTimeoutError
 from colcon_yamllaunch.language.evaluation.launch_host import NoHostError
 from colcon_yamllaunch.ros import host_link
 from colcon_yamllaunch.ros.host_link import HostLink
-from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
 import pytest
 
 #: Seconds.
@@ -302,7 +302,7 @@ KILLED = """\
 import os, sys
 from pathlib import Path
 from colcon_yamllaunch.ros.host_link import HostLink
-from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
+from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
 
 link = HostLink(dict(os.environ), '/', Path('/dev/null'), new_identity(), 1e3)
 link.send({'id': 1})

@@ -6,15 +6,15 @@
 from collections import deque
 import signal
 
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.plan_source import PlanSource
 from colcon_yamllaunch.language.evaluation.launch_host import HostError
-from colcon_yamllaunch.language.plan.plan import Growth
-from colcon_yamllaunch.language.plan.plan import Message
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.plan import Growth
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.ros.host_plan_source import HostPlanSource
-from colcon_yamllaunch.runtime.core import events
-from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.core.plan_source import PlanSource
 import pytest
 
 POSITION = Position('/ws/a.launch.py', 7, 9)

@@ -8,8 +8,8 @@ from pathlib import Path
 import time
 
 from colcon_yamllaunch.common import temporary_folders
-from colcon_yamllaunch.runtime.clients.client import running_launches
-from colcon_yamllaunch.runtime.control import socket_folder
+from colcon_yamllaunch.control import socket_folder
+from colcon_yamllaunch.control.client import running_launches
 import pytest
 
 ABOUT = {

@@ -15,7 +15,7 @@ import time
 from typing import Any
 import uuid
 
-from colcon_yamllaunch.runtime.clients.client import running_launches
+from colcon_yamllaunch.control.client import running_launches
 from support.marked_processes import command_of
 from support.marked_processes import kill
 from support.marked_processes import marked

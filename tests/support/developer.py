@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 import subprocess
 
-from colcon_yamllaunch.machines.sync.code_sync import Code
-from colcon_yamllaunch.machines.sync.code_sync import sync_code
-from colcon_yamllaunch.machines.sync.code_sync import Synced
-from colcon_yamllaunch.machines.sync.remote_connection import Connection
+from colcon_yamllaunch.remote.sync.code_sync import Code
+from colcon_yamllaunch.remote.sync.code_sync import sync_code
+from colcon_yamllaunch.remote.sync.code_sync import Synced
+from colcon_yamllaunch.remote.sync.remote_connection import Connection
 from colcon_yamllaunch.workspace.packages.package import Package
 from support.file_clock import let_files_settle
 from support.machine_here import MachineHere

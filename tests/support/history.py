@@ -7,12 +7,12 @@ from itertools import count
 from types import SimpleNamespace
 
 from colcon_yamllaunch.common.escalation import Orphan
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.runtime.components.composition import Composition
-from colcon_yamllaunch.runtime.core.events import Started
-from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.course.supervisor import Supervisor
-from colcon_yamllaunch.runtime.process.spawn import StartError
+from colcon_yamllaunch.engine.components.composition import Composition
+from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.engine.supervisor import Supervisor
+from colcon_yamllaunch.plan.plan import Plan
 
 FINE = Outcome(code=0)
 

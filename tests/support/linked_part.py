@@ -17,15 +17,15 @@ import uuid
 
 from colcon_yamllaunch.common.process_scan import arguments_of
 from colcon_yamllaunch.common.process_scan import running_processes
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.machines.deployment.machine import Machine
-from colcon_yamllaunch.machines.link.machine_contact import MachineContact
-from colcon_yamllaunch.machines.wire.part_settings import PartSettings
-from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.stopping.launch_scan import launcher_of
-from colcon_yamllaunch.runtime.streams.watches import Watches
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.engine.stopping.launch_scan import launcher_of
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.link.machine_contact import MachineContact
+from colcon_yamllaunch.remote.wire.part_settings import PartSettings
 from support.marked_processes import command_of
 from support.marked_processes import kill
 from support.marked_processes import marked

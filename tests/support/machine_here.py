@@ -28,7 +28,7 @@ sys.path.insert(0, sys.argv[1])
 import importlib, json, os
 from colcon_yamllaunch.common.errors import UserError
 module, _, name = sys.argv[2].partition('.')
-found = importlib.import_module('colcon_yamllaunch.machines.sync.' + module)
+found = importlib.import_module('colcon_yamllaunch.remote.sync.' + module)
 arguments = json.loads(sys.stdin.buffer.read())
 os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
 out = os.dup(1)

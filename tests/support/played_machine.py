@@ -5,15 +5,15 @@
 
 from typing import Any
 
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.machines.deployment.machine import Machine
-from colcon_yamllaunch.machines.wire.event_codec import event_to_json
-from colcon_yamllaunch.runtime.core import events
-from colcon_yamllaunch.runtime.core.moment import Moment
-from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.runtime.streams.watches import Watches
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.moment import Moment
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.wire.event_codec import event_to_json
 
 POSITION = Position('/ws/demo.yaml', 3, 5)
 

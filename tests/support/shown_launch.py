@@ -10,17 +10,17 @@ from dataclasses import asdict
 import os
 from typing import Any
 
-from colcon_yamllaunch.runtime.acts.description import Description
-from colcon_yamllaunch.runtime.acts.description import Parameter
-from colcon_yamllaunch.runtime.acts.description import Surrounding
-from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
-from colcon_yamllaunch.runtime.clients.subscription import Answered
-from colcon_yamllaunch.runtime.clients.subscription import Happened
-from colcon_yamllaunch.runtime.clients.subscription import News
-from colcon_yamllaunch.runtime.clients.subscription import Wrote
-from colcon_yamllaunch.runtime.control.launch_states import ComponentState
-from colcon_yamllaunch.runtime.control.launch_states import LaunchState
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.control.description import Description
+from colcon_yamllaunch.control.description import Parameter
+from colcon_yamllaunch.control.description import Surrounding
+from colcon_yamllaunch.control.launch_states import ComponentState
+from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.control.subscription import Answered
+from colcon_yamllaunch.control.subscription import Happened
+from colcon_yamllaunch.control.subscription import News
+from colcon_yamllaunch.control.subscription import Wrote
 
 Answer = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 

@@ -11,21 +11,21 @@ from dataclasses import replace
 import signal
 from typing import Any
 
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.runtime.core import events
-from colcon_yamllaunch.runtime.core.outcome import Outcome
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.watch import watching
-from colcon_yamllaunch.watch.files.changes import Batch
-from colcon_yamllaunch.watch.files.changes import Change
-from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge.knowledge import PackageUse
-from colcon_yamllaunch.watch.knowledge.knowledge import ProcessUse
+from colcon_yamllaunch.watch.changes import Batch
+from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.jobs import Announced
+from colcon_yamllaunch.watch.jobs import Failed
+from colcon_yamllaunch.watch.jobs import Prepared
+from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge import PackageUse
+from colcon_yamllaunch.watch.knowledge import ProcessUse
 from colcon_yamllaunch.watch.watching import Watching
-from colcon_yamllaunch.watch.worker.jobs import Announced
-from colcon_yamllaunch.watch.worker.jobs import Failed
-from colcon_yamllaunch.watch.worker.jobs import Prepared
 import pytest
 
 ARM = '/ws/src/arm'

@@ -3,9 +3,9 @@
 
 """Files that were something else for a moment, and who failed by that."""
 
+from colcon_yamllaunch.watch.changes import Batch
+from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.failed_parts import FailedParts
-from colcon_yamllaunch.watch.files.changes import Batch
-from colcon_yamllaunch.watch.files.changes import Change
 from colcon_yamllaunch.watch.saved_again import READING
 from colcon_yamllaunch.watch.saved_again import SavedAgain
 

@@ -10,19 +10,19 @@ from types import SimpleNamespace
 from typing import Any
 
 from colcon_yamllaunch.common.fingerprint import Fingerprint
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.watch.build_effects import touched_by
+from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.consequences import consequences
 from colcon_yamllaunch.watch.consequences import Steps
 from colcon_yamllaunch.watch.consequences import steps
-from colcon_yamllaunch.watch.files.changes import Change
-from colcon_yamllaunch.watch.knowledge.build_effects import touched_by
-from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge.knowledge import RunsThere
-from colcon_yamllaunch.watch.knowledge.learning import knowledge_of
+from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge import RunsThere
+from colcon_yamllaunch.watch.learning import knowledge_of
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record

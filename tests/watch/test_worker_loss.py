@@ -5,14 +5,14 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.runtime.core import events
-from colcon_yamllaunch.runtime.core.outcome import Outcome
-from colcon_yamllaunch.watch.files.changes import Batch
-from colcon_yamllaunch.watch.files.changes import Change
-from colcon_yamllaunch.watch.knowledge.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge.knowledge import PackageUse
-from colcon_yamllaunch.watch.knowledge.knowledge import ProcessUse
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.watch.changes import Batch
+from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge import PackageUse
+from colcon_yamllaunch.watch.knowledge import ProcessUse
 from colcon_yamllaunch.watch.watching import Watching
 import pytest
 

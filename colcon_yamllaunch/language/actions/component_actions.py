@@ -20,11 +20,11 @@ from colcon_yamllaunch.language.evaluation.findings import PluginUse
 from colcon_yamllaunch.language.evaluation.findings import Wanted
 from colcon_yamllaunch.language.evaluation.walk import Handler
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.plan.plan import Component
 from colcon_yamllaunch.language.syntax.ros_names import node_name_problem
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
+from colcon_yamllaunch.plan.plan import Component
 
 
 def _node_container(walk: Walk, attributes: Attributes) -> None:

@@ -27,7 +27,6 @@ from colcon_yamllaunch.language.actions.parameter_file_lookup import (
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.tree.text import Text
@@ -38,6 +37,7 @@ from colcon_yamllaunch.language.vocabulary.parameter_sections import (
 from colcon_yamllaunch.language.vocabulary.parameter_sections import (
     read_sections,
 )
+from colcon_yamllaunch.plan.plan import ParameterFile
 
 
 def component_parameters(

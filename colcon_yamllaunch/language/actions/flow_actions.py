@@ -18,11 +18,11 @@ from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Handler
 from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_ACTIONS
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.plan.plan import Message
-from colcon_yamllaunch.language.plan.plan import Shutdown
-from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.yaml_values import load_yaml
 from colcon_yamllaunch.language.syntax.yaml_values import UnusableYamlError
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import Timer
 
 _T = TypeVar('_T')
 

@@ -15,11 +15,8 @@ from colcon_yamllaunch.language.actions.parameter_file_lookup import (
 from colcon_yamllaunch.language.evaluation.attributes import Attributes
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.plan.plan import ParameterFile
-from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.tree.launch_tree import ParameterValue
 from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.parameter import coerce
@@ -31,6 +28,9 @@ from colcon_yamllaunch.language.vocabulary.parameter import ParameterContent
 from colcon_yamllaunch.language.vocabulary.parameter import ParameterTypeError
 from colcon_yamllaunch.language.vocabulary.parameter import ScalarValue
 from colcon_yamllaunch.language.vocabulary.parameter import type_name
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.position import Position
 
 #: What is said of a parameter that is an empty list.
 EMPTY_LIST = 'nodes do not accept an empty list, which has no type'

@@ -11,7 +11,6 @@ from colcon_yamllaunch.language.evaluation.findings import SectionUse
 from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.plan.plan import ParameterFile
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.source_text import read_source
@@ -26,6 +25,7 @@ from colcon_yamllaunch.language.vocabulary.parameter_sections import (
 from colcon_yamllaunch.language.vocabulary.parameter_sections import (
     read_sections,
 )
+from colcon_yamllaunch.plan.plan import ParameterFile
 
 
 def file_of(

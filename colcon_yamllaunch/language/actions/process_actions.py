@@ -31,15 +31,15 @@ from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Handler
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.plan.plan import OUTPUT_MODES
-from colcon_yamllaunch.language.plan.plan import ParameterFile
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.plan.plan import SetParameter
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.ros_names import node_name_problem
 from colcon_yamllaunch.language.syntax.template import Substitution
 from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
+from colcon_yamllaunch.plan.plan import OUTPUT_MODES
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SetParameter
 
 #: The environment variable that replaces every `output`, as in ROS 2.
 OUTPUT_OVERRIDE = 'OVERRIDE_LAUNCH_PROCESS_OUTPUT'

@@ -17,11 +17,11 @@ from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.host.python_visit import ask_host
 from colcon_yamllaunch.language.host.python_visit import NotTakenOverError
 from colcon_yamllaunch.language.host.python_visit import visit_in_python
-from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGKILL_TIMEOUT
-from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGTERM_TIMEOUT
-from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.position import Span
+from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
+from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Span
 
 __all__ = ['add_python_launch', 'ask_host', 'launch_in_python']
 

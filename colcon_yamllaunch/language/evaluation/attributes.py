@@ -18,7 +18,6 @@ from colcon_yamllaunch.language.syntax.command_line import split_command_line
 from colcon_yamllaunch.language.syntax.command_line import UnclosedQuoteError
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import Item
@@ -28,6 +27,7 @@ from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.parameter import parse_boolean
+from colcon_yamllaunch.plan.position import Position
 
 _T = TypeVar('_T')
 

@@ -4,7 +4,7 @@
 """What is known of a launch argument without launching."""
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.position import Position
 
 
 @dataclass(frozen=True, slots=True)

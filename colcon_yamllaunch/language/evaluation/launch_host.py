@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 from typing import Protocol
 
-from colcon_yamllaunch.language.plan.plan import Growth
-from colcon_yamllaunch.language.syntax.position import Span
+from colcon_yamllaunch.plan.plan import Growth
+from colcon_yamllaunch.plan.position import Span
 
 #: A message of the host or for it; see the program of the host.
 HostMessage = Mapping[str, Any]

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-from colcon_yamllaunch.language.plan.labels import with_labels
-from colcon_yamllaunch.language.plan.plan import Block
-from colcon_yamllaunch.language.plan.plan import Condition
-from colcon_yamllaunch.language.plan.plan import Entry
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.labels import with_labels
+from colcon_yamllaunch.plan.plan import Block
+from colcon_yamllaunch.plan.plan import Condition
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.position import Position
 
 
 class PlanDraft:

@@ -21,12 +21,12 @@ from colcon_yamllaunch.language.evaluation.values import LeftOpen
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.position import Span
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.evaluation.launch_host import Dialogue

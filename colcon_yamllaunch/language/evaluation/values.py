@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.position import Position
 
 #: The longest key of a value, in characters; a longer one is cut.
 MAXIMUM_KEY_LENGTH = 400

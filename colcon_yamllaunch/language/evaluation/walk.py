@@ -29,11 +29,8 @@ from colcon_yamllaunch.language.evaluation.values import joined
 from colcon_yamllaunch.language.evaluation.values import Place
 from colcon_yamllaunch.language.evaluation.values import unknown
 from colcon_yamllaunch.language.evaluation.values import Value
-from colcon_yamllaunch.language.plan.plan import Condition
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.source_text import read_source
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.template import Substitution
@@ -48,6 +45,9 @@ from colcon_yamllaunch.language.vocabulary.package_lookup import Exposed
 from colcon_yamllaunch.language.vocabulary.parameter_sections import (
     ParameterSections,
 )
+from colcon_yamllaunch.plan.plan import Condition
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.position import Span
 
 #: How many launch files may be open inside of one another.
 MAXIMUM_INCLUDE_DEPTH = 40

@@ -20,14 +20,14 @@ from colcon_yamllaunch.language.host.python_visit import ask_host
 from colcon_yamllaunch.language.host.python_visit import NotTakenOverError
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.template import parse_template
 from colcon_yamllaunch.language.syntax.template import Substitution
 from colcon_yamllaunch.language.syntax.template import Template
 from colcon_yamllaunch.language.syntax.template import TemplateSyntaxError
 from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.position import Span
 
 # the substitutions that name a package or a launch configuration, and which
 # argument does

@@ -13,13 +13,13 @@ from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.host.host_dialogue import HostDialogue
 from colcon_yamllaunch.language.host.host_dialogue import Intake
 from colcon_yamllaunch.language.host.python_errors import python_error
-from colcon_yamllaunch.language.plan.labels import with_labels
-from colcon_yamllaunch.language.plan.plan import Growth
-from colcon_yamllaunch.language.plan.plan import Message
-from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.labels import with_labels
+from colcon_yamllaunch.plan.plan import Growth
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.position import Position
 
 
 class GrowingLaunch:

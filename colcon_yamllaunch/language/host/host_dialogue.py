@@ -31,26 +31,26 @@ from colcon_yamllaunch.language.evaluation.walk import Walk
 from colcon_yamllaunch.language.host.scope_messages import content
 from colcon_yamllaunch.language.host.scope_messages import scope_as_json
 from colcon_yamllaunch.language.host.scope_messages import take_scope
-from colcon_yamllaunch.language.plan.plan import ChangeState
-from colcon_yamllaunch.language.plan.plan import Component
-from colcon_yamllaunch.language.plan.plan import Condition
-from colcon_yamllaunch.language.plan.plan import Entry
-from colcon_yamllaunch.language.plan.plan import EventHandler
-from colcon_yamllaunch.language.plan.plan import HostCall
-from colcon_yamllaunch.language.plan.plan import Message
-from colcon_yamllaunch.language.plan.plan import OUTPUT_MODES
-from colcon_yamllaunch.language.plan.plan import ParameterFile
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.plan.plan import SetParameter
-from colcon_yamllaunch.language.plan.plan import Shutdown
-from colcon_yamllaunch.language.plan.plan import SignalProcess
-from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Condition
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import EventHandler
+from colcon_yamllaunch.plan.plan import HostCall
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import OUTPUT_MODES
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import SignalProcess
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.position import Span
 
 #: How many lines of a call are searched for a text.
 MAXIMUM_CALL_LINES = 40

@@ -13,8 +13,8 @@ from colcon_yamllaunch.language.host.host_dialogue import position_of
 from colcon_yamllaunch.language.host.python_source import written_arguments
 from colcon_yamllaunch.language.host.python_visit import NotTakenOverError
 from colcon_yamllaunch.language.host.python_visit import visit_in_python
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.syntax.position import Span
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.position import Span
 
 
 def declared_arguments(

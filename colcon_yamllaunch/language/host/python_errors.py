@@ -13,7 +13,7 @@ from colcon_yamllaunch.language.host.host_dialogue import written_at
 from colcon_yamllaunch.language.host.python_source import named_packages
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.position import Position
 
 #: The variable with the seconds that the host may take.
 TIMEOUT_VARIABLE = 'COLCON_LAUNCH_PYTHON_TIMEOUT'

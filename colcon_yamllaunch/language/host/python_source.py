@@ -11,7 +11,7 @@ from colcon_yamllaunch.common.text_files import text_of
 from colcon_yamllaunch.language.evaluation.declared_argument import (
     DeclaredArgument,
 )
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.position import Position
 
 # what takes the name of a package first, by the name that it is called by
 _PACKAGE_CALLS = frozenset(

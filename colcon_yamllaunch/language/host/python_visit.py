@@ -18,9 +18,9 @@ from colcon_yamllaunch.language.host.python_errors import python_error
 from colcon_yamllaunch.language.host.python_errors import TIMEOUT_VARIABLE
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.position import Span
 
 
 class NotTakenOverError(Exception):

@@ -13,9 +13,9 @@ from colcon_yamllaunch.language.evaluation.values import known
 from colcon_yamllaunch.language.evaluation.values import UNSET
 from colcon_yamllaunch.language.evaluation.values import Value
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
 from colcon_yamllaunch.language.vocabulary.parameter import ParameterContent
+from colcon_yamllaunch.plan.position import Span
 
 
 def scope_as_json(walk: Walk) -> dict[str, Any]:

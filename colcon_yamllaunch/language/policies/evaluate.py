@@ -33,13 +33,13 @@ from colcon_yamllaunch.language.evaluation.walk import MAXIMUM_INCLUDE_DEPTH
 from colcon_yamllaunch.language.evaluation.walk import PYTHON_SUFFIX
 from colcon_yamllaunch.language.evaluation.walk import too_deep
 from colcon_yamllaunch.language.evaluation.walk import Walk
-from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.text import Text
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.position import Span
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.evaluation.launch_host import Growing

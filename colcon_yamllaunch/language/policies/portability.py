@@ -15,7 +15,6 @@ import shlex
 
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 from colcon_yamllaunch.language.tree.launch_tree import Entity
 from colcon_yamllaunch.language.tree.launch_tree import Item
@@ -26,6 +25,7 @@ from colcon_yamllaunch.language.vocabulary.actions import by_name
 from colcon_yamllaunch.language.vocabulary.actions import items_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
+from colcon_yamllaunch.plan.position import Span
 
 #: The release that has all actions, attributes and substitutions but those
 #: that say otherwise.

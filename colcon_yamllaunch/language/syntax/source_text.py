@@ -12,7 +12,7 @@ import re
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.position import Position
 
 #: The largest file that is read, in bytes.
 MAXIMUM_FILE_SIZE = 8 * 1024 * 1024

@@ -9,8 +9,8 @@ import re
 
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.plan.position import Position
 import yaml
 
 _ITEM = re.compile(r'\s*-(\s|$)')

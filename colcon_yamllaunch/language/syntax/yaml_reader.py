@@ -8,8 +8,8 @@ from typing import Any
 from typing import Literal
 
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.plan.position import Position
 import yaml
 
 #: How deep lists and mappings may be nested.

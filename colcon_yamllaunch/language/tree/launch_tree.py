@@ -17,8 +17,6 @@ from colcon_yamllaunch.common.suggestions import nearest_first
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.language.syntax.position import Span
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
@@ -41,6 +39,8 @@ from colcon_yamllaunch.language.vocabulary.actions import required_of
 from colcon_yamllaunch.language.vocabulary.actions import Type
 from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
 from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.position import Span
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.tree.raw_entity import RawEntity

@@ -16,7 +16,6 @@ from typing import TypeGuard
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.xml_scalar import XmlScalar
 from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
 from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
@@ -24,6 +23,7 @@ from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
 from colcon_yamllaunch.language.syntax.yaml_reader import Value
 from colcon_yamllaunch.language.tree.text import Text
 from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
+from colcon_yamllaunch.plan.position import Position
 
 _CHILDREN = 'children'
 

@@ -8,7 +8,6 @@ import re
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.template import parse_template
 from colcon_yamllaunch.language.syntax.template import Substitution
 from colcon_yamllaunch.language.syntax.template import Template
@@ -21,6 +20,7 @@ from colcon_yamllaunch.language.vocabulary import names_elsewhere
 from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
 from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
+from colcon_yamllaunch.plan.position import Position
 
 _PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
 _BLOCK_HEADER = re.compile(r'[|>][^\n]*\n')

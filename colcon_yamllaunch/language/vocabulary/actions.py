@@ -22,10 +22,10 @@ from enum import Enum
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.suggestions import one_of
-from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGKILL_TIMEOUT
-from colcon_yamllaunch.language.plan.plan import DEFAULT_SIGTERM_TIMEOUT
-from colcon_yamllaunch.language.plan.plan import OUTPUT_MODES
-from colcon_yamllaunch.language.plan.plan import UNLIMITED_RETRIES
+from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
+from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
+from colcon_yamllaunch.plan.plan import OUTPUT_MODES
+from colcon_yamllaunch.plan.plan import UNLIMITED_RETRIES
 
 #: The ROS 2 releases that are told apart, in the order they came; Rolling has
 #: what no release has yet.

@@ -14,7 +14,6 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import error
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
 from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
@@ -25,6 +24,7 @@ from colcon_yamllaunch.language.syntax.yaml_values import UnusableYamlError
 from colcon_yamllaunch.language.vocabulary.parameter import Parameter
 from colcon_yamllaunch.language.vocabulary.parameter import ParameterContent
 from colcon_yamllaunch.language.vocabulary.parameter import ScalarValue
+from colcon_yamllaunch.plan.position import Position
 
 #: What stands above the parameters of a section.
 PARAMETERS = 'ros__parameters'

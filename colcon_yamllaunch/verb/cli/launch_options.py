@@ -12,8 +12,8 @@ from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.runtime.core.limits import LOG_LIMIT
-from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
+from colcon_yamllaunch.engine.limits import LOG_LIMIT
+from colcon_yamllaunch.engine.output.line_pattern import LinePattern
 from colcon_yamllaunch.verb.cli.option_parser import parse_more
 from colcon_yamllaunch.verb.cli.option_parser import read_options
 from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
@@ -229,7 +229,7 @@ def _refuse_options(action: str, names: Sequence[str]) -> None:
 def _read_transition(words: Sequence[str]) -> tuple[Sequence[str], str]:
     """Tell the names of nodes from the transition behind them."""
     from colcon_yamllaunch.common.suggestions import one_of
-    from colcon_yamllaunch.runtime.components.transitions import TRANSITIONS
+    from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
 
     *names, last = words or ('',)
     if last in TRANSITIONS and names:

@@ -16,7 +16,7 @@ from typing import NoReturn
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
+from colcon_yamllaunch.engine.output.line_pattern import LinePattern
 from colcon_yamllaunch.verb.cli.argv import words_behind
 from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.option_scanner import program_index
@@ -29,8 +29,8 @@ from colcon_yamllaunch.verb.cli.option_table import SECTIONS
 from colcon_yamllaunch.verb.cli.option_table import Verb
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.sweep.results.run_metrics import Metric
-    from colcon_yamllaunch.sweep.slurm.slurm_place import SlurmPlace
+    from colcon_yamllaunch.sweep.run_metrics import Metric
+    from colcon_yamllaunch.sweep.slurm_place import SlurmPlace
 
 #: Bytes that a limit for logs has at least.
 SMALLEST_LOG_LIMIT = 1_000_000
@@ -277,13 +277,13 @@ def _share(option: str, text: str) -> float:
 
 def _metric(option: str, text: str) -> 'Metric':
     # no other verb has it
-    from colcon_yamllaunch.sweep.results.run_metrics import read_metric
+    from colcon_yamllaunch.sweep.run_metrics import read_metric
 
     return read_metric(option, text)
 
 
 def _place(option: str, text: str) -> 'SlurmPlace':
-    from colcon_yamllaunch.sweep.slurm.slurm_place import read_place
+    from colcon_yamllaunch.sweep.slurm_place import read_place
 
     return read_place(option, text)
 

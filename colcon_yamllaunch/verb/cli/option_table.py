@@ -15,7 +15,7 @@ from keyword import iskeyword
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.runtime.core.limits import LOG_LIMIT
+from colcon_yamllaunch.engine.limits import LOG_LIMIT
 
 #: The verbs that have options.
 Verb = Literal['launch', 'run', 'create', 'sweep']

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.runtime.streams.line_pattern import LinePattern
+from colcon_yamllaunch.engine.output.line_pattern import LinePattern
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.launch_options import named
 from colcon_yamllaunch.verb.cli.launch_options import PREFIXES
@@ -21,8 +21,8 @@ from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
 from colcon_yamllaunch.verb.cli.option_table import RUN_LOG_LIMIT
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.sweep.results.run_metrics import Metric
-    from colcon_yamllaunch.sweep.slurm.slurm_place import SlurmPlace
+    from colcon_yamllaunch.sweep.run_metrics import Metric
+    from colcon_yamllaunch.sweep.slurm_place import SlurmPlace
 
 _USAGE = (
     'usage: colcon sweep PKG FILE name:=1..100, or '

@@ -24,7 +24,7 @@ def hosts(deployment: str | None, prefix: str, folder: Path) -> Candidates:
     """
     if deployment:
         # it is read for this only
-        from colcon_yamllaunch.machines.deployment.deployment_file import (
+        from colcon_yamllaunch.remote.deployment.deployment_file import (
             read_deployment,
         )
 

@@ -11,18 +11,16 @@ from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 
-from colcon_yamllaunch.runtime.clients.client import ControlError
-from colcon_yamllaunch.runtime.clients.client import running_launches
-from colcon_yamllaunch.runtime.clients.orphaned_launches import (
-    orphaned_launches,
-)
-from colcon_yamllaunch.runtime.clients.process_names import ProcessNames
-from colcon_yamllaunch.runtime.components.transitions import TRANSITIONS
-from colcon_yamllaunch.runtime.components.transitions import transitions_of
-from colcon_yamllaunch.runtime.control.launch_states import LaunchState
-from colcon_yamllaunch.runtime.control.launch_states import Part
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.control.launch_states import UNKNOWN
+from colcon_yamllaunch.control.client import ControlError
+from colcon_yamllaunch.control.client import running_launches
+from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.launch_states import Part
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.control.launch_states import UNKNOWN
+from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
+from colcon_yamllaunch.control.process_names import ProcessNames
+from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
+from colcon_yamllaunch.engine.components.transitions import transitions_of
 from colcon_yamllaunch.verb.completion.candidates import Candidates
 from colcon_yamllaunch.verb.sessions.selecting import is_selected
 from colcon_yamllaunch.verb.sessions.selecting import matches

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 import os
 
+from colcon_yamllaunch.engine.events import Ended
 from colcon_yamllaunch.language.reports.github_annotations import annotation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.runtime.core.events import Ended
 from colcon_yamllaunch.verb.cli.messages import show
 
 

@@ -11,12 +11,6 @@ from dataclasses import replace
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.language.evaluation.findings import Checked
 from colcon_yamllaunch.language.evaluation.findings import together
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan_graph import plan_to_dot
-from colcon_yamllaunch.language.plan.plan_graph import plan_to_mermaid
-from colcon_yamllaunch.language.plan.plan_json import plan_to_json
-from colcon_yamllaunch.language.plan.plan_script import plan_to_script
-from colcon_yamllaunch.language.plan.plan_text import plan_to_text
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
@@ -28,7 +22,13 @@ from colcon_yamllaunch.language.reports.reports import as_text
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.diagnostics import shown_position
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan_graph import plan_to_dot
+from colcon_yamllaunch.plan.plan_graph import plan_to_mermaid
+from colcon_yamllaunch.plan.plan_json import plan_to_json
+from colcon_yamllaunch.plan.plan_script import plan_to_script
+from colcon_yamllaunch.plan.plan_text import plan_to_text
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import show
@@ -142,8 +142,8 @@ class _Placement:
 
     def __init__(self, flow: LaunchFlow, plan: Plan) -> None:
         # most launches run here
-        from colcon_yamllaunch.machines.deployment import placement
-        from colcon_yamllaunch.machines.deployment import placement_text
+        from colcon_yamllaunch.remote.deployment import placement
+        from colcon_yamllaunch.remote.deployment import placement_text
 
         assert flow.deployment is not None
         self.placed = placement.place(plan, flow.deployment)

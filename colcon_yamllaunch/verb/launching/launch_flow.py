@@ -11,7 +11,7 @@ from pathlib import Path
 import signal
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.language.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.launching.log_folders import locked
 from colcon_yamllaunch.verb.launching.log_folders import log_store_of
@@ -23,8 +23,8 @@ from colcon_yamllaunch.verb.launching.steps.launch_preparation import (
 )
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.runtime.core.plan_source import PlanSource
-    from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
+    from colcon_yamllaunch.engine.plan_changes import PlanChanges
+    from colcon_yamllaunch.engine.plan_source import PlanSource
 
 #: Makes what changes the plan while it runs, of the launch, its plan and the
 #: environment of that.

@@ -14,8 +14,8 @@ import time
 
 from colcon_core.location import get_log_path
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.runtime.record.log_files import lock_folder
-from colcon_yamllaunch.runtime.record.log_store import LogStore
+from colcon_yamllaunch.observers.log_files import lock_folder
+from colcon_yamllaunch.observers.log_store import LogStore
 from colcon_yamllaunch.verb.cli.environment_variables import ALL_LOGS_LIMIT
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.verb.cli.environment_variables import LOG_FOLDERS

@@ -14,29 +14,29 @@ import time
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.plan.plan import SetParameter
-from colcon_yamllaunch.runtime.control.launch_states import About
-from colcon_yamllaunch.runtime.core import limits
-from colcon_yamllaunch.runtime.core.events import Ended
-from colcon_yamllaunch.runtime.core.events import Event
-from colcon_yamllaunch.runtime.core.events import Listener
-from colcon_yamllaunch.runtime.core.events import Started
-from colcon_yamllaunch.runtime.core.events import StartFailed
-from colcon_yamllaunch.runtime.core.events import Verbosity
-from colcon_yamllaunch.runtime.core.plan_source import PlanSource
-from colcon_yamllaunch.runtime.course.exit_conditions import ExitConditions
-from colcon_yamllaunch.runtime.record.failures import OwnerOf
-from colcon_yamllaunch.runtime.screen.presentation import Presentation
+from colcon_yamllaunch.control.launch_states import About
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.events import Ended
+from colcon_yamllaunch.engine.events import Event
+from colcon_yamllaunch.engine.events import Listener
+from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.engine.events import StartFailed
+from colcon_yamllaunch.engine.events import Verbosity
+from colcon_yamllaunch.engine.exit_conditions import ExitConditions
+from colcon_yamllaunch.engine.plan_source import PlanSource
+from colcon_yamllaunch.observers.failures import OwnerOf
+from colcon_yamllaunch.observers.presentation import Presentation
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.option_table import WATCH_WITH_BELL
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.runtime.course.elsewhere import Elsewhere
-    from colcon_yamllaunch.runtime.course.plan_changes import PlanChanges
-    from colcon_yamllaunch.runtime.record.junit import JUnitReport
-    from colcon_yamllaunch.runtime.record.log_store import LogStore
+    from colcon_yamllaunch.engine.elsewhere import Elsewhere
+    from colcon_yamllaunch.engine.plan_changes import PlanChanges
+    from colcon_yamllaunch.observers.junit import JUnitReport
+    from colcon_yamllaunch.observers.log_store import LogStore
     from colcon_yamllaunch.verb.sessions.own_launch import Background
 
 # what few launches need is imported where it is needed
@@ -72,7 +72,7 @@ class PlanRun:
         self._started = time.monotonic()
         self._is_late = False
         if self._options.junit is not None:
-            from colcon_yamllaunch.runtime.record.junit import JUnitReport
+            from colcon_yamllaunch.observers.junit import JUnitReport
 
             # the package and the launch file
             names = [Path(word).name for word in positionals]
@@ -121,7 +121,7 @@ class PlanRun:
         self._to_start = {e.label for e in entries if isinstance(e, Process)}
         if not self._to_start:
             when_started()
-        from colcon_yamllaunch.runtime.run_plan import run_plan
+        from colcon_yamllaunch.run_plan import run_plan
 
         observers: list[Listener] = [self._handle]
         if self._report is not None:
@@ -183,7 +183,7 @@ class PlanRun:
                 options.for_,
                 begun=self._started,
             )
-        from colcon_yamllaunch.runtime.course.check_rounds import CheckRounds
+        from colcon_yamllaunch.engine.check_rounds import CheckRounds
 
         return CheckRounds(options.until, options.timeout)
 
@@ -232,7 +232,7 @@ class PlanRun:
                 self._write_report(self._report.document(seconds))
 
     def _describe(self, process: Process) -> Iterable[str]:
-        from colcon_yamllaunch.language.plan.plan_text import process_as_text
+        from colcon_yamllaunch.plan.plan_text import process_as_text
 
         return process_as_text(process, str(self._cwd))
 
@@ -258,7 +258,7 @@ class PlanRun:
 
 
 def _parameters_of(process: Process) -> Iterable[SetParameter]:
-    from colcon_yamllaunch.language.plan.plan_text import parameters_of
+    from colcon_yamllaunch.plan.plan_text import parameters_of
 
     # all else waits meanwhile
     return parameters_of(process, limits.PARAMETERS)

@@ -19,11 +19,11 @@ from colcon_yamllaunch.language.evaluation.findings import PluginUse
 from colcon_yamllaunch.language.evaluation.findings import ProgramUse
 from colcon_yamllaunch.language.evaluation.values import LeftOpen
 from colcon_yamllaunch.language.evaluation.values import Place
-from colcon_yamllaunch.language.plan.plan import Process
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import Severity
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.workspace.packages.manifest import invalid_manifest
 from colcon_yamllaunch.workspace.packages.missing_files import (
     certainly_unknown_executable,

@@ -15,12 +15,12 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.engine.process.exec_program import exec_program
+from colcon_yamllaunch.engine.process.spawn import StartError
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.runtime.process.exec_program import exec_program
-from colcon_yamllaunch.runtime.process.spawn import StartError
-from colcon_yamllaunch.runtime.record.failure_advice import Advisor
+from colcon_yamllaunch.observers.failure_advice import Advisor
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say

@@ -16,15 +16,15 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.runtime.clients.client import ControlError
-from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
-from colcon_yamllaunch.runtime.clients.client import PROGRESS_INTERVAL
-from colcon_yamllaunch.runtime.clients.resource_usage import Usage
-from colcon_yamllaunch.runtime.clients.resource_usage import usage_of
-from colcon_yamllaunch.runtime.clients.resource_usage import use_of
-from colcon_yamllaunch.runtime.control.launch_states import ComponentState
-from colcon_yamllaunch.runtime.control.launch_states import Part
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.control.client import ControlError
+from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.control.client import PROGRESS_INTERVAL
+from colcon_yamllaunch.control.launch_states import ComponentState
+from colcon_yamllaunch.control.launch_states import Part
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.control.resource_usage import Usage
+from colcon_yamllaunch.control.resource_usage import usage_of
+from colcon_yamllaunch.control.resource_usage import use_of
 from colcon_yamllaunch.verb.cli.launch_options import ControlOptions
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import say_line

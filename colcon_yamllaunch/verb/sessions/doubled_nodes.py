@@ -16,12 +16,12 @@ import os
 
 from colcon_yamllaunch.common.process_scan import arguments_of
 from colcon_yamllaunch.common.process_scan import variable_of
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.runtime.clients.client import ControlError
-from colcon_yamllaunch.runtime.clients.client import running_launches
-from colcon_yamllaunch.runtime.control.launch_states import LaunchState
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.control.client import ControlError
+from colcon_yamllaunch.control.client import running_launches
+from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
 
 #: Seconds that a running launch may take to answer; one that is suspended
 #: must not hold up another one.

@@ -16,22 +16,22 @@ import time
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.runtime.clients.client import ControlError
-from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
-from colcon_yamllaunch.runtime.clients.client import running_launches
-from colcon_yamllaunch.runtime.clients.client import RunningLaunch
-from colcon_yamllaunch.runtime.clients.subscription import BEGINNING
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
-from colcon_yamllaunch.runtime.screen.display import only_prints
-from colcon_yamllaunch.runtime.terminal.pager import command
-from colcon_yamllaunch.runtime.terminal.pager import LESS
+from colcon_yamllaunch.control.client import ControlError
+from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.control.client import running_launches
+from colcon_yamllaunch.control.client import RunningLaunch
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.control.subscription import BEGINNING
+from colcon_yamllaunch.observers.display import only_prints
+from colcon_yamllaunch.terminal.pager import command
+from colcon_yamllaunch.terminal.pager import LESS
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.sessions.attaching import attach
 from colcon_yamllaunch.verb.sessions.screen_keeper import ScreenKeeper
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.ui.launch_app import LaunchApp
+    from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
 
 #: What to say without the library that draws.
 MISSING = (
@@ -96,7 +96,7 @@ def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
     :raises ControlError: when the launch refuses
     """
     # it takes long to import
-    from colcon_yamllaunch.ui.launch_app import LaunchApp
+    from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
 
     try:
         subscription = launch.subscribe(BEGINNING)

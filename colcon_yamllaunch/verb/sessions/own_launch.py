@@ -21,7 +21,7 @@ import time
 from typing import BinaryIO
 from typing import TextIO
 
-from colcon_yamllaunch.runtime.streams.readiness import readable
+from colcon_yamllaunch.engine.output.readiness import readable
 from colcon_yamllaunch.verb.cli.messages import report_errors
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.sessions.full_screen import launch_of
@@ -211,7 +211,7 @@ def _run(launch: Callable[[Background], int], background: Background) -> None:
 def _show(child: _Child, environment: Mapping[str, str]) -> int | None:
     """Show the launch once it runs; return the signal that ended that."""
     # meanwhile, as it takes long to import
-    from colcon_yamllaunch.ui import launch_app
+    from colcon_yamllaunch.terminal.full_screen import launch_app
 
     del launch_app
     if not child.begins():

@@ -15,19 +15,17 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.process_scan import need_proc
 from colcon_yamllaunch.common.suggestions import did_you_mean
 from colcon_yamllaunch.common.suggestions import listing
-from colcon_yamllaunch.runtime.clients.client import ControlError
-from colcon_yamllaunch.runtime.clients.client import LaunchEndedError
-from colcon_yamllaunch.runtime.clients.client import running_launches
-from colcon_yamllaunch.runtime.clients.client import RunningLaunch
-from colcon_yamllaunch.runtime.clients.orphaned_launches import (
-    orphaned_launches,
-)
-from colcon_yamllaunch.runtime.clients.orphaned_launches import OrphanedLaunch
-from colcon_yamllaunch.runtime.clients.process_names import meant_by
-from colcon_yamllaunch.runtime.clients.process_names import ProcessNames
-from colcon_yamllaunch.runtime.control.launch_states import LaunchState
-from colcon_yamllaunch.runtime.control.launch_states import Part
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.control.client import ControlError
+from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.control.client import running_launches
+from colcon_yamllaunch.control.client import RunningLaunch
+from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.launch_states import Part
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
+from colcon_yamllaunch.control.orphaned_launches import OrphanedLaunch
+from colcon_yamllaunch.control.process_names import meant_by
+from colcon_yamllaunch.control.process_names import ProcessNames
 from colcon_yamllaunch.verb.cli.messages import say
 
 

@@ -13,12 +13,12 @@ from colcon_yamllaunch.common.table import size
 from colcon_yamllaunch.common.table import table_lines
 from colcon_yamllaunch.common.table import table_width
 from colcon_yamllaunch.common.table import without_end
-from colcon_yamllaunch.runtime.clients.resource_usage import Usage
-from colcon_yamllaunch.runtime.clients.resource_usage import use_of
-from colcon_yamllaunch.runtime.control.launch_states import ComponentState
-from colcon_yamllaunch.runtime.control.launch_states import LaunchState
-from colcon_yamllaunch.runtime.control.launch_states import Part
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.control.launch_states import ComponentState
+from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.launch_states import Part
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.control.resource_usage import Usage
+from colcon_yamllaunch.control.resource_usage import use_of
 
 _HEADS = ('PROCESS', 'STATE', 'PID', 'UP', 'RESTARTS', 'CPU', 'MEMORY')
 _RIGHT = frozenset((2, 3, 4, 5, 6))

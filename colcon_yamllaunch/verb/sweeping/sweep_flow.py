@@ -10,24 +10,24 @@ from pathlib import Path
 import shlex
 import sys
 
-from colcon_yamllaunch.sweep.course.domain_ids import DomainIds
-from colcon_yamllaunch.sweep.course.isolation import reason_for_no_network
-from colcon_yamllaunch.sweep.course.local_runner import LocalRunner
-from colcon_yamllaunch.sweep.course.local_runner import Settings
-from colcon_yamllaunch.sweep.course.one_run import Goal
-from colcon_yamllaunch.sweep.results.results_csv import refuse_columns_twice
-from colcon_yamllaunch.sweep.results.results_folder import default_name
-from colcon_yamllaunch.sweep.results.results_folder import definition_values
-from colcon_yamllaunch.sweep.results.results_folder import JOURNAL
-from colcon_yamllaunch.sweep.results.results_folder import ResultsFolder
-from colcon_yamllaunch.sweep.results.results_folder import SweepDefinition
-from colcon_yamllaunch.sweep.results.sweep_journal import SweepJournal
+from colcon_yamllaunch.sweep.domain_ids import DomainIds
+from colcon_yamllaunch.sweep.isolation import reason_for_no_network
+from colcon_yamllaunch.sweep.local_runner import LocalRunner
+from colcon_yamllaunch.sweep.local_runner import Settings
+from colcon_yamllaunch.sweep.one_run import Goal
+from colcon_yamllaunch.sweep.results_csv import refuse_columns_twice
+from colcon_yamllaunch.sweep.results_folder import default_name
+from colcon_yamllaunch.sweep.results_folder import definition_values
+from colcon_yamllaunch.sweep.results_folder import JOURNAL
+from colcon_yamllaunch.sweep.results_folder import ResultsFolder
+from colcon_yamllaunch.sweep.results_folder import SweepDefinition
+from colcon_yamllaunch.sweep.run_table import Run
+from colcon_yamllaunch.sweep.run_table import run_table
+from colcon_yamllaunch.sweep.run_table import RunTable
+from colcon_yamllaunch.sweep.sweep_journal import SweepJournal
 from colcon_yamllaunch.sweep.sweep_progress import Progress
 from colcon_yamllaunch.sweep.sweep_reports import SweepReports
-from colcon_yamllaunch.sweep.table.run_table import Run
-from colcon_yamllaunch.sweep.table.run_table import run_table
-from colcon_yamllaunch.sweep.table.run_table import RunTable
-from colcon_yamllaunch.sweep.table.table_file import read_table
+from colcon_yamllaunch.sweep.table_file import read_table
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.cli.option_table import AGAIN_ALL

@@ -13,8 +13,7 @@ from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.language.vocabulary import actions
 from launch_examples import EXAMPLES
 import pytest
-
-from tests.language.conftest import Launcher
+from support.language_fixtures import Launcher
 
 ROOT = Path(__file__).parents[3]
 

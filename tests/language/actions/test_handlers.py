@@ -23,8 +23,7 @@ from colcon_yamllaunch.language.vocabulary.actions import COMPONENTS
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from launch_examples import EXAMPLES
 import pytest
-
-from tests.language.conftest import Launcher
+from support.language_fixtures import Launcher
 
 FAMILIES = [
     handlers.SCOPE_HANDLERS,

@@ -6,8 +6,7 @@
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 import pytest
-
-from tests.language.conftest import Marked
+from support.language_fixtures import Marked
 
 
 def said(launcher, text, **arguments):

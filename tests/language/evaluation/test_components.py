@@ -7,15 +7,14 @@ import json
 from pathlib import Path
 import re
 
-from colcon_yamllaunch.language.plan.plan import Component
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.policies.evaluate import evaluate
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Timer
 import pytest
-
-from tests.language.conftest import Launcher
-from tests.language.conftest import Marked
+from support.language_fixtures import Launcher
+from support.language_fixtures import Marked
 
 PAGE = Path(__file__).parents[3] / 'docs' / 'components.md'
 EXAMPLES = re.findall(

@@ -17,10 +17,9 @@ from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import error
-from colcon_yamllaunch.language.syntax.position import Span
+from colcon_yamllaunch.plan.position import Span
 import pytest
-
-from tests.language.conftest import Launcher
+from support.language_fixtures import Launcher
 
 
 class Brought:

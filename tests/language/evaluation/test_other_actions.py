@@ -3,9 +3,9 @@
 
 """Environment variables, messages, shutdowns, timers and loops."""
 
-from colcon_yamllaunch.language.plan.plan import Message
-from colcon_yamllaunch.language.plan.plan import Shutdown
-from colcon_yamllaunch.language.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import Timer
 import pytest
 
 

@@ -5,11 +5,10 @@
 
 from itertools import pairwise
 
-from colcon_yamllaunch.language.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import ParameterFile
 import pytest
+from support.language_fixtures import Marked
 import yaml
-
-from tests.language.conftest import Marked
 
 
 def node(*entries, before='', attributes=''):

@@ -3,11 +3,10 @@
 
 """What a launch file may say of any process."""
 
-from colcon_yamllaunch.language.plan.plan import OUTPUT_MODES
-from colcon_yamllaunch.language.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import OUTPUT_MODES
+from colcon_yamllaunch.plan.plan import ParameterFile
 import pytest
-
-from tests.language.conftest import Marked
+from support.language_fixtures import Marked
 
 
 def process(launcher, *attributes, before='', **arguments):

@@ -13,11 +13,10 @@ from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 import pytest
+from support.language_fixtures import Launcher
 from support.played_host import Message
 from support.played_host import Play
 from support.played_host import PlayedHost
-
-from tests.language.conftest import Launcher
 
 #: Includes the launch file in Python.
 INCLUDE = 'launch: [include: {file: robot.launch.py}]\n'

@@ -4,14 +4,14 @@
 """What the host answers while the plan runs becomes more of the plan."""
 
 from colcon_yamllaunch.language.evaluation.launch_host import Growing
-from colcon_yamllaunch.language.plan.plan import ChangeState
-from colcon_yamllaunch.language.plan.plan import Component
-from colcon_yamllaunch.language.plan.plan import EventHandler
-from colcon_yamllaunch.language.plan.plan import Growth
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.plan.plan import Timer
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import EventHandler
+from colcon_yamllaunch.plan.plan import Growth
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.position import Position
 from support.played_host import Message
 from support.played_host import Play
 from support.played_host import position

@@ -13,7 +13,7 @@ from colcon_yamllaunch.language.host.python_source import named_packages
 from colcon_yamllaunch.language.host.python_source import written_arguments
 from colcon_yamllaunch.language.policies.declared import find_declarations
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.position import Position
 import pytest
 from support.played_host import Message
 from support.played_host import Play

@@ -6,27 +6,27 @@
 from colcon_yamllaunch.language.evaluation.launch_host import HostError
 from colcon_yamllaunch.language.evaluation.launch_host import HostTimeoutError
 from colcon_yamllaunch.language.evaluation.launch_host import NoHostError
-from colcon_yamllaunch.language.plan.plan import Block
-from colcon_yamllaunch.language.plan.plan import ChangeState
-from colcon_yamllaunch.language.plan.plan import Component
-from colcon_yamllaunch.language.plan.plan import Condition
-from colcon_yamllaunch.language.plan.plan import HostCall
-from colcon_yamllaunch.language.plan.plan import ParameterFile
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.plan.plan import SetParameter
-from colcon_yamllaunch.language.plan.plan import Shutdown
-from colcon_yamllaunch.language.plan.plan import SignalProcess
-from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.plan import Block
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Condition
+from colcon_yamllaunch.plan.plan import HostCall
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import SignalProcess
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.position import Position
 import pytest
+from support.language_fixtures import Launcher
 from support.played_host import Message
 from support.played_host import Play
 from support.played_host import PlayedHost
 from support.played_host import position
 from support.played_host import process
 
-from tests.language.conftest import Launcher
 from tests.language.host.conftest import Played
 
 

@@ -10,9 +10,8 @@ from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.check import check
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 import pytest
-
-from tests.language.conftest import Launcher
-from tests.language.conftest import Marked
+from support.language_fixtures import Launcher
+from support.language_fixtures import Marked
 
 
 def checked(

@@ -19,9 +19,9 @@ from colcon_yamllaunch.language.vocabulary.substitutions import Kind
 from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from hypothesis import given
 from hypothesis import strategies as st
+from support.language_fixtures import Launcher
 import yaml
 
-from tests.language.conftest import Launcher
 from tests.language.policies.test_check import checked
 from tests.language.policies.test_language_fuzz import FRAGMENTS
 from tests.language.policies.test_language_fuzz import YAMLISH

@@ -4,8 +4,7 @@
 """The files besides launch files that a plan depends on."""
 
 import pytest
-
-from tests.language.conftest import Launcher
+from support.language_fixtures import Launcher
 
 NODE = '- node: {{pkg: alpha, exec: talker, param: [{{from: p.yaml{}}}]}}'
 COMPONENT = """

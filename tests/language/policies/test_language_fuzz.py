@@ -24,9 +24,8 @@ from colcon_yamllaunch.language.vocabulary.substitutions import KINDS
 from hypothesis import assume
 from hypothesis import given
 from hypothesis import strategies as st
+from support.language_fixtures import Launcher
 import yaml
-
-from tests.language.conftest import Launcher
 
 #: Substitutions that run what the text says.
 DANGEROUS = ('command', 'eval')

@@ -6,8 +6,7 @@
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 import pytest
-
-from tests.language.conftest import Launcher
+from support.language_fixtures import Launcher
 
 OPEN = """
 launch:

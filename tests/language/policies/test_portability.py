@@ -4,9 +4,9 @@
 """What ROS 2's own launcher does not accept."""
 
 import pytest
+from support.language_fixtures import Launcher
+from support.language_fixtures import Marked
 
-from tests.language.conftest import Launcher
-from tests.language.conftest import Marked
 from tests.language.policies.test_check import checked
 
 NODE = 'node: {pkg: alpha, exec: talker, '

@@ -23,10 +23,9 @@ from colcon_yamllaunch.language.vocabulary.actions import Type
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
+from support.language_fixtures import Launcher
+from support.language_fixtures import LOG_FOLDER
 import yaml
-
-from tests.language.conftest import Launcher
-from tests.language.conftest import LOG_FOLDER
 
 
 def find(launcher: Launcher, text: str, **arguments: str) -> Declarations:

@@ -12,8 +12,8 @@ from colcon_yamllaunch.language.reports.reports import as_json
 from colcon_yamllaunch.language.reports.reports import as_sarif
 from colcon_yamllaunch.language.reports.reports import as_text
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.plan.position import Position
 
 ERROR = Diagnostic(
     'error',

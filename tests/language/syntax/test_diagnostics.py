@@ -11,7 +11,7 @@ from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.diagnostics import MAXIMUM_INCLUDES
 from colcon_yamllaunch.language.syntax.diagnostics import MAXIMUM_LINE_WIDTH
 from colcon_yamllaunch.language.syntax.diagnostics import render
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.position import Position
 import pytest
 
 

@@ -10,8 +10,7 @@ from colcon_yamllaunch.language.syntax.xml_reader import MAXIMUM_ELEMENT_DEPTH
 from colcon_yamllaunch.language.syntax.xml_reader import read_xml
 from colcon_yamllaunch.language.syntax.xml_scalar import is_xml
 import pytest
-
-from tests.language.conftest import Marked
+from support.language_fixtures import Marked
 
 
 def source(text, path='demo.launch.xml'):

@@ -6,9 +6,8 @@
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
 from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
 import pytest
-
-from tests.language.conftest import Marked
-from tests.language.conftest import source
+from support.language_fixtures import Marked
+from support.language_fixtures import source
 
 MISTAKES = {
     'first item of a list deeper than the next': (

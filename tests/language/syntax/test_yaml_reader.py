@@ -12,10 +12,9 @@ from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
+from support.language_fixtures import Marked
+from support.language_fixtures import source
 import yaml
-
-from tests.language.conftest import Marked
-from tests.language.conftest import source
 
 
 def read(text):

@@ -8,9 +8,8 @@ from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.language.tree.launch_tree import read_launch_file
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
 import pytest
-
-from tests.language.conftest import Marked
-from tests.language.conftest import source
+from support.language_fixtures import Marked
+from support.language_fixtures import source
 
 
 def read(text):

@@ -9,10 +9,9 @@ from colcon_yamllaunch.language.tree.text import Text
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
+from support.language_fixtures import Marked
+from support.language_fixtures import source
 import yaml
-
-from tests.language.conftest import Marked
-from tests.language.conftest import source
 
 
 @pytest.mark.parametrize(

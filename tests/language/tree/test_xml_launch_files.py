@@ -9,8 +9,7 @@ from colcon_yamllaunch.language.syntax.yaml_reader import MAXIMUM_VALUES
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-
-from tests.language.conftest import Marked
+from support.language_fixtures import Marked
 
 NODE = '<node pkg="alpha" exec="talker">'
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import textwrap
 
 from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.plan.plan import Component
-from colcon_yamllaunch.language.plan.plan import ParameterFile
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.policies.evaluate import evaluate
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.vocabulary.actions import ACTIONS
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.position import Position
 import pytest
 
 NOWHERE = Position('', 1, 1)

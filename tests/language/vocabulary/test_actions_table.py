@@ -22,9 +22,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from launch_examples import EXAMPLES
 import pytest
-
-from tests.language.conftest import Launcher
-from tests.language.conftest import source
+from support.language_fixtures import Launcher
+from support.language_fixtures import source
 
 DEFAULTS = [
     pytest.param(action, attribute, id=f'{action.name}-{attribute.name}')

@@ -18,10 +18,9 @@ from colcon_yamllaunch.language.vocabulary.json_schema import schema_text
 from jsonschema import Draft7Validator
 from launch_examples import EXAMPLES
 import pytest
+from support.language_fixtures import Launcher
+from support.language_fixtures import source
 import yaml
-
-from tests.language.conftest import Launcher
-from tests.language.conftest import source
 
 CONFORMANCE = Path(__file__).parents[2] / 'conformance'
 VALIDATOR = Draft7Validator(json_schema({}))

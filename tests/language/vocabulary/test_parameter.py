@@ -5,7 +5,6 @@
 
 import math
 
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.vocabulary.parameter import coerce
 from colcon_yamllaunch.language.vocabulary.parameter import infer
 from colcon_yamllaunch.language.vocabulary.parameter import is_of_type
@@ -13,6 +12,7 @@ from colcon_yamllaunch.language.vocabulary.parameter import Parameter
 from colcon_yamllaunch.language.vocabulary.parameter import parameter_file
 from colcon_yamllaunch.language.vocabulary.parameter import ParameterTypeError
 from colcon_yamllaunch.language.vocabulary.parameter import to_yaml
+from colcon_yamllaunch.plan.position import Position
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest

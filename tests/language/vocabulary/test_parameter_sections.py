@@ -7,18 +7,17 @@ import json
 import re
 
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.position import Position
 from colcon_yamllaunch.language.vocabulary.parameter import to_json
 from colcon_yamllaunch.language.vocabulary.parameter_sections import (
     read_sections,
 )
 from colcon_yamllaunch.language.vocabulary.parameter_sections import Section
+from colcon_yamllaunch.plan.position import Position
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
+from support.language_fixtures import source
 import yaml
-
-from tests.language.conftest import source
 
 names = st.lists(st.sampled_from('ab'), min_size=1, max_size=4)
 patterns = st.lists(

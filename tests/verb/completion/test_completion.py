@@ -9,7 +9,7 @@ import pkgutil
 import time
 
 import colcon_yamllaunch
-from colcon_yamllaunch.runtime.record.log_store import INDEX_NAME
+from colcon_yamllaunch.observers.log_store import INDEX_NAME
 import pytest
 from support.completion import complete
 from support.completion import imported

@@ -6,10 +6,10 @@ import os
 from pathlib import Path
 from types import SimpleNamespace
 
-from colcon_yamllaunch.runtime.record import log_store
-from colcon_yamllaunch.runtime.record.log_files import LogFile
-from colcon_yamllaunch.runtime.record.log_files import Quota
-from colcon_yamllaunch.runtime.record.log_store import INDEX_NAME
+from colcon_yamllaunch.observers import log_store
+from colcon_yamllaunch.observers.log_files import LogFile
+from colcon_yamllaunch.observers.log_files import Quota
+from colcon_yamllaunch.observers.log_store import INDEX_NAME
 from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
 from colcon_yamllaunch.verb.launching.log_folders import locked
 from colcon_yamllaunch.verb.launching.log_folders import log_store_of

@@ -5,8 +5,8 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb.launching.preflight import missing_programs
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 import pytest

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import os
 import signal
 
-from colcon_yamllaunch.runtime.clients.client import running_launches
+from colcon_yamllaunch.control.client import running_launches
 import pytest
 from support.terminal import Terminal
 from support.user import User

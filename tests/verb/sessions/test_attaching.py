@@ -4,10 +4,10 @@
 """Which process of a plan gets the keyboard."""
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.language.plan.labels import with_labels
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.labels import with_labels
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb.sessions.attaching import with_terminal
 import pytest
 

@@ -6,12 +6,12 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.plan.plan_json import plan_to_json
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.runtime.control.launch_states import LaunchState
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan_json import plan_to_json
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb.sessions import doubled_nodes
 import pytest
 from support.user import User

@@ -11,7 +11,7 @@ import signal
 import time
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.runtime.clients.client import running_launches
+from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.verb.sessions.full_screen import MISSING
 from colcon_yamllaunch.verb.sessions.full_screen import need_screen
 import pytest

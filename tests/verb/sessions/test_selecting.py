@@ -8,8 +8,8 @@ from typing import Any
 from typing import cast
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.runtime.control.launch_states import LaunchState
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 from colcon_yamllaunch.verb.sessions.selecting import choose_launch
 from colcon_yamllaunch.verb.sessions.selecting import is_selected

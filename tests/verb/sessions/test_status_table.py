@@ -9,10 +9,10 @@ from typing import Any
 
 from colcon_yamllaunch.common.table import duration
 from colcon_yamllaunch.common.table import size
-from colcon_yamllaunch.runtime.clients.resource_usage import Usage
-from colcon_yamllaunch.runtime.control.launch_states import ComponentState
-from colcon_yamllaunch.runtime.control.launch_states import LaunchState
-from colcon_yamllaunch.runtime.control.launch_states import ProcessState
+from colcon_yamllaunch.control.launch_states import ComponentState
+from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.verb.sessions.status_table import table
 import pytest
 

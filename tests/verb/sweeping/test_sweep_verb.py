@@ -13,7 +13,7 @@ import signal
 import subprocess
 import time
 
-from colcon_yamllaunch.sweep.course.isolation import reason_for_no_network
+from colcon_yamllaunch.sweep.isolation import reason_for_no_network
 import pytest
 from support.terminal import Terminal
 from support.user import BLOCKING

@@ -20,25 +20,25 @@ from pathlib import Path
 from typing import NoReturn
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.machines.deployment import deployment_file
-from colcon_yamllaunch.machines.deployment.deployment import Deployment
-from colcon_yamllaunch.machines.deployment.placement import rules_in_vain
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.remote.deployment import deployment_file
+from colcon_yamllaunch.remote.deployment.deployment import Deployment
+from colcon_yamllaunch.remote.deployment.placement import rules_in_vain
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.launching.log_folders import log_store_of
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.machines.link.remote_parts import RemoteParts
-    from colcon_yamllaunch.machines.wire.part_settings import PartSettings
+    from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
+    from colcon_yamllaunch.remote.wire.part_settings import PartSettings
     from colcon_yamllaunch.verb.launching.steps.machines_there import (
         MachinesThere,
     )
-    from colcon_yamllaunch.watch.knowledge.build_effects import Built
-    from colcon_yamllaunch.watch.knowledge.knowledge import RunsThere
+    from colcon_yamllaunch.watch.build_effects import Built
+    from colcon_yamllaunch.watch.knowledge import RunsThere
 
 
 class DeployedLaunch:
@@ -241,7 +241,7 @@ class DeployedLaunch:
 
     def _settings(self) -> 'PartSettings':
         """Return what is the same for the parts on all machines."""
-        from colcon_yamllaunch.machines.wire.part_settings import PartSettings
+        from colcon_yamllaunch.remote.wire.part_settings import PartSettings
 
         settings = PartSettings(
             '', log_limit=self._options.log_limit, tty=self._options.tty

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.plan_source import PlanSource
     from colcon_yamllaunch.language.evaluation.launch_host import Growing
     from colcon_yamllaunch.ros.host_link import HostLink
-    from colcon_yamllaunch.runtime.core.plan_source import PlanSource
 
 
 class HostKeeper:
@@ -49,8 +49,8 @@ class HostKeeper:
         :raises UserError: when the user's time limit is no number
         """
         # most launch files are not in Python
+        from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
         from colcon_yamllaunch.ros import host_link
-        from colcon_yamllaunch.runtime.stopping.launch_scan import new_identity
 
         if self._host is not None and (
             self._host.is_spent or self._variables != variables

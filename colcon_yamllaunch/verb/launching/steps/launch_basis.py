@@ -12,16 +12,16 @@ from pathlib import Path
 from typing import NoReturn
 from typing import TYPE_CHECKING
 
+from colcon_yamllaunch.control.launch_states import About
+from colcon_yamllaunch.control.socket_folder import has_sockets
 from colcon_yamllaunch.language.evaluation.request import Request
-from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.tree.launch_tree import LaunchFile
 from colcon_yamllaunch.language.vocabulary.package_lookup import FindExposed
 from colcon_yamllaunch.language.vocabulary.package_lookup import NothingExposed
-from colcon_yamllaunch.runtime.control.launch_states import About
-from colcon_yamllaunch.runtime.control.socket_folder import has_sockets
+from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.log_base import workspace_root
 from colcon_yamllaunch.verb.cli.messages import say
@@ -40,7 +40,7 @@ from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.language.evaluation.launch_host import Growing
-    from colcon_yamllaunch.machines.deployment.deployment import Deployment
+    from colcon_yamllaunch.remote.deployment.deployment import Deployment
     from colcon_yamllaunch.verb.launching.steps.deployed_launch import (
         DeployedLaunch,
     )
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 _BEHIND = (
     'colcon_yamllaunch.verb.launching.builds',
     'colcon_yamllaunch.verb.launching.preflight',
-    'colcon_yamllaunch.runtime.run_plan',
+    'colcon_yamllaunch.run_plan',
 )
 
 

@@ -15,10 +15,10 @@ import sys
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.target import Target
 from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
@@ -26,8 +26,8 @@ from colcon_yamllaunch.verb.launching.steps.launch_basis import LaunchBasis
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.verb.launching.builds import Builds
-    from colcon_yamllaunch.watch.knowledge.build_effects import Built
-    from colcon_yamllaunch.watch.knowledge.knowledge import RunsThere
+    from colcon_yamllaunch.watch.build_effects import Built
+    from colcon_yamllaunch.watch.knowledge import RunsThere
 
 #: How often what a build brought may make more packages necessary.
 MAXIMUM_ROUNDS = 5

@@ -11,15 +11,15 @@ import os.path
 from typing import Any
 from typing import Protocol
 
-from colcon_yamllaunch.language.plan.plan import Entry
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.plan.plan import Timer
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.machines.deployment.machine import Machine
-from colcon_yamllaunch.machines.deployment.remote_paths import is_of_system
-from colcon_yamllaunch.machines.deployment.remote_paths import paths_in
-from colcon_yamllaunch.machines.deployment.remote_paths import RemotePaths
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.deployment.remote_paths import is_of_system
+from colcon_yamllaunch.remote.deployment.remote_paths import paths_in
+from colcon_yamllaunch.remote.deployment.remote_paths import RemotePaths
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: What is asked of the machine.

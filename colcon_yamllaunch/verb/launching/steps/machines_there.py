@@ -22,39 +22,37 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.language.plan.labels import MACHINE_SEPARATOR
-from colcon_yamllaunch.language.plan.plan import Plan
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.machines.connection.connection_errors import (
-    no_workspace,
-)
-from colcon_yamllaunch.machines.connection.machine_connection import Facts
-from colcon_yamllaunch.machines.deployment.deployment import Deployment
-from colcon_yamllaunch.machines.deployment.machine import Machine
-from colcon_yamllaunch.machines.deployment.placement import Placed
-from colcon_yamllaunch.machines.deployment.placement import Placer
-from colcon_yamllaunch.machines.deployment.remote_paths import RemotePaths
-from colcon_yamllaunch.machines.deployment.remote_paths import variables_along
-from colcon_yamllaunch.machines.link.machine_contact import MachineContact
-from colcon_yamllaunch.machines.link.machine_link import MachineLink
-from colcon_yamllaunch.machines.link.remote_parts import RemoteParts
-from colcon_yamllaunch.machines.sync.code_sync import Code
-from colcon_yamllaunch.machines.sync.code_sync import sync_code
-from colcon_yamllaunch.machines.sync.code_sync import Synced
-from colcon_yamllaunch.machines.wire.part_settings import PartSettings
+from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.remote.connection.connection_errors import no_workspace
+from colcon_yamllaunch.remote.connection.machine_connection import Facts
+from colcon_yamllaunch.remote.deployment.deployment import Deployment
+from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.deployment.placement import Placed
+from colcon_yamllaunch.remote.deployment.placement import Placer
+from colcon_yamllaunch.remote.deployment.remote_paths import RemotePaths
+from colcon_yamllaunch.remote.deployment.remote_paths import variables_along
+from colcon_yamllaunch.remote.link.machine_contact import MachineContact
+from colcon_yamllaunch.remote.link.machine_link import MachineLink
+from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
+from colcon_yamllaunch.remote.sync.code_sync import Code
+from colcon_yamllaunch.remote.sync.code_sync import sync_code
+from colcon_yamllaunch.remote.sync.code_sync import Synced
+from colcon_yamllaunch.remote.wire.part_settings import PartSettings
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.launching.steps.errands import Errands
 from colcon_yamllaunch.verb.launching.steps.machine_paths import PathsThere
 from colcon_yamllaunch.verb.launching.steps.needed_there import files_of
 from colcon_yamllaunch.verb.launching.steps.needed_there import packages_of
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
-from colcon_yamllaunch.watch.knowledge.knowledge import RunsThere
+from colcon_yamllaunch.watch.knowledge import RunsThere
 from colcon_yamllaunch.workspace.packages.closure import closure
 
 #: What a launch takes behind that.
 _BEHIND = (
     'colcon_yamllaunch.verb.launching.preflight',
-    'colcon_yamllaunch.runtime.run_plan',
+    'colcon_yamllaunch.run_plan',
 )
 #: Seconds that the clocks of a machine and this computer may differ.
 CLOCKS = 0.1

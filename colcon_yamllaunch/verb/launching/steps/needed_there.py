@@ -9,11 +9,11 @@ import os.path
 from pathlib import Path
 import re
 
-from colcon_yamllaunch.language.plan.plan import Component
-from colcon_yamllaunch.language.plan.plan import ParameterFile
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.watch.knowledge.knowledge import is_edited
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.watch.knowledge import is_edited
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: What no path of a package has, and what stands around paths has.

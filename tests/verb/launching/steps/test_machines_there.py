@@ -9,14 +9,14 @@ from types import SimpleNamespace
 from typing import ClassVar
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.language.plan.plan import HostCall
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.syntax.position import Position
-from colcon_yamllaunch.machines.deployment.deployment import Deployment
-from colcon_yamllaunch.machines.deployment.deployment import Rule
-from colcon_yamllaunch.machines.deployment.machine import Machine
-from colcon_yamllaunch.machines.wire.part_settings import PartSettings
+from colcon_yamllaunch.plan.plan import HostCall
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.remote.deployment.deployment import Deployment
+from colcon_yamllaunch.remote.deployment.deployment import Rule
+from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.wire.part_settings import PartSettings
 from colcon_yamllaunch.verb.launching.steps import machines_there
 import pytest
 

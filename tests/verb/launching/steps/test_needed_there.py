@@ -5,12 +5,12 @@
 
 from pathlib import Path
 
-from colcon_yamllaunch.language.plan.plan import Component
-from colcon_yamllaunch.language.plan.plan import ParameterFile
-from colcon_yamllaunch.language.plan.plan import Plan
-from colcon_yamllaunch.language.plan.plan import Process
-from colcon_yamllaunch.language.plan.plan import SetParameter
-from colcon_yamllaunch.language.syntax.position import Position
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb.launching.steps.needed_there import packages_of
 from colcon_yamllaunch.workspace.packages.package import Package
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator

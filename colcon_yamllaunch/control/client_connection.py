@@ -1,0 +1,278 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""One client of a running launch, as the launch sees it."""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from contextlib import suppress
+import select
+import socket
+from typing import Any
+
+from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.backlog import Cursor
+from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.control.service import Service
+from colcon_yamllaunch.engine.events import Stream
+from colcon_yamllaunch.engine.output.watches import Watches
+
+# so that a client with many requests does not keep others from their turn
+_REQUESTS_PER_TURN = 8
+# bytes that a client that has subscribed gets at once, and those that may wait
+# to be sent to it before its requests are not read
+_SHARE = 64 * 1024
+_TOO_MUCH = 4 * _SHARE
+# bytes that the system is to take from us at the end; it takes what it allows
+_LAST_ROOM = 1024 * 1024
+_CHUNK = 64 * 1024
+_GONE = select.EPOLLERR | select.EPOLLHUP
+
+
+class Client:
+    """
+    A connection to a client.
+
+    No client makes the launch wait or need more memory: as long as one does
+    not take its answers, or waits for one, its requests are not read, and
+    what it is too slow for is skipped.
+
+    :param connection: The connection, which does not block
+    :param left: Is called when it is gone
+    """
+
+    def __init__(
+        self,
+        connection: socket.socket,
+        watches: Watches,
+        service: Service,
+        left: Callable[['Client'], None],
+    ) -> None:
+        self._connection = connection
+        self._watches = watches
+        self._service = service
+        self._backlog = service.backlog
+        self._left = left
+        self._received = b''
+        self._outgoing = bytearray()
+        self._skipped = 0
+        self._label: str | None = None
+        self._cursor: Cursor | None = None
+        # whether it is called when there is more for it
+        self._is_called = False
+        # for the answer to a request that takes its time
+        self._is_waiting = False
+        self._unanswered = 0
+        self._is_last = False
+        self._is_open = True
+        watches.add(connection.fileno(), self._ready)
+
+    @property
+    def is_attached(self) -> bool:
+        """Whether the client is attached to a process."""
+        return self._label is not None
+
+    @property
+    def has_subscribed(self) -> bool:
+        """Whether it is told what happens."""
+        return self._cursor is not None
+
+    def show(self, stream: Stream, data: bytes) -> None:  # noqa: ARG002
+        """Send what the process wrote, unless too much waits already."""
+        if self._skipped or len(self._outgoing) > protocol.MAXIMUM_BACKLOG:
+            self._skipped += len(data)
+        else:
+            self.tell({'output': protocol.text_of(data)})
+
+    def tell(self, message: Mapping[str, Any]) -> None:
+        """Send a message."""
+        self._outgoing += protocol.encode(message)
+        self._send()
+
+    def close(self) -> None:
+        """End the connection."""
+        if not self._is_open:
+            return
+        self._is_open = False
+        if self._label is not None:
+            self._service.detach(self._label, self)
+        if self._is_called:
+            self._backlog.forget(self._call)
+        self._watches.remove(self._connection.fileno())
+        self._connection.close()
+        self._left(self)
+
+    def drain(self) -> None:
+        """Send all that is left, as far as that needs no waiting."""
+        self._send()
+        while self._is_open and self._has_more() and not self._outgoing:
+            self._send()
+
+    def end(self) -> None:
+        """Send the rest where the system still has room for it, and close."""
+        if self._outgoing or self._has_more():
+            with suppress(OSError):
+                self._connection.setsockopt(
+                    socket.SOL_SOCKET, socket.SO_SNDBUF, _LAST_ROOM
+                )
+            self.drain()
+        self.close()
+
+    def _ready(self, mask: int) -> None:
+        is_stuck = self._is_waiting or not self._may_ask_more()
+        is_done = self._is_last and b'\n' not in self._received
+        if mask & _GONE and (is_stuck or is_done):
+            self.close()
+            return
+        if mask & select.EPOLLOUT:
+            self._send()
+        if self._is_open and mask & ~select.EPOLLOUT and self._may_read():
+            self._read()
+        if self._is_open:
+            self._serve()
+
+    def _may_read(self) -> bool:
+        if self._is_last or b'\n' in self._received:
+            return False
+        return self._label is not None or self._has_room()
+
+    def _has_room(self) -> bool:
+        """Tell whether there is room for the answer to a request."""
+        if self._cursor is None:
+            return not self._outgoing and self._may_ask_more()
+        return len(self._outgoing) < _TOO_MUCH and self._may_ask_more()
+
+    def _may_ask_more(self) -> bool:
+        return self._unanswered < protocol.MAXIMUM_UNANSWERED
+
+    def _has_more(self) -> bool:
+        """Tell whether there is more for one that has subscribed."""
+        cursor = self._cursor
+        return cursor is not None and self._backlog.has_more(cursor)
+
+    def _read(self) -> None:
+        try:
+            data = self._connection.recv(_CHUNK)
+        except BlockingIOError:
+            return
+        except OSError:
+            self.close()
+            return
+        self._received += data
+        if not data:
+            self._is_last = True
+
+    def _serve(self) -> None:
+        """Do what was asked for, as far as its answers find room."""
+        for _ in range(_REQUESTS_PER_TURN):
+            has_room = self._label is not None or self._has_room()
+            if self._is_waiting or not has_room:
+                break
+            line, end, rest = self._received.partition(b'\n')
+            if not end:
+                if len(line) > protocol.MAXIMUM_REQUEST:
+                    self._refuse('the request is too long')
+                break
+            self._received = rest
+            self._take(line)
+            if not self._is_open:
+                return
+        self._watch()
+
+    def _take(self, line: bytes) -> None:
+        try:
+            message = protocol.decode(line)
+            if self._label is not None:
+                keys = protocol.bytes_of(message.get('keys', ''))
+                self._service.type(self._label, keys)
+                return
+            self._ask(message)
+        except ProtocolError as error:
+            self._refuse(str(error))
+
+    def _ask(self, message: Mapping[str, Any]) -> None:
+        """
+        Have a request done.
+
+        :raises ProtocolError: when it has a wrong form
+        """
+        number = message.get('id')
+        if not isinstance(number, str | int | None):
+            raise ProtocolError("an 'id' is a text or a whole number")
+        same = {} if number is None else {'id': number}
+        # others are served meanwhile only if it is told which answer is whose
+        self._is_waiting = number is None
+        self._unanswered += 1
+        granted = self._service.answer(
+            message,
+            lambda answer: self._answer({**answer, **same}),
+            self._cursor,
+        )
+        if not self._is_open:
+            return
+        if isinstance(granted, Cursor):
+            self._cursor = granted
+        elif granted is not None:
+            self._label = granted
+            self._service.attach(granted, self)
+
+    def _answer(self, answer: Mapping[str, Any]) -> None:
+        """Send the answer to a request, which others may follow."""
+        if self._is_open and self._unanswered:
+            self._unanswered -= 1
+            if 'id' not in answer:
+                self._is_waiting = False
+            self.tell(answer)
+            self._watch()
+
+    def _refuse(self, reason: str) -> None:
+        self._received = b''
+        self._is_last = True
+        self._is_waiting = False
+        self._unanswered = 0
+        self._cursor = None
+        self.tell(protocol.failure(reason))
+
+    def _send(self) -> None:
+        if not self._is_open:
+            return
+        if self._cursor is not None and len(self._outgoing) < _SHARE:
+            # no more at once, as others have their turn
+            self._outgoing += self._backlog.read(self._cursor, _SHARE)
+        try:
+            while self._outgoing:
+                sent = self._connection.send(self._outgoing)
+                del self._outgoing[:sent]
+                if self._skipped and not self._outgoing:
+                    skipped = {'skipped': self._skipped}
+                    self._skipped = 0
+                    self._outgoing += protocol.encode(skipped)
+        except BlockingIOError:
+            self._watch()
+        except OSError:
+            self.close()
+
+    def _call(self) -> None:
+        """Take note that there is more."""
+        self._is_called = False
+        self._watch()
+
+    def _watch(self) -> None:
+        if not self._is_open:
+            return
+        has_request = b'\n' in self._received
+        is_idle = not (self._outgoing or has_request or self._unanswered)
+        if self._is_last and is_idle and self._cursor is None:
+            self.close()
+            return
+        has_more = self._has_more()
+        if self._cursor is not None and not has_more and not self._is_called:
+            self._is_called = True
+            self._backlog.call(self._call)
+        may_serve = not self._is_waiting and self._may_ask_more()
+        waits = self._outgoing or has_more or (has_request and may_serve)
+        self._watches.change(
+            self._connection.fileno(),
+            (select.EPOLLOUT if waits else 0)
+            | (select.EPOLLIN if self._may_read() else 0),
+        )

@@ -1,0 +1,356 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Launches whose launcher was killed, as other terminals see them.
+
+Their processes are found by their mark, which tells who the launcher was. What
+else is worth knowing stands in a record beside the socket, which the launcher
+writes, as it cannot be asked any more. Usually its guard is about to stop the
+processes; if that was killed, too, they run until somebody asks for their end.
+"""
+
+from collections.abc import Collection
+from collections.abc import Mapping
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+import json
+import os
+from pathlib import Path
+import time
+from typing import Any
+
+from colcon_yamllaunch.common.escalation import Escalation
+from colcon_yamllaunch.common.escalation import Orphan
+from colcon_yamllaunch.common.escalation import Targets
+from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.process_scan import running_processes
+from colcon_yamllaunch.common.process_scan import variable_of
+from colcon_yamllaunch.control.client import ControlError
+from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.control.launch_record import SUFFIX
+from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.control.socket_folder import FolderError
+from colcon_yamllaunch.control.socket_folder import folders
+from colcon_yamllaunch.control.socket_folder import open_folder
+from colcon_yamllaunch.engine.process.cgroup import LaunchCgroup
+from colcon_yamllaunch.engine.process.own_files import Place
+from colcon_yamllaunch.engine.process.own_files import remove_file
+from colcon_yamllaunch.engine.process.own_files import remove_parameter_files
+from colcon_yamllaunch.engine.stopping.launch_scan import find_orphans
+from colcon_yamllaunch.engine.stopping.launch_scan import Known
+from colcon_yamllaunch.engine.stopping.launch_scan import launcher_of
+from colcon_yamllaunch.engine.stopping.launch_scan import mark_of
+from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
+from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
+
+#: Seconds between two looks while somebody else stops the processes.
+INTERVAL = 0.05
+#: Bytes of the longest record that is read.
+_RECORD = 1 << 24
+_FLAGS = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+_TICKS = os.sysconf('SC_CLK_TCK')
+
+
+class OrphanedLaunch(Targets):
+    """
+    A launch without launcher; it is asked as a `RunningLaunch` is.
+
+    :param record: What the launcher has written, as far as it can be read
+    :param remains: What is to be removed at the end
+    """
+
+    def __init__(
+        self,
+        identity: str,
+        pid: int,
+        record: Mapping[str, Any],
+        remains: Sequence[Place],
+    ) -> None:
+        self._identity = identity
+        self._remains = remains
+        self._parameters = _place(record.get('parameters'))
+        self._timeouts = {
+            n: Timeouts(*pair)
+            for n, pair in enumerate(record.get('timeouts', ()))
+        }
+        self._stops: dict[int, Escalation] = {}
+        self._chosen: set[int] = set()
+        # what loses its parent by a signal may have nothing else that tells
+        self._seen: Known = {}
+        known = record.get('processes', ())
+        found = self.search()
+        pids = (orphan.pid for orphan in found)
+        self._cgroup = LaunchCgroup.of_members(identity, pids)
+        self._numbers: dict[str, int] = {}
+        states = []
+        for number in sorted({o.number for o in found}):
+            own = [o for o in found if o.number == number]
+            state = _state(number, own, known)
+            self._numbers[state.label] = number
+            states.append(state)
+        self._state = LaunchState(
+            title=str(record.get('title', 'a launch')),
+            package=record.get('package'),
+            file=str(record.get('file', '')),
+            folder=str(record.get('folder', '')),
+            pid=pid,
+            seconds=max((s.seconds for s in states), default=0.0),
+            stopping=self._is_guarded(),
+            log_folder=record.get('log_folder'),
+            processes=tuple(states),
+        )
+
+    def close(self) -> None:
+        """Leave it alone."""
+
+    def status(self) -> LaunchState:
+        """
+        Return its state, and go on with what was asked for.
+
+        :raises LaunchEndedError: when nothing of it runs any more
+        """
+        now = time.monotonic()
+        guarded = self._is_guarded()
+        if not guarded:
+            self._begin_stops(now)
+        for stop in self._stops.values():
+            stop.advance(now)
+        running = {o.number for o in self.search()}
+        if not running:
+            self.remove()
+            raise LaunchEndedError
+        over = {n for n, stop in self._stops.items() if stop.is_over}
+        states = []
+        for state in self._state.processes:
+            number = self._numbers[state.label]
+            if number not in running:
+                state = replace(
+                    state, phase='ended', pid=None, ending='stopped'
+                )
+            elif number in over:
+                state = replace(state, ending='cannot be stopped')
+            elif guarded or number in self._chosen:
+                state = replace(state, phase='stopping')
+            states.append(state)
+        return replace(self._state, stopping=guarded, processes=tuple(states))
+
+    def request(self, name: str, **more: Any) -> dict[str, Any]:
+        """
+        Have processes stopped; nothing else can be done.
+
+        :raises ControlError: when something else is asked for
+        """
+        if name == 'shutdown':
+            self._chosen.update(self._numbers.values())
+        elif name == 'stop':
+            self._chosen.add(self._numbers[more['process']])
+        else:
+            raise ControlError(
+                'its launcher was killed; all that can be done is --stop'
+            )
+        return {}
+
+    def wait_for_end(self, pid: int) -> None:  # noqa: ARG002
+        """
+        Wait until all is stopped.
+
+        :raises ControlError: when something cannot be stopped
+        """
+        with suppress(LaunchEndedError):
+            while True:
+                state = self.status()
+                if all(p.ending for p in state.processes):
+                    break
+                time.sleep(INTERVAL)
+            left = [p for p in state.processes if p.pid is not None]
+            labels = ', '.join(f'{p.label} (pid {p.pid})' for p in left)
+            raise ControlError(f'not even SIGKILL ends {labels}')
+
+    def search(self, groups: Collection[int] = ()) -> list[Orphan]:
+        """Find all of its processes; see `Targets`."""
+        # its groups are as good as gone: others may have their ids
+        return find_orphans(self._identity, -1, {}, groups, known=self._seen)
+
+    def kill(self, number: int) -> None:
+        """Kill all of a process of the plan; see `Targets`."""
+        self._cgroup.kill(number)
+
+    def remove(self) -> None:
+        """Remove what the launcher could not."""
+        self._cgroup.remove()
+        if self._parameters is not None:
+            remove_parameter_files(self._parameters)
+        for place in self._remains:
+            remove_file(place)
+
+    def _begin_stops(self, now: float) -> None:
+        for number in self._chosen - set(self._stops):
+            timeouts = self._timeouts.get(
+                number,
+                Timeouts(DEFAULT_SIGTERM_TIMEOUT, DEFAULT_SIGKILL_TIMEOUT),
+            )
+            targets = _OneProcess(self, number)
+            self._stops[number] = Escalation(targets, {number: timeouts}, now)
+
+    def _is_guarded(self) -> bool:
+        """Tell whether the guard stops the processes."""
+        word = self._identity.encode()
+        for process in running_processes():
+            with suppress(OSError):
+                command = Path(f'/proc/{process.pid}/cmdline').read_bytes()
+                if word in command.split(b'\0'):
+                    return True
+        return False
+
+
+class _OneProcess(Targets):
+    """What is left of one process of a launch."""
+
+    def __init__(self, launch: OrphanedLaunch, number: int) -> None:
+        self._launch = launch
+        self._number = number
+
+    def search(self, groups: Collection[int]) -> list[Orphan]:
+        found = self._launch.search(groups)
+        return [o for o in found if o.number == self._number]
+
+    def kill(self, number: int) -> None:
+        self._launch.kill(number)
+
+
+def orphaned_launches(environment: Mapping[str, str]) -> list[OrphanedLaunch]:
+    """
+    Return the launches of the user whose processes have lost their launcher.
+
+    What others left that have none is removed.
+    """
+    places = folders(environment)
+    records: _Records = {}
+    for folder in places:
+        records |= _records(folder)
+    launches = []
+    for identity in sorted({*records, *_marked(places)}):
+        launcher = launcher_of(identity)
+        # a record that makes no sense was cut off, or is of another version
+        if launcher is not None and not launcher[1]:
+            record, remains = records.get(identity, ({}, ()))
+            launch = OrphanedLaunch(identity, launcher[0], record, remains)
+            try:
+                launch.status()
+            except LaunchEndedError:
+                continue
+            launches.append(launch)
+    return launches
+
+
+def _marked(places: Collection[Path]) -> set[str]:
+    """
+    Return the launches that running processes have the mark of.
+
+    They count as those do whose socket is found: if it would be in one of
+    some places.
+    """
+    found = set()
+    for process in running_processes():
+        owner, number = mark_of(process.pid)
+        if owner and number is not None and owner not in found:
+            with suppress(OSError):
+                # in a container a process id means somebody else
+                if (
+                    os.stat(f'/proc/{process.pid}').st_uid == os.getuid()
+                    and _namespace(process.pid) == _namespace(os.getpid())
+                    and folders(_variables(process.pid))[0] in places
+                ):
+                    found.add(owner)
+    return found
+
+
+def _namespace(pid: int) -> str:
+    return os.readlink(f'/proc/{pid}/ns/pid')
+
+
+def _variables(pid: int) -> dict[str, str]:
+    return {
+        # without one, that of this process would count
+        'TMPDIR': variable_of(pid, 'TMPDIR') or '/tmp',
+        'XDG_RUNTIME_DIR': variable_of(pid, 'XDG_RUNTIME_DIR') or '',
+    }
+
+
+_Records = dict[str, tuple[Mapping[str, Any], list[Place]]]
+
+
+def _records(folder: Path) -> _Records:
+    """Return the records in a folder, by the identity of the launch."""
+    found: _Records = {}
+    try:
+        descriptor = open_folder(folder, make=False)
+    except (FileNotFoundError, FolderError):
+        # it is no place for records, and whoever looks for sockets says why
+        return found
+    try:
+        for name in os.listdir(descriptor):
+            if name.endswith(SUFFIX):
+                record = _read(descriptor, name)
+                path = os.path.join(os.path.abspath(folder), name)
+                with suppress(OSError):
+                    found[str(record.get('identity'))] = (
+                        record,
+                        [Place.of(path)],
+                    )
+    finally:
+        os.close(descriptor)
+    return found
+
+
+def _read(folder: int, name: str) -> Mapping[str, Any]:
+    with suppress(OSError, ValueError, RecursionError):
+        descriptor = os.open(name, _FLAGS, dir_fd=folder)
+        with open(descriptor, 'rb') as file:
+            record = json.loads(file.read(_RECORD))
+        if isinstance(record, dict):
+            return record
+    return {}
+
+
+def _place(data: object) -> Place | None:
+    match data:
+        case [str(path), int(device), int(inode)]:
+            return Place(path, device, inode)
+    return None
+
+
+def _state(
+    number: int, found: Sequence[Orphan], known: Sequence[Mapping[str, Any]]
+) -> ProcessState:
+    """Describe what runs of a process of the plan."""
+    leader = min(found, key=lambda o: (o.pid != o.group, o.birth))
+    record = known[number] if number < len(known) else {}
+    name = _name(leader.pid)
+    with open('/proc/uptime', encoding='ascii') as file:
+        uptime = float(file.read().split()[0])
+    return ProcessState(
+        label=record.get('label', f'{name}-{number + 1}'),
+        phase='running',
+        pid=leader.pid,
+        seconds=max(0.0, round(uptime - leader.birth / _TICKS, 3)),
+        restarts=0,
+        ending='',
+        executable=record.get('executable', name),
+        node=record.get('node'),
+        package=record.get('package'),
+        log=record.get('log'),
+        terminal=False,
+        name=record.get('name'),
+    )
+
+
+def _name(pid: int) -> str:
+    try:
+        with open(f'/proc/{pid}/comm', encoding='utf-8') as file:
+            return file.read().strip()
+    except (OSError, ValueError):
+        return 'process'

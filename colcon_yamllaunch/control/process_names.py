@@ -1,0 +1,141 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What processes are called, and who is meant by a name."""
+
+from collections.abc import Iterator
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+import os
+import re
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.control.launch_states import ComponentState
+from colcon_yamllaunch.control.launch_states import Part
+from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
+from colcon_yamllaunch.plan.plan import Process
+
+if TYPE_CHECKING:
+    # other terminals have none
+    from colcon_yamllaunch.engine.components.component_task import (
+        ComponentTask,
+    )
+    from colcon_yamllaunch.engine.engine import Engine
+
+_SCRIPTS = ('.py', '.sh')
+_NUMBER = re.compile(r'-\d+$')
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessNames:
+    """
+    The names that a process goes by.
+
+    :param label: Its label, unique in the launch; that of a process on
+      another machine, `arm│driver`, counts as `arm/driver` and `driver`, too
+    :param name: What ROS 2 calls it, as `counter.py-1`, likewise unique; it
+      counts without the number, and that of a script without the suffix, too
+    :param executable: The name of its program, or the class of a component
+    :param node: The full name of its ROS node, as `/demo/counter`; without
+      the first slash, its last part and each namespace around it count, too
+    """
+
+    label: str
+    name: str
+    executable: str
+    node: str | None
+
+    @classmethod
+    def of_plan(cls, process: Process) -> 'ProcessNames':
+        """Return the names of a process of a plan."""
+        return cls(
+            process.label,
+            process.ros_name,
+            os.path.basename(str(process.argv[0])),
+            process.node_name,
+        )
+
+    @classmethod
+    def of_state(cls, part: Part) -> 'ProcessNames':
+        """Return the names of a process or component that runs."""
+        if isinstance(part, ComponentState):
+            return cls(part.label, part.label, part.plugin, part.node)
+        name = part.name or part.label
+        return cls(part.label, name, part.executable, part.node)
+
+    @classmethod
+    def of_component(cls, task: 'ComponentTask') -> 'ProcessNames':
+        """Return the names of a component of a launch."""
+        component = task.component
+        node = task.full_name or component.node_name
+        return cls(task.label, task.label, component.plugin, node)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over all names, the best one first."""
+        yield self.label
+        yield from self._shorter
+        if self.name != self.label:
+            yield self.name
+        yield self.program
+        stem, suffix = os.path.splitext(self.program)
+        if suffix in _SCRIPTS:
+            yield stem
+        yield self.executable
+        if self.node is not None:
+            yield self.node
+            yield self.node.removeprefix('/')
+            namespace, _, last = self.node.rpartition('/')
+            yield last
+            while namespace:
+                yield namespace
+                namespace = namespace.rpartition('/')[0]
+
+    @property
+    def _shorter(self) -> tuple[str, ...]:
+        """The label as it is typed easily, with the machine and without."""
+        machine, separator, label = self.label.partition(MACHINE_SEPARATOR)
+        return (f'{machine}/{label}', label) if separator else ()
+
+    def is_called(self, name: str) -> bool:
+        """Tell whether a name means this one only."""
+        return name in (self.label, self.name, *self._shorter)
+
+    @property
+    def program(self) -> str:
+        """The name of ROS 2 without the number."""
+        return _NUMBER.sub('', self.name)
+
+
+def names_of(engine: 'Engine', label: str) -> tuple[str, ...]:
+    """Return the names of a process or component of a launch by its label."""
+    for task in engine.supervisor.tasks:
+        if task.process.label == label:
+            return tuple(ProcessNames.of_plan(task.process))
+    elsewhere = engine.elsewhere
+    if elsewhere is not None and elsewhere.has(label):
+        there = elsewhere.part(label)
+        if isinstance(there, Process):
+            return tuple(ProcessNames.of_plan(there))
+    composition = engine.composition
+    for part in () if composition is None else composition.tasks:
+        if part.label == label:
+            return tuple(ProcessNames.of_component(part))
+    return ()
+
+
+def meant_by(pattern: str, known: Sequence[ProcessNames]) -> list[int]:
+    """
+    Return the indices of the processes that a name or a glob means.
+
+    What is the label of a process, or what ROS 2 calls it, means that one
+    only, whatever others go by the same.
+
+    :param pattern: A name, or a pattern with `*`, `?` and `[…]`
+    """
+    meant = [i for i, names in enumerate(known) if names.is_called(pattern)]
+    return meant or [
+        index
+        for index, names in enumerate(known)
+        if any(n == pattern or fnmatchcase(n, pattern) for n in names)
+    ]

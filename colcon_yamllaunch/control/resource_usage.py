@@ -1,0 +1,134 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What the processes of launches use of the machine."""
+
+from collections import Counter
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Mapping
+from dataclasses import dataclass
+import os
+import time
+
+from colcon_yamllaunch.common.process_scan import running_processes
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.engine.process import cgroup
+
+#: Seconds between two looks that a share of a processor is computed from.
+INTERVAL = 0.2
+
+_TICKS = os.sysconf('SC_CLK_TCK')
+_PAGE = os.sysconf('SC_PAGE_SIZE')
+
+
+@dataclass(frozen=True, slots=True)
+class Usage:
+    """
+    What a process of a launch uses, with all that it started.
+
+    Where there is a control group, that is all in it. Otherwise it is what
+    is in its process group.
+
+    :param cpu: Its share of one processor, 1.0 for all of it
+    :param memory: Its memory in bytes: what its control group is charged
+      with, or else the resident memory of its processes; what these
+      share counts for each then
+    """
+
+    cpu: float
+    memory: int
+
+
+def use_of(process: ProcessState, usage: Mapping[int, Usage]) -> Usage | None:
+    """
+    Return what a process uses, as far as that is known.
+
+    :param usage: What the process groups of this machine use
+    """
+    if process.machine is None:
+        return None if process.pid is None else usage.get(process.pid)
+    if process.cpu is None or process.memory is None:
+        return None
+    return Usage(process.cpu, process.memory)
+
+
+def usage_of(
+    groups: Collection[int],
+    sleep: Callable[[float], None] = time.sleep,
+    clock: Callable[[], float] = time.monotonic,
+) -> dict[int, Usage]:
+    """
+    Return what processes use that run.
+
+    :param groups: The process groups that they lead
+    """
+    if not groups:
+        return {}
+    begin = look(groups, clock)
+    sleep(INTERVAL)
+    return usage_between(begin, look(groups, clock))
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """
+    What processes had used at one moment.
+
+    :param moment: The seconds of a clock
+    :param seconds: The seconds of processors by process group
+    :param sizes: The bytes of memory, likewise
+    """
+
+    moment: float
+    seconds: Mapping[int, float]
+    sizes: Mapping[int, int]
+
+
+def look(
+    groups: Iterable[int], clock: Callable[[], float] = time.monotonic
+) -> Look:
+    """Look what process groups have used until now."""
+    moment = clock()
+    cgroups = {group: cgroup.process_folder(group) for group in groups}
+    return Look(moment, *_totals(cgroups))
+
+
+def usage_between(first: Look, second: Look) -> dict[int, Usage]:
+    """Return what those that ran at a second look used since the first."""
+    passed = max(second.moment - first.moment, INTERVAL)
+    return {
+        group: Usage(
+            # a process that ended meanwhile took its time with it
+            max(0.0, now - first.seconds.get(group, now)) / passed,
+            second.sizes[group],
+        )
+        for group, now in second.seconds.items()
+    }
+
+
+def _totals(
+    cgroups: Mapping[int, str | None],
+) -> tuple[dict[int, float], Counter[int]]:
+    """Return the seconds of processors and the bytes of memory."""
+    ticks, sizes, resident = Counter[int](), Counter[int](), Counter[int]()
+    for process in running_processes():
+        resident[process.pid] = process.pages * _PAGE
+        if process.group in cgroups:
+            ticks[process.group] += process.ticks
+            sizes[process.group] += resident[process.pid]
+    seconds = {group: count / _TICKS for group, count in ticks.items()}
+    for group, folder in cgroups.items():
+        if folder is None or group not in seconds:
+            continue
+        spent = cgroup.processor_time(folder)
+        if spent is None:
+            # it ended, and its group with it
+            continue
+        seconds[group] = spent
+        charged = cgroup.memory(folder)
+        if charged is None:
+            charged = sum(resident[pid] for pid in cgroup.members(folder))
+        sizes[group] = charged
+    return seconds, sizes

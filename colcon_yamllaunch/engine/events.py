@@ -1,0 +1,1078 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What happens in a launch, told to everything that shows or records it.
+
+An event says here, too, what the launcher says about it and what
+`events.jsonl` has of it; docs/logs.md describes that for users. Events carry
+no time of day: they are told at the moment when they happen.
+"""
+
+from abc import abstractmethod
+from collections.abc import Callable
+import os
+from pathlib import Path
+from typing import Any
+from typing import Literal
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.outcome import ending_of
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.outcome import signal_name
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
+
+Stream = Literal['stdout', 'stderr']
+#: What is asked of a part of a launch.
+Action = Literal['stop', 'kill', 'restart', 'debug', 'change']
+#: How much of what happens a user wants to see.
+Verbosity = Literal['quiet', 'normal', 'verbose']
+
+#: The label of the launcher's own lines.
+LAUNCHER = 'launch'
+#: That of its lines about what `--watch` does.
+WATCHER = 'watch'
+#: The name that messages of the launch file have, as in ROS 2.
+MESSENGER = 'launch.user'
+#: The severities of what is shown even to those who want it quiet.
+LOUD = frozenset(('WARNING', 'ERROR', 'CRITICAL'))
+#: Why a component is unloaded, as a rule.
+REQUESTED = 'requested'
+CONTAINER_ENDED = 'its container ended'
+#: The states that a lifecycle node keeps until it is asked for another.
+LASTING_STATES = ('unconfigured', 'inactive', 'active', 'finalized')
+
+
+class Event:
+    """Something that happens; each kind of it is a class below."""
+
+    # no ABCMeta, as it would make each isinstance() slow
+    __slots__ = ()
+
+    @property
+    def severity(self) -> str:
+        """How severe it is, by the names that ROS 2 has for log messages."""
+        return 'INFO'
+
+    @property
+    def label(self) -> str:
+        """The label of its lines."""
+        return LAUNCHER
+
+    @abstractmethod
+    def lines(self) -> tuple[str, ...]:
+        """Return the lines about it on the screen and in `launch.log`."""
+
+    @abstractmethod
+    def record(self) -> dict[str, Any]:
+        """
+        Return what `events.jsonl` has of it besides the time.
+
+        The field `event` comes first; what is not recorded has none at all.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Planned(Event):
+    """
+    More has come to a launch that runs, or something in it is another.
+
+    It is told before anything else of these parts.
+
+    :param parts: Processes and components; one with a label that is known
+      takes the place of what had it
+    """
+
+    parts: tuple[Process | Component, ...]
+
+    def lines(self) -> tuple[str, ...]:
+        # each has a line of its own when it starts
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'planned', 'labels': [p.label for p in self.parts]}
+
+
+@dataclass(frozen=True, slots=True)
+class Dropped(Event):
+    """Something that has ended is no part of the launch any more."""
+
+    process: Process | Component
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return _record('dropped', self.process)
+
+
+@dataclass(frozen=True, slots=True)
+class Started(Event):
+    """A process runs."""
+
+    process: Process
+    pid: int
+
+    def lines(self) -> tuple[str, ...]:
+        return (f'{self.process.label}: started, pid {self.pid}',)
+
+    def record(self) -> dict[str, Any]:
+        return _record('started', self.process, self.pid)
+
+
+@dataclass(frozen=True, slots=True)
+class StartFailed(Event):
+    """
+    A process could not be started.
+
+    :param reason: Why, and the way out, in one line
+    :param respawn_delay: Seconds until it is tried again, or None
+    """
+
+    process: Process
+    reason: str
+    respawn_delay: float | None = None
+
+    severity = 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        text = f'{self.process.label}: could not be started: {self.reason}'
+        return (text + _starts_again(self.respawn_delay),)
+
+    def record(self) -> dict[str, Any]:
+        return _record(
+            'start_failed',
+            self.process,
+            reason=self.reason,
+            respawn_delay=self.respawn_delay,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Output(Event):
+    """
+    A process wrote something.
+
+    :param data: Whole lines as they were written; it ends inside a line only
+      where the process did, or where the line is longer than the limit
+    """
+
+    process: Process
+    stream: Stream
+    data: bytes
+
+    def lines(self) -> tuple[str, ...]:
+        # it is shown and recorded in ways of its own
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {}
+
+
+@dataclass(frozen=True, slots=True)
+class Exited(Event):
+    """
+    A process ended, and all that it wrote before has been told.
+
+    :param seconds: How long it ran
+    :param asked: Whether it had been asked to stop
+    :param failed: Whether this is a failure, see
+      :func:`colcon_yamllaunch.engine.outcome.is_failure`
+    :param respawn_delay: Seconds until it is started again, or None
+    """
+
+    process: Process
+    pid: int
+    outcome: Outcome
+    seconds: float
+    asked: bool
+    failed: bool
+    respawn_delay: float | None = None
+
+    @property
+    def severity(self) -> str:
+        return 'ERROR' if self.failed else 'INFO'
+
+    def lines(self) -> tuple[str, ...]:
+        if self.outcome.lost:
+            # which is told once for all of a machine
+            return ()
+        ending = ending_of(self.outcome, self.asked)
+        text = f'{self.process.label}: {ending} after {self.seconds:.1f} s'
+        return (text + _starts_again(self.respawn_delay),)
+
+    def record(self) -> dict[str, Any]:
+        number = self.outcome.signal
+        return _record(
+            'exited',
+            self.process,
+            self.pid,
+            exit_code=self.outcome.code,
+            signal=None if number is None else signal_name(number),
+            core_dumped=self.outcome.core_dumped,
+            seconds=round(self.seconds, 6),
+            asked=self.asked,
+            failed=self.failed,
+            respawn_delay=self.respawn_delay,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Suspended(Event):
+    """
+    A process was stopped as Ctrl-Z does, by whomever, or goes on.
+
+    :param signal: The number of the signal, None when it goes on
+    """
+
+    process: Process
+    pid: int
+    signal: int | None
+
+    def lines(self) -> tuple[str, ...]:
+        label = self.process.label
+        if self.signal is None:
+            return (f'{label}: goes on',)
+        return (
+            f'{label}: held by {signal_name(self.signal)}; '
+            f'to let it go on: kill -CONT -- -{self.pid}',
+        )
+
+    def record(self) -> dict[str, Any]:
+        if self.signal is None:
+            return _record('continued', self.process, self.pid)
+        name = signal_name(self.signal)
+        return _record('held', self.process, self.pid, signal=name)
+
+
+@dataclass(frozen=True, slots=True)
+class Silent(Event):
+    """
+    A process in C++ has written no line so far, and may hold lines back.
+
+    :param seconds: For how long
+    """
+
+    process: Process
+    seconds: float
+
+    def lines(self) -> tuple[str, ...]:
+        return (
+            f'{self.process.label}: no output for {self.seconds:g} s; if it '
+            'prints something, it holds that back as it writes to no '
+            'terminal: --tty, or emulate_tty: true in the launch file',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return _record('silent', self.process, seconds=self.seconds)
+
+
+@dataclass(frozen=True, slots=True)
+class Respawned(Event):
+    """
+    A process that ended is started once more; `Started` follows.
+
+    :param attempt: The number of the respawn, counted from 1; a restart on
+      request counts anew
+    """
+
+    process: Process
+    attempt: int
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return _record('respawned', self.process, attempt=self.attempt)
+
+
+@dataclass(frozen=True, slots=True)
+class Signalled(Event):
+    """
+    A process was sent a signal on the way to its end.
+
+    :param pid: The process group, or the one process that left it
+    :param group: Whether the whole group was meant
+    """
+
+    process: Process
+    pid: int
+    signal: int
+    group: bool
+
+    def lines(self) -> tuple[str, ...]:
+        if self.group:
+            return ()
+        return (
+            f'{self.process.label}: {signal_name(self.signal)} to what it '
+            f'left running, pid {self.pid}',
+        )
+
+    def record(self) -> dict[str, Any]:
+        name = signal_name(self.signal)
+        return _record(
+            'signalled', self.process, self.pid, signal=name, group=self.group
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Requested(Event):
+    """
+    Somebody asks to stop or kill one process, or to start it anew.
+
+    The latter may be under a debugger. For a component, that is to unload it,
+    or to load it anew. A `change` of what it runs asks for the latter, too.
+    """
+
+    process: Process | Component
+    action: Action
+
+    def lines(self) -> tuple[str, ...]:
+        if self.action == 'change':
+            # what changed, and what comes of it, is told in one line
+            return ()
+        return (f'{self.process.label}: {self.action} requested',)
+
+    def record(self) -> dict[str, Any]:
+        return _record('requested', self.process, action=self.action)
+
+
+@dataclass(frozen=True, slots=True)
+class Attached(Event):
+    """
+    A keyboard and a screen are connected to a process.
+
+    :param hint: Which keys mean something else there; empty if it is shown
+      in another terminal
+    """
+
+    process: Process
+    hint: str = ''
+
+    def lines(self) -> tuple[str, ...]:
+        where = self.hint or 'attached to another terminal'
+        return (f'{self.process.label}: {where}',)
+
+    def record(self) -> dict[str, Any]:
+        return _record('attached', self.process)
+
+
+@dataclass(frozen=True, slots=True)
+class Detached(Event):
+    """The keyboard and the screen of a process are not its own any more."""
+
+    process: Process
+
+    def lines(self) -> tuple[str, ...]:
+        return (f'{self.process.label}: detached',)
+
+    def record(self) -> dict[str, Any]:
+        return _record('detached', self.process)
+
+
+@dataclass(frozen=True, slots=True)
+class ShuttingDown(Event):
+    """
+    Everything is being stopped.
+
+    :param reason: Why, as a part of a sentence
+    :param interactive: Whether someone at a keyboard asked for it
+    """
+
+    reason: str
+    interactive: bool = False
+
+    def lines(self) -> tuple[str, ...]:
+        hint = ' (Ctrl-C again to hurry)' if self.interactive else ''
+        return (f'stopping: {self.reason}{hint}',)
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'shutdown', 'reason': self.reason}
+
+
+@dataclass(frozen=True, slots=True)
+class StillRunning(Event):
+    """
+    Stopping takes a while.
+
+    :param labels: The processes that are waited for
+    :param timers: How many timers are waited for
+    :param signal: The latest signal that one of them was sent
+    :param next_signal: The one that comes next, None if none does
+    :param seconds: When it comes
+    """
+
+    labels: tuple[str, ...]
+    timers: int
+    signal: int
+    next_signal: int | None = None
+    seconds: float = 0.0
+
+    def lines(self) -> tuple[str, ...]:
+        names = self.labels[: limits.NAMES_SHOWN]
+        parts = [', '.join(names)] if names else []
+        if len(self.labels) > len(names):
+            parts.append(f'{len(self.labels) - len(names)} more')
+        if self.timers:
+            parts.append(f'{self.timers} timer' + 's' * (self.timers > 1))
+        text = f'waiting for {" and ".join(parts)}'
+        if self.labels:
+            text += f' after {signal_name(self.signal)}'
+        if self.next_signal is not None:
+            seconds = max(1, round(self.seconds))
+            text += f'; {signal_name(self.next_signal)} in {seconds} s'
+        return (text,)
+
+    def record(self) -> dict[str, Any]:
+        return {}
+
+
+@dataclass(frozen=True, slots=True)
+class LeftBehind(Event):
+    """A process cannot be ended, not even by SIGKILL."""
+
+    process: Process
+    pid: int
+
+    severity = 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        return (
+            f'{self.process.label}: pid {self.pid} cannot be stopped, not '
+            'even by SIGKILL; it is left behind',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return _record('left_behind', self.process, self.pid)
+
+
+@dataclass(frozen=True, slots=True)
+class Said(Event):
+    """The launch file has something to say; see `plan.Message`."""
+
+    level: str
+    text: str
+
+    @property
+    def severity(self) -> str:
+        return self.level
+
+    def lines(self) -> tuple[str, ...]:
+        return (self.text,)
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'message', 'level': self.level, 'text': self.text}
+
+
+@dataclass(frozen=True, slots=True)
+class Warned(Event):
+    """The launcher itself is in some trouble, yet goes on."""
+
+    text: str
+
+    severity = 'WARNING'
+
+    def lines(self) -> tuple[str, ...]:
+        return (f'warning: {self.text}',)
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'warning', 'text': self.text}
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded(Event):
+    """
+    A component was loaded into its container.
+
+    :param full_name: The full name of its node
+    :param unique_id: The number that the container gave it
+    :param seconds: How long that took once the container was there
+    """
+
+    component: Component
+    full_name: str
+    unique_id: int
+    seconds: float
+
+    def lines(self) -> tuple[str, ...]:
+        component = self.component
+        return (f'{component.label}: loaded into {component.container}',)
+
+    def record(self) -> dict[str, Any]:
+        return _record(
+            'loaded',
+            self.component,
+            container=self.component.container,
+            node=self.full_name,
+            unique_id=self.unique_id,
+            seconds=round(self.seconds, 6),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class LoadFailed(Event):
+    """
+    A component could not be loaded.
+
+    :param reason: Why, as the container said, or what became of that
+    :param again: Whether it is loaded again, as its container is respawned
+    """
+
+    component: Component
+    reason: str
+    again: bool = False
+
+    severity = 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        component = self.component
+        again = '; it is loaded again with that' if self.again else ''
+        return (
+            f'{component.label}: could not be loaded into '
+            f'{component.container}: {self.reason}{again} '
+            f'(from {shown(component.position)})',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return _record(
+            'load_failed',
+            self.component,
+            container=self.component.container,
+            reason=self.reason,
+            again=self.again,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Unloaded(Event):
+    """
+    A component is not loaded any more.
+
+    :param reason: Why, as a part of a sentence
+    """
+
+    component: Component
+    reason: str
+
+    def lines(self) -> tuple[str, ...]:
+        if self.reason == CONTAINER_ENDED:
+            # which has a line of its own
+            return ()
+        component = self.component
+        text = f'{component.label}: unloaded from {component.container}'
+        return (
+            text + ('' if self.reason == REQUESTED else f': {self.reason}'),
+        )
+
+    def record(self) -> dict[str, Any]:
+        return _record(
+            'unloaded',
+            self.component,
+            container=self.component.container,
+            reason=self.reason,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class StateChanged(Event):
+    """
+    A lifecycle node has another state.
+
+    :param node: Its full name
+    :param state: The label of the state
+    :param before: That of the state before, None if it is the first one seen
+    """
+
+    process: Process | Component
+    node: str
+    state: str
+    before: str | None
+
+    def lines(self) -> tuple[str, ...]:
+        # those in between last a moment, and so every node begins
+        if self.state not in LASTING_STATES or self.before is None:
+            return ()
+        return (f'{self.process.label}: {self.state}',)
+
+    def record(self) -> dict[str, Any]:
+        return _record(
+            'state_changed',
+            self.process,
+            node=self.node,
+            state=self.state,
+            before=self.before,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class TransitionFailed(Event):
+    """
+    A lifecycle node could not be configured or activated at its start.
+
+    :param node: Its full name
+    :param transition: The name of the transition
+    """
+
+    process: Process | Component
+    node: str
+    transition: str
+    reason: str
+
+    severity = 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        position = shown(self.process.position)
+        return (f'{self.process.label}: {self.text} (from {position})',)
+
+    @property
+    def text(self) -> str:
+        """What happened, as a part of a sentence."""
+        return (
+            f"the transition '{self.transition}' of {self.node} failed: "
+            f'{self.reason}'
+        )
+
+    def record(self) -> dict[str, Any]:
+        return _record(
+            'transition_failed',
+            self.process,
+            node=self.node,
+            transition=self.transition,
+            reason=self.reason,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class RosLost(Event):
+    """
+    Nobody speaks with ROS for the launch any more.
+
+    :param reason: Why, as a sentence without its end
+    """
+
+    reason: str
+
+    severity = 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        return (
+            f'{self.reason}; no component is loaded and no lifecycle state '
+            'changed any more',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'ros_lost', 'reason': self.reason}
+
+
+@dataclass(frozen=True, slots=True)
+class LinkLost(Event):
+    """
+    Nothing is heard of a machine that parts of the launch run on.
+
+    :param reason: Why, as a part of a sentence
+    :param is_kept: Whether its part runs on meanwhile; else it is stopped
+      there unless the link is back soon
+    """
+
+    machine: str
+    reason: str
+    is_kept: bool
+
+    severity = 'WARNING'
+
+    def lines(self) -> tuple[str, ...]:
+        what = (
+            'its processes stop there unless it was only silent for a moment'
+        )
+        if self.is_kept:
+            what = 'its processes run on there'
+        return (
+            f'{self.machine}: the link is lost: {self.reason}; {what}, and '
+            'it is tried again',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'link_lost',
+            'machine': self.machine,
+            'reason': self.reason,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class LinkBack(Event):
+    """
+    A machine is heard of again, and what was missed has come or is coming.
+
+    :param seconds: For how long the link was lost
+    """
+
+    machine: str
+    seconds: float
+
+    def lines(self) -> tuple[str, ...]:
+        return (
+            f'{self.machine}: the link is back after {self.seconds:.1f} s',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'link_back',
+            'machine': self.machine,
+            'seconds': round(self.seconds, 6),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class MachineGone(Event):
+    """
+    Nothing will be heard of a machine any more; its part is lost.
+
+    That of each process there which ran follows, as `Exited`.
+
+    :param reason: Why, and the way out, as a part of a sentence
+    :param labels: The processes that ran there
+    """
+
+    machine: str
+    reason: str
+    labels: tuple[str, ...] = ()
+
+    severity = 'ERROR'
+
+    @property
+    def text(self) -> str:
+        """What happened, as a sentence without its end."""
+        return f'{self.machine} is gone: {self.reason}'
+
+    def lines(self) -> tuple[str, ...]:
+        names = list(self.labels[: limits.NAMES_SHOWN])
+        if len(self.labels) > len(names):
+            names.append(f'{len(self.labels) - len(names)} more')
+        lost = f'lost with it: {", ".join(names)}'
+        return (self.text, *((lost,) if names else ()))
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'machine_gone',
+            'machine': self.machine,
+            'reason': self.reason,
+            'labels': list(self.labels),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Changed(Event):
+    """
+    Files were changed, and something follows from that.
+
+    :param files: Their paths
+    """
+
+    files: tuple[str, ...]
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'changed', 'files': list(self.files)}
+
+
+@dataclass(frozen=True, slots=True)
+class Built(Event):
+    """
+    Packages were built while the launch runs.
+
+    :param packages: Those that were built
+    :param seconds: How long that took, from the change on
+    :param failed: Whether the build failed
+    """
+
+    packages: tuple[str, ...]
+    seconds: float
+    failed: bool = False
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'built',
+            'packages': list(self.packages),
+            'seconds': round(self.seconds, 6),
+            'failed': self.failed,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Replanned(Event):
+    """
+    The launch files were evaluated anew, and the plan is another one now.
+
+    :param started: The labels of what is new
+    :param stopped: Those of what is gone
+    :param restarted: Those of what differs
+    """
+
+    started: tuple[str, ...]
+    stopped: tuple[str, ...]
+    restarted: tuple[str, ...]
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'replanned',
+            'started': list(self.started),
+            'stopped': list(self.stopped),
+            'restarted': list(self.restarted),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Restarted(Event):
+    """
+    A process runs, or a component is loaded, anew after a change.
+
+    :param seconds: How long that took, from the change on
+    """
+
+    process: Process | Component
+    seconds: float
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        seconds = round(self.seconds, 6)
+        return _record('restarted', self.process, seconds=seconds)
+
+
+@dataclass(frozen=True, slots=True)
+class Watched(Event):
+    """
+    What came of a change, or what is done about it.
+
+    :param text: That, in one line
+    :param failed: Whether it came to nothing, or the check failed
+    :param details: Lines that say why, as a build or an evaluation shows them
+    :param is_final: Whether nothing more follows from the change
+    :param is_switch: Whether there was no change, and it tells that they are
+      not looked at any more, or again
+    """
+
+    text: str
+    failed: bool = False
+    details: str = ''
+    is_final: bool = True
+    is_switch: bool = False
+
+    @property
+    def severity(self) -> str:
+        return 'ERROR' if self.failed else 'INFO'
+
+    @property
+    def label(self) -> str:
+        return WATCHER
+
+    @property
+    def errors(self) -> tuple[str, ...]:
+        """What failed, and below it why; empty if nothing did."""
+        if not (self.failed and self.details):
+            return ()
+        return (self.text, *self.details[: limits.ERRORS_KEPT].splitlines())
+
+    def lines(self) -> tuple[str, ...]:
+        return (self.text,)
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'watched',
+            'text': self.text,
+            'failed': self.failed,
+            'final': self.is_final,
+            **({'errors': self.errors} if self.errors else {}),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Checked(Event):
+    """
+    What `--until` waits for was checked after a change.
+
+    :param passed: Whether all was seen, and nothing failed
+    :param missing: What was not seen
+    :param failures: What failed, a part of a sentence each
+    :param seconds: How long that took, from when all ran again
+    """
+
+    passed: bool
+    missing: tuple[str, ...]
+    failures: tuple[str, ...]
+    seconds: float
+
+    @property
+    def severity(self) -> str:
+        return 'INFO' if self.passed else 'ERROR'
+
+    @property
+    def label(self) -> str:
+        return WATCHER
+
+    def lines(self) -> tuple[str, ...]:
+        if self.passed:
+            return (f'green: all was seen ({self.seconds:.2f} s)',)
+        parts = [f"'{text}' was not seen" for text in self.missing]
+        what = ', '.join((*self.failures, *parts))
+        return (f'red: {what} ({self.seconds:.2f} s)',)
+
+    def record(self) -> dict[str, Any]:
+        return {
+            'event': 'checked',
+            'passed': self.passed,
+            'missing': list(self.missing),
+            'failures': list(self.failures),
+            'seconds': round(self.seconds, 6),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFailed(Event):
+    """
+    A launch file in Python failed while the launch ran, which ends for that.
+
+    :param problems: What went wrong, as lines for the user
+    """
+
+    problems: tuple[str, ...]
+
+    severity = 'ERROR'
+
+    def lines(self) -> tuple[str, ...]:
+        return self.problems
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'plan_failed', 'text': '\n'.join(self.problems)}
+
+
+@dataclass(frozen=True, slots=True)
+class HostLost(Event):
+    """
+    The host of launch files in Python has ended before the launch.
+
+    :param reason: How, as a part of a sentence
+    """
+
+    reason: str
+
+    severity = 'ERROR'
+
+    @property
+    def text(self) -> str:
+        """What happened, as a sentence without its end."""
+        return f'the host of launch files in Python {self.reason}'
+
+    def lines(self) -> tuple[str, ...]:
+        return (
+            f'{self.text}; what they would do when something happens is not '
+            'done any more',
+        )
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'host_lost', 'reason': self.reason}
+
+
+@dataclass(frozen=True, slots=True)
+class FailureReport:
+    """
+    What is known of a failure.
+
+    :param process: What failed; None for the launch itself
+    :param text: What happened, in one line
+    :param tail: The last lines of its output
+    :param log_file: The file that has all of its output, if there is one
+    :param advice: The way out, if its last words tell one
+    """
+
+    process: Process | Component | None
+    text: str
+    tail: tuple[str, ...] = ()
+    log_file: Path | None = None
+    advice: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """
+    What came of an exit condition.
+
+    :param name: What it is, as the user wrote it
+    :param seconds: When that was clear, from the start of the launch on
+    :param failure: What is wrong, in one line, or None
+    """
+
+    name: str
+    seconds: float
+    failure: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Ended(Event):
+    """
+    The launch is over.
+
+    :param exit_code: What the launcher exits with
+    :param summary: Lines that say what failed, if anything did
+    :param failures: The processes that failed, in order
+    :param verdicts: What came of what the launch was to achieve
+    """
+
+    exit_code: int
+    summary: tuple[str, ...] = ()
+    failures: tuple[FailureReport, ...] = ()
+    verdicts: tuple[Verdict, ...] = ()
+
+    @property
+    def severity(self) -> str:
+        return 'ERROR' if self.exit_code else 'INFO'
+
+    def lines(self) -> tuple[str, ...]:
+        return self.summary
+
+    def record(self) -> dict[str, Any]:
+        return {'event': 'ended', 'exit_code': self.exit_code}
+
+
+Listener = Callable[[Event], None]
+
+
+def _starts_again(delay: float | None) -> str:
+    if delay is None:
+        return ''
+    return ', starts again' + (f' in {delay:g} s' if delay else '')
+
+
+def shown(position: Position) -> str:
+    """Return a place as a user looks at it, in his folder if it is there."""
+    try:
+        relative = os.path.relpath(position.path)
+    except (OSError, ValueError):
+        return str(position)
+    if relative.startswith('..'):
+        return str(position)
+    return str(Position(relative, position.line, position.column))
+
+
+def _record(
+    name: str,
+    process: Process | Component,
+    pid: int | None = None,
+    **fields: Any,
+) -> dict[str, Any]:
+    who = {'label': process.label, 'name': process.ros_name}
+    group = {} if pid is None else {'pid': pid}
+    return {'event': name, **who, **group, **fields}

@@ -1,0 +1,219 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+When a launch is to end by itself: what must be seen, and by when.
+
+Times count from the moment when the launch begins to start processes, so
+building is not counted.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+import time
+
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.output.line_pattern import LinePattern
+from colcon_yamllaunch.engine.output.line_pattern import SearchTimeError
+from colcon_yamllaunch.engine.output.lines import bare
+
+
+class ExitConditions:
+    """
+    Listens whether what a launch waits for happens.
+
+    Without any argument that is nothing, and the launch takes its course.
+
+    :param until: Expressions; each must be found in a line of any process.
+      Then the launch is stopped
+    :param timeout: Seconds within which all must have been found, or, if
+      there is nothing to find, the launch must have ended
+    :param duration: Seconds that the launch goes on for from when all was
+      found; then it is stopped
+    :param clock: Returns seconds that never go back
+    :param begun: When the time for that begins, on the clock; None for when
+      the launch does
+    """
+
+    def __init__(
+        self,
+        until: Iterable[LinePattern] = (),
+        timeout: float | None = None,
+        duration: float | None = None,
+        clock: Callable[[], float] = time.monotonic,
+        begun: float | None = None,
+    ) -> None:
+        self._patterns = tuple(until)
+        self._unseen = list(dict.fromkeys(p.text for p in self._patterns))
+        self._timeout = timeout
+        self._duration = duration
+        self._clock = clock
+        self._start = clock()
+        self._begun_at = begun
+        self._seen: dict[str, float] = {}
+        self._slow: dict[str, int] = {}
+        self._given_up: str | None = None
+        self._found_at = 0.0
+        self._seconds = 0.0
+        self._failed: str | None = None
+        self._timed_out = False
+        self._stopping = False
+        #: Is told what is said while the launch runs.
+        self.tell: events.Listener = _tell_nobody
+
+    def begin(self) -> None:
+        """Count the time from now on."""
+        self._start = self._clock()
+
+    def handle(self, event: events.Event) -> None:
+        """Listen to an event."""
+        match event:
+            case events.Output():
+                if self._unseen and not self._timed_out:
+                    self._search(event)
+            case events.StartFailed() | events.Exited(failed=True):
+                again = event.respawn_delay is not None
+                self._take_failure(event.process.label, again=again)
+            case events.LoadFailed():
+                self._take_failure(event.component.label, again=event.again)
+            case events.TransitionFailed():
+                self._take_failure(event.process.label)
+            case events.RosLost():
+                self._take_failure('the ROS client')
+            case events.HostLost():
+                self._take_failure('the host of launch files in Python')
+            case events.ShuttingDown():
+                self._stopping = True
+            case _:
+                return
+
+    def due(self) -> float | None:
+        """Return when to ask for a reason to stop, on the clock, or None."""
+        if self._stopping:
+            return None
+        if self._failed or self._given_up or self._is_reached:
+            return self._start
+        if self._lasts:
+            assert self._duration is not None
+            return self._start + self._found_at + self._duration
+        if self._timeout is None:
+            return None
+        begun = self._start if self._begun_at is None else self._begun_at
+        return begun + self._timeout
+
+    def waited_for(self) -> tuple[str, ...]:
+        """Return what has not been seen yet, as the user wrote it."""
+        return () if self._stopping else tuple(self._unseen)
+
+    def reason_to_stop(self) -> str | None:
+        """Return once, when it is time, why the launch is to be stopped."""
+        due = self.due()
+        if due is None or self._clock() < due:
+            return None
+        self._stopping = True
+        if self._failed is not None:
+            return f'{self._failed} failed'
+        if self._given_up is not None:
+            return f"to search for '{self._given_up}' takes too long"
+        if self._is_reached:
+            return self._found()
+        if self._lasts:
+            return f'it ran for {self._duration:g} s'
+        self._timed_out = True
+        return f'{self._timeout:g} s are over'
+
+    def end(self) -> None:
+        """Take note that the launch is over."""
+        self._seconds = self._clock() - self._start
+
+    def verdicts(self) -> tuple[events.Verdict, ...]:
+        """Return what came of everything, in the order given."""
+        if self._timeout is not None and not self._patterns:
+            seconds = self._timeout if self._timed_out else self._seconds
+            failure = None
+            if self._timed_out:
+                failure = (
+                    f'the launch did not end in {seconds:g} s (--timeout)'
+                )
+            name = f'--timeout {self._timeout:g}'
+            return (events.Verdict(name, seconds, failure),)
+        return tuple(
+            events.Verdict(
+                f'--until {text}',
+                self._seen.get(text, self._seconds),
+                self._not_seen(text) if text in self._unseen else None,
+            )
+            for text in dict.fromkeys(p.text for p in self._patterns)
+        )
+
+    def failures(self) -> tuple[str, ...]:
+        """Return what was not achieved, one a line."""
+        return tuple(v.failure for v in self.verdicts() if v.failure)
+
+    @property
+    def _is_reached(self) -> bool:
+        """Whether all was found, and nothing more is to be done."""
+        return bool(
+            self._patterns and not self._unseen and self._duration is None
+        )
+
+    @property
+    def _lasts(self) -> bool:
+        """Whether the launch is only to go on for a while."""
+        return not self._unseen and self._duration is not None
+
+    def _search(self, event: events.Output) -> None:
+        lines = bare(event.data)
+        for pattern in self._patterns:
+            if pattern.text in self._unseen and self._is_in(pattern, lines):
+                self._unseen.remove(pattern.text)
+                self._found_at = self._clock() - self._start
+                self._seen[pattern.text] = self._found_at
+
+    def _is_in(self, pattern: LinePattern, lines: str) -> bool:
+        try:
+            return pattern.is_in(lines)
+        except SearchTimeError:
+            slow = self._slow.get(pattern.text, 0) + 1
+            self._slow[pattern.text] = slow
+            # all else waits meanwhile, Ctrl-C too
+            if slow >= limits.SLOW_SEARCHES:
+                self._given_up = pattern.text
+            return False
+
+    def _take_failure(self, label: str, *, again: bool = False) -> None:
+        """
+        Give up at a failure where one decides everything.
+
+        While something is waited for, a respawn may mend it.
+        """
+        if not self._patterns and self._duration is None:
+            return
+        if self._failed is None and not (self._unseen and again):
+            self._failed = label
+
+    def _found(self) -> str:
+        if len(self._seen) == 1:
+            return f"'{next(iter(self._seen))}' was seen"
+        return f'all {len(self._seen)} that --until waits for were seen'
+
+    def _not_seen(self, text: str) -> str:
+        return self._when_not_seen(text) + (
+            ', but not all lines could be searched to the end, as that takes '
+            'too long: use a simpler expression'
+            if text in self._slow
+            else ''
+        )
+
+    def _when_not_seen(self, text: str) -> str:
+        if self._timed_out:
+            return f"'{text}' was not seen in {self._timeout:g} s (--until)"
+        return (
+            f"'{text}' was not seen before the launch ended after "
+            f'{self._seconds:.1f} s (--until)'
+        )
+
+
+def _tell_nobody(event: events.Event) -> None:
+    """Leave it at that."""

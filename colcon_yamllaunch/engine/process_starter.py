@@ -1,0 +1,195 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Starting processes of a plan, with their channels, variables and marks."""
+
+from collections.abc import Mapping
+import errno
+import os
+
+from colcon_yamllaunch.engine.launch_settings import Settings
+from colcon_yamllaunch.engine.output.channels import Channel
+from colcon_yamllaunch.engine.output.channels import close
+from colcon_yamllaunch.engine.output.channels import open_channels
+from colcon_yamllaunch.engine.output.channels import writer_link
+from colcon_yamllaunch.engine.output.relay import Relay
+from colcon_yamllaunch.engine.output.terminals import Terminals
+from colcon_yamllaunch.engine.process.cgroup import CGROUP_VARIABLE
+from colcon_yamllaunch.engine.process.cgroup import LaunchCgroup
+from colcon_yamllaunch.engine.process.descriptors import DescriptorLimit
+from colcon_yamllaunch.engine.process.parameter_files import ParameterFiles
+from colcon_yamllaunch.engine.process.spawn import spawn_process
+from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
+from colcon_yamllaunch.engine.stopping.launch_scan import LAUNCH_ID_VARIABLE
+from colcon_yamllaunch.engine.stopping.launch_stop import timeouts_of
+from colcon_yamllaunch.plan.plan import Process
+
+_STREAMS = ('stdout', 'stderr')
+
+
+class ProcessStarter:
+    """
+    Starts the processes of a launch, and knows who has their output.
+
+    :param guard: Is told of all processes
+    :param processes: How many processes the plan has
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        guard: GuardLink,
+        files: ParameterFiles,
+        relay: Relay,
+        terminals: Terminals,
+        processes: int,
+    ) -> None:
+        self._settings = settings
+        self._guard = guard
+        self._files = files
+        self._relay = relay
+        self._terminals = terminals
+        self._cgroup = LaunchCgroup(
+            settings.identity,
+            wanted=settings.environment.get(CGROUP_VARIABLE) != '0',
+        )
+        self._limit = DescriptorLimit(processes)
+        #: The variables of processes that say nothing else.
+        self.variables: Mapping[str, str] = settings.environment
+        # whose output each descriptor has
+        self._outputs: dict[int, int] = {}
+        relay.closing = terminals.closing = self._forget_output
+
+    def expect(self, processes: int) -> None:
+        """Prepare for more processes."""
+        self._limit.expect(processes)
+
+    def close(self) -> None:
+        """Leave the limits of the system as they were."""
+        self._limit.restore()
+
+    def start(
+        self, number: int, process: Process, size: os.terminal_size | None
+    ) -> int:
+        """
+        Start a process in a group of its own, and return that.
+
+        :param number: Its number in the plan
+        :param size: Of its terminals, None for pipes
+        :raises StartError: when it cannot be started
+        """
+        argv = self.command_line(number, process)
+        try:
+            channels = open_channels(size)
+        except OSError as error:
+            raise StartError(_no_channel(error)) from error
+        stdout, stderr = channels
+        try:
+            with self._terminals.stdin_of(process, size) as stdin:
+                group = self._spawn(
+                    number, process, argv, stdin, stdout, stderr
+                )
+        except BaseException:
+            close(stdout)
+            close(stderr)
+            raise
+        os.close(stdout.writer)
+        os.close(stderr.writer)
+        self._relay.add(group, process, stdout.reader, stderr.reader)
+        self._guard.started(number, group, timeouts_of(process))
+        for stream, channel in zip(_STREAMS, channels, strict=True):
+            self._outputs[channel.reader] = number
+            self._guard.output(number, process, stream, channel.reader)
+        keyboard = self._terminals.keyboard_of(process.label)
+        if keyboard is not None:
+            self._guard.output(number, process, None, keyboard)
+        return group
+
+    def start_helper(
+        self,
+        number: int,
+        argv: list[str],
+        environment: dict[str, str],
+        cwd: str,
+        streams: tuple[int, int, int],
+    ) -> int:
+        """Start a program that belongs to a number of the plan."""
+        environment[LAUNCH_ID_VARIABLE] = f'{self._settings.identity}.{number}'
+        with self._cgroup.entered(number):
+            return spawn_process(
+                argv,
+                environment,
+                cwd,
+                streams,
+                self._limit.wrapped(self._settings.spawn),
+            )
+
+    def kill(self, number: int) -> None:
+        """Kill all that belongs to a process of the plan, if possible."""
+        self._cgroup.kill(number)
+
+    def remove_cgroup(self) -> None:
+        """Remove the control group of the launch, as nothing runs in it."""
+        self._cgroup.remove()
+
+    def writers(self) -> Mapping[str, int]:
+        """
+        Return whose output goes where.
+
+        What /proc shows of the ends that processes write to, with their
+        numbers in the plan.
+        """
+        return {writer_link(d) or '': n for d, n in self._outputs.items()}
+
+    def command_line(self, number: int, process: Process) -> list[str]:
+        """
+        Return the command line of a process as it is started.
+
+        :param number: Its number in the plan
+        :raises StartError: when its parameter file cannot be written
+        """
+        try:
+            return self._files.command_line(number, process)
+        except (OSError, ValueError) as error:
+            raise StartError(
+                f'its parameter file cannot be written: {error}'
+            ) from error
+
+    def environment_of(self, process: Process) -> dict[str, str]:
+        """Return the variables of a process as the plan has them."""
+        environment = dict(self.variables)
+        for name, value in process.environment:
+            if value is None:
+                environment.pop(name, None)
+            else:
+                environment[name] = value
+        return environment
+
+    def _spawn(
+        self,
+        number: int,
+        process: Process,
+        argv: list[str],
+        stdin: int,
+        stdout: Channel,
+        stderr: Channel,
+    ) -> int:
+        environment = self.environment_of(process)
+        buffering = self._settings.buffering
+        environment |= buffering.variables(process, argv, environment)
+        streams = stdin, stdout.writer, stderr.writer
+        return self.start_helper(
+            number, argv, environment, process.cwd, streams
+        )
+
+    def _forget_output(self, descriptor: int) -> None:
+        self._outputs.pop(descriptor, None)
+        self._guard.closed(descriptor)
+
+
+def _no_channel(error: OSError) -> str:
+    cure = ''
+    if error.errno == errno.EMFILE:
+        cure = '; allow more of them: ulimit -n'
+    return f'there is no pipe for its output: {error.strerror}{cure}'

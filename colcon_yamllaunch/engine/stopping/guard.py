@@ -1,0 +1,243 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The guard: a small process that stops a launch whose launcher is gone.
+
+Its standard input is a socket whose other end only the launcher has, so the
+end of the input means that the launcher ended without dismissing the guard:
+by SIGKILL, or by a crash. Then it takes the launcher's place: the control
+socket goes, then SIGINT, SIGTERM and SIGKILL with each process's time-outs,
+also for processes that left their group, and the control group and the folder
+with the parameter files go. What the processes write meanwhile gets to their
+logs, so that they can stop in their own way. The guard has its own session,
+takes no signal but SIGKILL, and never outlives its work.
+
+The launcher sends messages, each an array of frames in JSON:
+
+- `["dismissed"]`: the launch has ended;
+- `["start", NUMBER, GROUP, SIGTERM_TIMEOUT, SIGKILL_TIMEOUT]`;
+- `["end", GROUP]`: nothing is in the group any more;
+- `["output", KEY, NUMBER, LABEL, FILES, COMMON_FILE]`, with a descriptor to
+  read from: what is read is appended to the files, and to the last one, which
+  may be null, as lines with time and label. It is read when the launcher is
+  gone, and not before;
+- `["closed", KEY]`: the launcher reads from that one no more;
+- `["adopted", PID, BIRTH, NUMBER]`: a process that lost its parent;
+- `["socket", PATH, DEVICE, INODE]`, removed first, `["folder", …]`, the one
+  with the parameter files, and `["record", …]`, removed last.
+
+This module imports little: the guard has to be small, and up at once. It
+imports nothing later, as the package may have been replaced by then.
+"""
+
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Iterator
+import json
+import os
+import resource
+import socket
+import sys
+import time
+from typing import Any
+
+from colcon_yamllaunch.common.escalation import Escalation
+from colcon_yamllaunch.common.escalation import Orphan
+from colcon_yamllaunch.common.escalation import Targets
+from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.common.process_scan import foreground_group
+from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.output.channels import writer_link
+from colcon_yamllaunch.engine.process.cgroup import LaunchCgroup
+from colcon_yamllaunch.engine.process.own_files import Place
+from colcon_yamllaunch.engine.process.own_files import remove_file
+from colcon_yamllaunch.engine.process.own_files import remove_parameter_files
+from colcon_yamllaunch.engine.stopping.held_terminal import HeldTerminal
+from colcon_yamllaunch.engine.stopping.launch_scan import Adopter
+from colcon_yamllaunch.engine.stopping.launch_scan import find_orphans
+from colcon_yamllaunch.engine.stopping.launch_scan import Known
+from colcon_yamllaunch.engine.stopping.orphaned_output import HeldOutput
+from colcon_yamllaunch.engine.stopping.orphaned_output import OrphanedOutput
+
+#: The message of a launcher whose launch has ended.
+DISMISSED = ['dismissed']
+
+
+class GuardedLaunch(Targets):
+    """
+    What the guard has been told, and what is left of it.
+
+    :param session: The session of the launcher
+    """
+
+    def __init__(self, identity: str, session: int) -> None:
+        self.identity = identity
+        self.session = session
+        self.cgroup = LaunchCgroup(identity)
+        #: The process groups that run, with their numbers.
+        self.made: dict[int, int] = {}
+        #: The time-outs of every process that was ever started.
+        self.timeouts: dict[int, Timeouts] = {}
+        self.outputs: dict[int, HeldOutput] = {}
+        self.known: Known = {}
+        self.places: dict[str, list[Place]] = {}
+        #: The terminal that the launcher has drawn something in, if any.
+        self.terminal: HeldTerminal | None = None
+        # whether somebody types into that
+        self._is_typing = False
+        # who had the terminal when the launcher took it
+        self._foreground = -1
+
+    def note(self, frame: list[Any], descriptors: list[int]) -> None:
+        """
+        Take one frame of the launcher into account.
+
+        :param descriptors: Those of the message that nobody has taken yet
+        """
+        match frame:
+            case ['start', number, group, sigterm, sigkill]:
+                self.made[group] = number
+                self.timeouts[number] = Timeouts(sigterm, sigkill)
+            case ['end', group]:
+                self.made.pop(group, None)
+            case ['output', key, number, label, files, common]:
+                # without one there were too many; they are closed already
+                if descriptors:
+                    self.outputs[key] = HeldOutput(
+                        descriptors.pop(0), number, label, tuple(files), common
+                    )
+            case ['closed', key]:
+                output = self.outputs.pop(key, None)
+                if output is not None:
+                    os.close(output.descriptor)
+            case ['terminal', before, now]:
+                self._drop_terminal()
+                self._foreground = foreground_group(self.session)
+                if descriptors:
+                    self.terminal = HeldTerminal(
+                        descriptors.pop(0), before, now
+                    )
+            case ['no terminal']:
+                self._drop_terminal()
+            case ['typing', is_typing]:
+                self._is_typing = is_typing
+            case ['adopted', pid, birth, number]:
+                self.known[pid, birth] = number
+            case ['socket' | 'folder' | 'record' as kind, *place]:
+                self.places.setdefault(kind, []).append(Place(*place))
+
+    def forget(self) -> None:
+        """Close what the launcher has not taken back."""
+        self._drop_terminal()
+        for output in self.outputs.values():
+            os.close(output.descriptor)
+
+    def groups(self) -> dict[int, int]:
+        """Return the groups whose leader runs, and is not somebody else."""
+        return {
+            group: number
+            for group, number in self.made.items()
+            if (leader := read_process(group)) is not None
+            and leader.session == self.session
+        }
+
+    def search(self, groups: Collection[int]) -> list[Orphan]:
+        """Find the other processes of the launch."""
+        links = {
+            writer_link(output.descriptor) or '': output.number
+            for output in self.outputs.values()
+        }
+        return find_orphans(
+            self.identity,
+            self.session,
+            self.made,
+            groups,
+            known=self.known,
+            # whose child the guard became, those of the launcher did, too
+            adopter=Adopter(os.getppid(), links, None),
+        )
+
+    def remove(self, kind: str, how: Callable[[Place], None]) -> None:
+        """Remove all places of a kind."""
+        for place in self.places.get(kind, ()):
+            how(place)
+
+    def restore_terminal(self) -> None:
+        """Leave the terminal sane, before the shell uses it if that can be."""
+        if self.terminal is not None:
+            # no shell has it yet, or there is none
+            is_free = foreground_group(self.session) in (-1, self._foreground)
+            self.terminal.restore(goes_back=self._is_typing and is_free)
+
+    def _drop_terminal(self) -> None:
+        if self.terminal is not None:
+            os.close(self.terminal.descriptor)
+            self.terminal = None
+
+    def kill(self, number: int) -> None:
+        """Kill all of a process of the plan; see `Targets`."""
+        self.cgroup.kill(number)
+
+
+def main() -> None:
+    """
+    Guard a launch.
+
+    The arguments are the identity of the launch and the session of the
+    launcher.
+    """
+    identity, session = sys.argv[1:]
+    guard(identity, int(session), socket.socket(fileno=0))
+
+
+def guard(identity: str, session: int, connection: socket.socket) -> None:
+    """
+    Guard a launch, until it is dismissed or its launcher is gone.
+
+    :param session: The session of the launcher
+    :param connection: The socket to its launcher
+    """
+    launch = GuardedLaunch(identity, session)
+    # each process has up to three descriptors
+    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+    for frames, descriptors in _messages(connection):
+        for frame in frames:
+            launch.note(frame, descriptors)
+        if DISMISSED in frames:
+            launch.forget()
+            return
+    _take_over(launch)
+
+
+def _take_over(launch: GuardedLaunch) -> None:
+    launch.restore_terminal()
+    launch.remove('socket', remove_file)
+    output = OrphanedOutput(launch.outputs.values())
+    output.say('the launcher was killed; the guard stops its processes')
+    escalation = Escalation(launch, launch.timeouts, time.monotonic())
+    escalation.run(sleep=output.pass_on)
+    launch.cgroup.remove()
+    output.finish()
+    output.say('the guard has stopped what it could')
+    launch.remove('folder', remove_parameter_files)
+    launch.remove('record', remove_file)
+
+
+def _messages(
+    connection: socket.socket,
+) -> Iterator[tuple[list[Any], list[int]]]:
+    """Iterate over what the launcher sends, with descriptors."""
+    while True:
+        try:
+            data, descriptors, _, _ = socket.recv_fds(
+                connection, limits.GUARD_MESSAGE, limits.GUARD_FRAMES
+            )
+        except ConnectionError:
+            # it was gone before it had read all that we never send
+            return
+        if not data:
+            return
+        yield json.loads(data), descriptors

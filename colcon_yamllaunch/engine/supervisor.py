@@ -1,0 +1,924 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The course of a launch: what is started, restarted and stopped, and when.
+
+Nothing here touches the system; a :class:`Host` does, and a clock is passed
+in. So the course of any launch can be replayed without a process.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Sequence
+from dataclasses import dataclass
+from dataclasses import replace
+from itertools import count
+import math
+import signal
+from typing import Literal
+from typing import Protocol
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.outcome import after_exit
+from colcon_yamllaunch.engine.outcome import delay_of_respawn
+from colcon_yamllaunch.engine.outcome import ending_of
+from colcon_yamllaunch.engine.outcome import is_failure
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.outcome import signal_name
+from colcon_yamllaunch.engine.outcome import STOP_SIGNALS
+from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.engine.schedule import Schedule
+from colcon_yamllaunch.engine.schedule import TimerHandle
+from colcon_yamllaunch.engine.stopping.launch_stop import Stop
+from colcon_yamllaunch.engine.stopping.launch_stop import StopHost
+from colcon_yamllaunch.engine.tasks import Phase
+from colcon_yamllaunch.engine.tasks import RefusedError
+from colcon_yamllaunch.engine.tasks import Task
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import HostCall
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import SignalProcess
+from colcon_yamllaunch.plan.plan import Timer
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.components.composition import Composition
+
+
+class Host(StopHost, Protocol):
+    """What a course needs of the system."""
+
+    def start(self, number: int, process: Process) -> int:
+        """
+        Start a process in a group of its own, and return the group's id.
+
+        :param number: The number of the process in the plan
+        :raises StartError: when it cannot be started
+        """
+
+    def release(self, group: int) -> bool:
+        """Return whether a group ended with its leader, which just did."""
+
+    def signal(self, group: int, number: int) -> bool:
+        """Send a signal as it is, and return whether anybody got it."""
+
+    def call(self, number: int) -> None:
+        """Ask for what a `HostCall` stands for."""
+
+    def is_waiting(self) -> bool:
+        """
+        Tell whether the launch is to go on, though nothing runs.
+
+        That is asked before it begins to end, as the plan may still grow, and
+        again before it is over.
+        """
+
+
+@dataclass(slots=True, eq=False)
+class _Respawn:
+    """
+    A process that is to be started again.
+
+    :param alarm: What is due at the time when it may start
+    :param is_clean: Whether it is known to have left nothing running that
+      `cleanup` does not end
+    :param cleanup: The end of what it left running, if it did
+    """
+
+    task: Task
+    alarm: TimerHandle
+    is_clean: bool
+    cleanup: Stop | None = None
+
+    @property
+    def is_due(self) -> bool:
+        """Whether its time has come, and nothing of it runs any more."""
+        if self.alarm.action is not None or not self.is_clean:
+            return False
+        return self.cleanup is None or self.cleanup.is_over
+
+    def cancel(self) -> None:
+        """Leave all of it to somebody else."""
+        self.alarm.cancel()
+        if self.cleanup is not None:
+            self.cleanup.cancel()
+
+
+class Supervisor:
+    """
+    Runs a plan.
+
+    :param composition: The course of what happens in ROS, if anything is to
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        host: Host,
+        clock: Callable[[], float],
+        composition: 'Composition | None' = None,
+    ) -> None:
+        self._host = host
+        self._composition = composition
+        self._clock = clock
+        self._tasks: dict[int, Task] = {}
+        self._by_label: dict[str, Task] = {}
+        self._by_name: dict[str, Task] = {}
+        self._numbers = count()
+        self._expect(plan.processes())
+        #: The number that no process of the plan has: of what speaks with
+        #: ROS.
+        self.client_number = next(self._numbers)
+        self._agenda: deque[Entry] = deque(plan.entries)
+        self._schedule = Schedule()
+        self._timers: dict[int, tuple[Timer, TimerHandle]] = {}
+        self._timer_keys = count()
+        self._respawns: dict[int, _Respawn] = {}
+        # when to search again for what processes left running
+        self._next_search = -math.inf
+        # those whose quick ends the user was told of
+        self._told: set[int] = set()
+        self._running: dict[int, Task] = {}
+        self._groups: dict[int, int] = {}
+        #: The end of everything, once it has begun.
+        self._stop: Stop | None = None
+        # what was told last of it, and when
+        self._progress: tuple[object, float] = (None, -math.inf)
+        self._single_stops: dict[int, Stop] = {}
+        self._restarting: set[int] = set()
+        # what processes get that have not been started yet
+        self._early_signals: dict[int, list[SignalProcess]] = {}
+        # what is forgotten when it has ended
+        self._dropped: set[int] = set()
+        # what is started anew after a change, in the order of the launch
+        self._queue: list[int] = []
+        #: Whether a failure ends no launch, as a change may mend it.
+        self.outlasts_failures = False
+        #: Why everything is being stopped, by all who asked for it.
+        self.stop_reasons: set[str] = set()
+        #: Whether the launch is over.
+        self.done = False
+
+    @property
+    def tasks(self) -> list[Task]:
+        """The processes of the plan, in its order."""
+        return list(self._tasks.values())
+
+    @property
+    def groups(self) -> Iterable[int]:
+        """The process groups whose leader runs."""
+        return tuple(self._running)
+
+    @property
+    def is_starting(self) -> bool:
+        """Whether more is to be started at once."""
+        return bool(self._agenda)
+
+    @property
+    def is_stopping(self) -> bool:
+        """Whether everything is being stopped."""
+        return self._stop is not None
+
+    def advance(self) -> None:
+        """Do what is due; return soon, so that others get their turn."""
+        self._schedule.run_due(self._clock())
+        if self._composition is not None:
+            self._composition.advance()
+        for _ in range(limits.STARTS_PER_TURN):
+            if self._agenda:
+                self._take(self._agenda.popleft())
+        self._end_single_stops()
+        self._clean_up()
+        self._respawn_due()
+        self._end_if_idle()
+
+    def seconds_to_wait(self) -> float | None:
+        """
+        Return the seconds until :meth:`advance` is to be called again.
+
+        None means not before something happens.
+        """
+        if self._agenda or self.done:
+            return 0.0
+        due = self._schedule.next_due()
+        wait = None if due is None else max(0.0, due - self._clock())
+        if self._composition is None:
+            return wait
+        waits = (wait, self._composition.seconds_to_wait())
+        return min((w for w in waits if w is not None), default=None)
+
+    def next_timer(self) -> float | None:
+        """Return when the next timer is due, by the clock, if one is set."""
+        return min(
+            (
+                handle.due
+                for timer, handle in self._timers.values()
+                if not timer.on_ros_time
+            ),
+            default=None,
+        )
+
+    def exited(self, group: int, outcome: Outcome) -> None:
+        """Take into account that the leader of a group ended."""
+        task = self._running.pop(group)
+        process = task.process
+        if self._host.release(group):
+            del self._groups[group]
+        single_stop = self._single_stops.get(task.number)
+        asked = self.is_stopping or single_stop is not None
+        task.group = None
+        task.ended = self._clock()
+        failed = is_failure(outcome, asked or task.was_signalled)
+        task.ending = (
+            'stopped' if asked and not failed else ending_of(outcome, asked)
+        )
+        seconds = self._clock() - task.started
+        step = self._after_exit(task, asked=asked, failed=failed)
+        delay = _delay_after(task, seconds) if step == 'respawn' else None
+        self._host.tell(
+            events.Exited(
+                process,
+                group,
+                outcome,
+                seconds=seconds,
+                asked=asked,
+                failed=failed,
+                respawn_delay=delay,
+            )
+        )
+        if self._composition is not None:
+            self._composition.ended(
+                process,
+                task.ending,
+                asked=asked,
+                failed=failed,
+                again=delay is not None or task.number in self._restarting,
+            )
+        if delay is not None:
+            self._respawn_later(task, delay, is_clean=False)
+        elif step == 'shutdown':
+            self.stop(f'{process.label} ended')
+        if single_stop is not None:
+            single_stop.advance()
+
+    def task(self, name: str) -> Task:
+        """
+        Return a process of the plan.
+
+        :param name: Its label, or what ROS 2 calls it
+        :raises RefusedError: when there is none with this name
+        """
+        task = self._by_label.get(name) or self._by_name.get(name)
+        if task is None:
+            raise RefusedError(f"there is no process '{name}'")
+        return task
+
+    def phase(self, task: Task) -> Phase:
+        """Return what a process is doing."""
+        if task.number in self._single_stops:
+            return 'stopping'
+        if task.group is not None:
+            return 'stopping' if self.is_stopping else 'running'
+        if task.number in self._respawns:
+            return 'respawn'
+        return 'waiting' if task.ended is None else 'ended'
+
+    def seconds(self, task: Task) -> float:
+        """Return for how long a process has been running, or ended."""
+        if self.phase(task) == 'waiting':
+            return 0.0
+        since = task.started if task.ended is None else task.ended
+        return self._clock() - since
+
+    def stop_process(self, name: str) -> None:
+        """
+        Stop one process, with all that it started, and keep it stopped.
+
+        Whatever follows from the end of a process otherwise, such as
+        `respawn` and `on_exit: shutdown`, does not follow from this one. To
+        ask once more takes the next step of stopping at once.
+
+        :raises RefusedError: when there is nothing to stop
+        """
+        task = self._ended_for(name, 'stop')
+        if task.number in self._single_stops:
+            self._single_stops[task.number].hurry()
+        else:
+            self._single_stops[task.number] = self._stop_of([task])
+
+    def kill_process(self, name: str) -> None:
+        """
+        End one process, with all that it started, by SIGKILL.
+
+        What else holds for :meth:`stop_process` holds for this.
+
+        :raises RefusedError: when there is nothing to end
+        """
+        task = self._ended_for(name, 'kill')
+        if task.number in self._single_stops:
+            self._single_stops[task.number].cancel()
+        self._single_stops[task.number] = self._stop_of(
+            [task], first=signal.SIGKILL
+        )
+
+    def restart_process(self, name: str, once: Process | None = None) -> None:
+        """
+        Stop one process if it runs, then start it anew.
+
+        It has all of its respawns again.
+
+        :param once: What is started this time in its place, under a debugger
+        :raises RefusedError: when it cannot be started now
+        """
+        task = self._asked_for(name, 'restart' if once is None else 'debug')
+        task.once = once
+        self._restarting.add(task.number)
+        if task.number not in self._single_stops:
+            self._single_stops[task.number] = self._stop_of([task])
+
+    def extend(self, more: Plan) -> None:
+        """
+        Take more entries into the plan, as if they had stood at its end.
+
+        While everything is being stopped, messages are shown, and nothing
+        else is done.
+
+        :raises ValueError: when a label is taken
+        """
+        if self.is_stopping:
+            self._speak(more.entries)
+            return
+        parts: tuple[Process | Component, ...] = (
+            *more.processes(),
+            *more.components(),
+        )
+        self._expect(more.processes())
+        if self._composition is not None:
+            self._composition.extend(more)
+        if parts:
+            self._host.tell(events.Planned(parts))
+        self._agenda.extend(more.entries)
+
+    def compose(self, composition: 'Composition') -> None:
+        """Have a course of what happens in ROS from now on."""
+        self._composition = composition
+        for task in self.tasks:
+            if task.group is not None:
+                composition.started(task.process)
+            elif self.phase(task) == 'ended':
+                composition.ended(
+                    task.process,
+                    task.ending,
+                    asked=True,
+                    failed=False,
+                    again=False,
+                )
+
+    def replace(self, process: Process) -> None:
+        """
+        Have a process be another one from its next start on.
+
+        One that was started is started anew, as by :meth:`restart_process`,
+        also if it had ended.
+
+        :param process: It has the label of a process of the plan
+        :raises RefusedError: when there is none, or all is being stopped
+        """
+        task = self.task(process.label)
+        if self._is_begun(task):
+            self.restart_process(process.label)
+            self._dropped.discard(task.number)
+        task.successor = process
+
+    def revise(self, process: Process, *, at_once: bool) -> None:
+        """
+        Have a process be another one from its next start on.
+
+        :param process: It has the label of a process of the plan
+        :param at_once: Whether it would be started as what runs was, so that
+          what follows from the end of that, and its time-outs, are new now
+        :raises RefusedError: when there is none
+        """
+        task = self.task(process.label)
+        is_same = process == task.process
+        task.successor = None if is_same else process
+        if at_once:
+            # all else is told when it starts
+            task.process = process
+
+    def restart_changed(self, labels: Collection[str]) -> tuple[str, ...]:
+        """
+        Start processes anew after a change, and return their labels.
+
+        It is their restart, but lifecycle nodes get their states back. Each
+        starts when those before it in the launch have started. What has not
+        been started yet, or was stopped on request, is left alone.
+        """
+        restarted = []
+        for task in self.tasks if not self.is_stopping else ():
+            label = task.process.label
+            is_left = task.is_kept_stopped or task.number in self._dropped
+            if label in labels and not is_left and self._is_begun(task):
+                self._host.tell(events.Requested(task.process, 'change'))
+                self._prepare_stop(task, is_anew=False)
+                self._restarting.add(task.number)
+                if task.number not in self._single_stops:
+                    self._single_stops[task.number] = self._stop_of([task])
+                if task.number not in self._queue:
+                    self._queue.append(task.number)
+                restarted.append(label)
+        return tuple(restarted)
+
+    def drop(self, label: str) -> None:
+        """
+        Stop a process, and forget it once it has ended.
+
+        :raises RefusedError: when there is none, or all is being stopped
+        """
+        task = self.task(label)
+        self._agenda = deque(_without(self._agenda, label))
+        for key, (timer, handle) in self._timers.items():
+            entries = tuple(_without(timer.entries, label))
+            self._timers[key] = replace(timer, entries=entries), handle
+        if not self._is_begun(task):
+            self._forget(task)
+            return
+        self._restarting.discard(task.number)
+        if task.number in self._queue:
+            self._queue.remove(task.number)
+        if task.number not in self._single_stops:
+            self.stop_process(label)
+        self._dropped.add(task.number)
+
+    def forget(self, entries: Iterable[Entry]) -> None:
+        """Do not do what has not been done yet, such as messages."""
+        unwanted = list(entries)
+        self._agenda = deque(_less(self._agenda, unwanted))
+        for key, (timer, handle) in self._timers.items():
+            left = tuple(_less(timer.entries, unwanted))
+            self._timers[key] = replace(timer, entries=left), handle
+
+    def suspended(self, group: int, number: int | None) -> None:
+        """
+        Take note that the leader of a group is suspended or goes on.
+
+        :param number: The signal that suspends it, None if it goes on
+        """
+        task = self._running.get(group)
+        # while we stop everything, who is suspended is continued by us
+        if task is None or self.is_stopping:
+            return
+        if number is not None or task.is_suspended:
+            self._host.tell(events.Suspended(task.process, group, number))
+        task.is_suspended = number is not None
+
+    def stop(
+        self,
+        reason: str,
+        *,
+        interactive: bool = False,
+        drop_timers: bool = False,
+    ) -> None:
+        """
+        Begin to stop everything that was started, and start nothing more.
+
+        :param reason: Why, as a part of a sentence
+        :param interactive: Whether someone at a keyboard asked for it
+        :param drop_timers: Whether timers that outlast a shutdown are dropped
+        """
+        self.stop_reasons.add(reason)
+        if not self.is_stopping:
+            self._host.tell(events.ShuttingDown(reason, interactive))
+            self._begin_stopping()
+        if drop_timers:
+            self._drop_timers(all_of_them=True)
+
+    def hurry(self) -> None:
+        """Take the next step of stopping at once."""
+        if self._stop is not None:
+            self._drop_timers(all_of_them=True)
+            self._stop.hurry()
+            self._report_progress(self._stop)
+
+    def _take(self, entry: Entry) -> None:
+        match entry:
+            case Process():
+                if entry.label in self._by_label:
+                    self._start(self._by_label[entry.label])
+            case Message():
+                self._host.tell(events.Said(entry.level, entry.text))
+            case Timer():
+                self._set(entry)
+            case Component():
+                if self._composition is not None:
+                    self._composition.due(entry)
+            case ChangeState():
+                if self._composition is not None:
+                    self._composition.change_as_planned(entry)
+            case SignalProcess():
+                self._signal(entry)
+            case HostCall():
+                self._host.call(entry.number)
+            case Shutdown():
+                reason = entry.reason or 'the launch file says so'
+                self.stop(reason)
+
+    def _signal(self, entry: SignalProcess) -> None:
+        try:
+            task = self.task(entry.process)
+            if not self._is_begun(task):
+                # as in ROS 2, it gets the signal once it runs
+                self._early_signals.setdefault(task.number, []).append(entry)
+                return
+            if not entry.signal:
+                self.stop_process(entry.process)
+                return
+            group, number = task.group, entry.signal
+            if group is None or not self._host.signal(group, number):
+                raise RefusedError(f'{task.process.label} does not run')
+        except RefusedError as error:
+            place = events.shown(entry.position)
+            what = signal_name(entry.signal) if entry.signal else 'stop'
+            self._host.tell(events.Warned(f'{what}: {error} (from {place})'))
+            return
+        task.was_signalled |= number in STOP_SIGNALS
+        self._host.tell(events.Signalled(task.process, group, number, True))
+
+    def _expect(self, processes: Iterable[Process]) -> None:
+        """
+        Take processes into the plan.
+
+        :raises ValueError: when a label is taken
+        """
+        for process in processes:
+            if process.label in self._by_label:
+                raise ValueError(f'there is a process {process.label} already')
+            task = Task(next(self._numbers), process)
+            self._tasks[task.number] = task
+            self._by_label[process.label] = task
+            self._by_name[process.ros_name] = task
+
+    def _forget(self, task: Task) -> None:
+        """Have a process no more in the plan."""
+        process = task.process
+        del self._tasks[task.number]
+        del self._by_label[process.label]
+        self._by_name.pop(process.ros_name, None)
+        if self._composition is not None:
+            self._composition.drop_process(process)
+        self._host.tell(events.Dropped(process))
+
+    def _succeed(self, task: Task, process: Process) -> None:
+        """Have a process be another one, before it is started."""
+        before, task.process, task.successor = task.process, process, None
+        self._by_name.pop(before.ros_name, None)
+        self._by_name[process.ros_name] = task
+        if self._composition is not None:
+            self._composition.replace_process(before, process)
+        self._host.tell(events.Planned((process,)))
+
+    def _start(self, task: Task) -> None:
+        if task.successor is not None:
+            self._succeed(task, task.successor)
+        process = task.process
+        once, task.once = task.once, None
+        try:
+            group = self._host.start(task.number, once or process)
+        except StartError as error:
+            task.ended = self._clock()
+            task.ending = f'could not be started: {error}'
+            # the program may just be written anew, or memory be short
+            step = self._after_exit(task, asked=self.is_stopping, failed=True)
+            delay = _delay_after(task, 0.0) if step == 'respawn' else None
+            self._host.tell(events.StartFailed(process, str(error), delay))
+            if self._composition is not None:
+                self._composition.ended(
+                    process,
+                    task.ending,
+                    asked=False,
+                    failed=True,
+                    again=delay is not None,
+                )
+            if delay is not None:
+                self._respawn_later(task, delay, is_clean=True)
+            elif step == 'shutdown':
+                self.stop(f'{process.label} could not be started')
+            return
+        task.started = self._clock()
+        task.is_suspended = task.was_signalled = False
+        task.group = group
+        task.ended = None
+        task.ending = ''
+        self._running[group] = task
+        self._groups[group] = task.number
+        self._host.tell(events.Started(process, group))
+        if self._composition is not None:
+            self._composition.started(process)
+        for entry in self._early_signals.pop(task.number, ()):
+            self._signal(entry)
+
+    def _after_exit(
+        self, task: Task, *, asked: bool, failed: bool
+    ) -> Literal['nothing', 'respawn', 'shutdown']:
+        process = task.process
+        if failed and self.outlasts_failures:
+            process = replace(process, on_exit_shutdown=False)
+        return after_exit(process, task.respawns, asked)
+
+    def _respawn_later(
+        self, task: Task, delay: float, *, is_clean: bool
+    ) -> None:
+        """
+        Start a process again.
+
+        :param is_clean: Whether it cannot have left anything running, which
+          would have to end before
+        """
+        # the loop comes round when the alarm is due
+        alarm = self._schedule.add(self._clock() + delay, _wake_up)
+        self._respawns[task.number] = _Respawn(task, alarm, is_clean)
+        is_paused = delay > task.process.respawn_delay
+        if is_paused and task.number not in self._told:
+            self._told.add(task.number)
+            self._host.tell(
+                events.Warned(
+                    f'{task.process.label} ended within {limits.QUICK_END:g} '
+                    f's of its start {limits.QUICK_ENDS} times in a row; it '
+                    'is started again after a pause now, which grows to '
+                    f'{limits.LONGEST_PAUSE:g} s; with respawn_delay it has '
+                    'another'
+                )
+            )
+
+    def _clean_up(self) -> None:
+        """Begin to end what processes that are respawned left running."""
+        begin = self._clock()
+        unclean = [r for r in self._respawns.values() if not r.is_clean]
+        if not unclean or begin < self._next_search:
+            return
+        found = self._host.orphans(self._groups, self._running)
+        numbers = {orphan.number for orphan in found}
+        for respawn in unclean:
+            respawn.is_clean = True
+            if respawn.task.number in numbers:
+                respawn.cleanup = self._stop_of([respawn.task])
+        end = self._clock()
+        self._next_search = end + limits.SEARCH_PAUSE * (end - begin)
+        self._schedule.add(self._next_search, _wake_up)
+
+    def _respawn_due(self) -> None:
+        for number, respawn in tuple(self._respawns.items()):
+            if respawn.is_due:
+                del self._respawns[number]
+                self._respawn(respawn)
+
+    def _respawn(self, respawn: _Respawn) -> None:
+        task = respawn.task
+        respawn.cancel()
+        if respawn.cleanup is not None:
+            respawn.cleanup.abandon()
+        task.respawns += 1
+        task.restarts += 1
+        self._host.tell(events.Respawned(task.process, task.respawns))
+        self._start(task)
+
+    def _ended_for(self, name: str, action: events.Action) -> Task:
+        """Return a process that is to be stopped, and kept so."""
+        task = self._asked_for(name, action)
+        task.is_kept_stopped = True
+        task.once = None
+        self._restarting.discard(task.number)
+        if task.number in self._queue:
+            self._queue.remove(task.number)
+        if self._composition is not None and task.group is None:
+            # one that was to be respawned
+            self._composition.ended(
+                task.process, 'stopped', asked=True, failed=False, again=False
+            )
+        return task
+
+    def _asked_for(self, name: str, action: events.Action) -> Task:
+        task = self.task(name)
+        if not self._is_begun(task):
+            raise RefusedError(f'{name} has not been started yet')
+        self._host.tell(events.Requested(task.process, action))
+        self._prepare_stop(task, is_anew=action in ('restart', 'debug'))
+        task.is_kept_stopped = False
+        return task
+
+    def _prepare_stop(self, task: Task, *, is_anew: bool) -> None:
+        """
+        Get ready to stop a process on request.
+
+        :param is_anew: Whether its node begins as the launch file says
+        """
+        if self._composition is not None:
+            self._composition.leaves(task.process, is_anew=is_anew)
+        respawn = self._respawns.pop(task.number, None)
+        if respawn is not None:
+            respawn.cancel()
+
+    def _is_begun(self, task: Task) -> bool:
+        """
+        Tell whether a process has been started.
+
+        :raises RefusedError: when everything is being stopped
+        """
+        if self.is_stopping:
+            raise RefusedError('the whole launch is being stopped')
+        return task.group is not None or task.ended is not None
+
+    def _set(self, timer: Timer) -> None:
+        key = next(self._timer_keys)
+        if timer.on_ros_time and self._composition is not None:
+            handle = self._composition.at_ros_time(
+                timer.period, lambda: self._fire(key)
+            )
+        else:
+            handle = self._schedule.add(
+                self._clock() + timer.period, lambda: self._fire(key)
+            )
+        self._timers[key] = (timer, handle)
+
+    def _fire(self, key: int) -> None:
+        timer, _ = self._timers.pop(key)
+        if not self.is_stopping:
+            self._agenda.extend(timer.entries)
+            return
+        # a timer that outlasts a shutdown may speak, but starts nothing
+        self._speak(timer.entries)
+
+    def _speak(self, entries: Iterable[Entry]) -> None:
+        """Do what is done of some entries while everything is stopped."""
+        for entry in entries:
+            if isinstance(entry, Message) or (
+                isinstance(entry, Timer) and not entry.cancel_on_shutdown
+            ):
+                self._take(entry)
+
+    def _forget_cancelled(self) -> None:
+        """Forget the timers that nobody tells the ROS time any more."""
+        for key, (_, handle) in list(self._timers.items()):
+            if handle.action is None:
+                del self._timers[key]
+
+    def _drop_timers(self, *, all_of_them: bool) -> None:
+        for key, (timer, handle) in list(self._timers.items()):
+            if all_of_them or timer.cancel_on_shutdown:
+                handle.cancel()
+                del self._timers[key]
+
+    def _begin_stopping(self) -> None:
+        self._agenda.clear()
+        self._drop_timers(all_of_them=False)
+        for respawn in self._respawns.values():
+            respawn.cancel()
+        self._respawns.clear()
+        if self._composition is not None:
+            self._composition.stop()
+        for single_stop in self._single_stops.values():
+            single_stop.cancel()
+        self._single_stops.clear()
+        self._queue.clear()
+        self._stop = self._stop_of(self.tasks, whole=True)
+        self._progress_later(self._stop)
+
+    def _stop_of(
+        self,
+        tasks: Sequence[Task],
+        *,
+        whole: bool = False,
+        first: signal.Signals = signal.SIGINT,
+    ) -> Stop:
+        return Stop(
+            tasks,
+            self._host,
+            self._schedule,
+            self._clock,
+            self._groups,
+            whole=whole,
+            first=first,
+        )
+
+    def _progress_later(self, stop: Stop) -> None:
+        def report() -> None:
+            self._progress_later(stop)
+            self._report_progress(stop)
+
+        self._schedule.add(self._clock() + limits.PROGRESS_INTERVAL, report)
+
+    def _report_progress(self, stop: Stop) -> None:
+        """Say what is waited for, if that is another than before."""
+        if not stop.is_over:
+            stop.advance()
+        labels = tuple(task.process.label for task in stop.alive())
+        timers = len(self._timers)
+        now = self._clock()
+        progress = labels, timers, stop.latest_signal()
+        told, last = self._progress
+        is_repeated = progress == told and now - last < limits.PROGRESS_REPEAT
+        if is_repeated or not (labels or timers):
+            return
+        self._progress = progress, now
+        coming = stop.next_signal()
+        event = events.StillRunning(*progress)
+        if coming is not None:
+            following, due = coming
+            event = events.StillRunning(*progress, following, due - now)
+        self._host.tell(event)
+
+    def _end_single_stops(self) -> None:
+        stops = self._single_stops
+        first = [n for n in self._queue if n in stops]
+        others = [n for n in stops if n not in first]
+        for number, stop in [(n, stops[n]) for n in (*first, *others)]:
+            task = self._tasks[number]
+            # one that cannot be started again may end the launch
+            is_over = stop.is_over and not self.is_stopping
+            if is_over and task.group is None:
+                if number in self._queue:
+                    if self._queue[0] != number:
+                        # those before it start first
+                        continue
+                    self._queue.remove(number)
+                stop.cancel()
+                stop.abandon()
+                del self._single_stops[number]
+                if number in self._restarting:
+                    self._restarting.remove(number)
+                    task.respawns = task.quick_ends = 0
+                    task.restarts += 1
+                    self._start(task)
+                elif number in self._dropped:
+                    self._dropped.remove(number)
+                    self._forget(task)
+
+    def _end_if_idle(self) -> None:
+        if self._composition is not None:
+            self._forget_cancelled()
+        if self._agenda or self._timers or self._respawns:
+            return
+        if self._stop is None:
+            if self._running or self._single_stops:
+                return
+            composition = self._composition
+            if composition is not None and composition.is_busy:
+                return
+            if self._host.is_waiting():
+                return
+            if composition is not None:
+                composition.end()
+            # what processes left running ends with the launch
+            self._begin_stopping()
+        assert self._stop is not None
+        waits = self._running or self._stop.waits_for_orphans
+        if not waits and not self._stop.is_over:
+            self._stop.advance()
+        if self._stop.is_over and not self._host.is_waiting():
+            self._stop.abandon()
+            self.done = True
+
+
+def _without(entries: Iterable[Entry], label: str) -> Iterator[Entry]:
+    """Return entries without the process or component with a label."""
+    for entry in entries:
+        if isinstance(entry, Timer):
+            inner = tuple(_without(entry.entries, label))
+            yield replace(entry, entries=inner)
+        elif not (
+            isinstance(entry, Process | Component) and entry.label == label
+        ):
+            yield entry
+
+
+def _less(entries: Iterable[Entry], unwanted: list[Entry]) -> Iterator[Entry]:
+    """Return entries without some, each of which is taken out once."""
+    for entry in entries:
+        if isinstance(entry, Timer):
+            inner = tuple(_less(entry.entries, unwanted))
+            yield replace(entry, entries=inner)
+        elif entry in unwanted:
+            unwanted.remove(entry)
+        else:
+            yield entry
+
+
+def _delay_after(task: Task, seconds: float) -> float:
+    """Return when a process is started again that ran for some time."""
+    is_quick = seconds < limits.QUICK_END
+    task.quick_ends = task.quick_ends + 1 if is_quick else 0
+    return delay_of_respawn(task.process, task.quick_ends)
+
+
+def _wake_up() -> None:
+    """Have the loop come round, which looks what is due."""

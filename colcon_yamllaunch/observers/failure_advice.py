@@ -1,0 +1,254 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What to do about a process that failed, where its last words tell."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+import os
+from pathlib import Path
+import re
+import signal
+import sys
+
+from colcon_yamllaunch.common.search_path import split_path
+from colcon_yamllaunch.common.suggestions import did_you_mean
+from colcon_yamllaunch.common.suggestions import is_slip
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.process.line_buffering import (
+    LINE_BUFFERED_VARIABLE,
+)
+from colcon_yamllaunch.engine.process.spawn import find_program
+from colcon_yamllaunch.engine.process.spawn import interpreter_of
+from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.observers.failures import OwnerOf
+from colcon_yamllaunch.observers.failures import ParametersOf
+from colcon_yamllaunch.observers.parameter_advice import parameter_advice
+from colcon_yamllaunch.plan.plan import Process
+
+_MISSING_MODULE = re.compile(
+    r"^ModuleNotFoundError: No module named '([\w]+)[\w.]*'"
+)
+# input() and termios.tcgetattr() of Python without a terminal
+_KEYBOARD = re.compile(
+    r'^EOFError: EOF when reading a line|^termios\.error: .*ioctl'
+)
+# AddressSanitizer, where another library was loaded before
+_NOT_FIRST = 'runtime does not come first in initial library list'
+_FIRST_MISSING = """\
+import sys
+from importlib.util import find_spec
+sys.path[0], *modules = sys.argv[1:]
+print(next((m for m in modules if find_spec(m) is None), ''), end='')
+"""
+_CRASHES = frozenset(
+    (signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT, signal.SIGFPE)
+)
+
+
+class Advisor:
+    """
+    Tells the way out of failures.
+
+    :param environment: That of the processes, for its `PATH`
+    :param owner_of: See :data:`OwnerOf`
+    :param holds_back: Tells whether a process may have held lines back, which
+      went with it
+    :param parameters_of: See :data:`ParametersOf`
+    :param is_elsewhere: Tells whether a process, by its label, runs on
+      another machine, whose files are not to be looked at
+    """
+
+    def __init__(
+        self,
+        environment: Mapping[str, str],
+        owner_of: OwnerOf,
+        holds_back: Callable[[Process], bool] = lambda _process: False,
+        parameters_of: ParametersOf = lambda process: process.parameters,
+        is_elsewhere: Callable[[str], bool] = lambda _label: False,
+    ) -> None:
+        self._environment = environment
+        self._path = environment.get('PATH', os.defpath)
+        self._owner_of = owner_of
+        self._holds_back = holds_back
+        self._parameters_of = parameters_of
+        self._is_elsewhere = is_elsewhere
+
+    def advise(self, event: Exited, tail: Sequence[str]) -> str | None:
+        """
+        Return the way out in one line, if the failure tells one.
+
+        :param tail: The last lines that the process wrote
+        """
+        process = event.process
+        program = _program_of(process)
+        for line in tail:
+            # rclcpp dies of it by SIGABRT
+            advice = parameter_advice(line, self._parameters_of(process))
+            if advice is not None:
+                return advice
+        if event.outcome.signal in _CRASHES:
+            advice = self._debugger(program, process.label)
+            if not self._holds_back(process):
+                return advice
+            lost = 'what it printed last may be lost, which --tty prevents'
+            return f'{lost}; {advice}' if advice else lost
+        for line in reversed(tail):
+            if _NOT_FIRST in line:
+                return f'let it start with {LINE_BUFFERED_VARIABLE}=0'
+            if _KEYBOARD.match(line):
+                return (
+                    'it reads the keyboard, which it gets by '
+                    f'--attach {process.label}'
+                )
+            missing = _MISSING_MODULE.match(line)
+            if missing is not None:
+                cure = self._undeclared(missing[1], process.package)
+                if cure is not None or self._is_elsewhere(process.label):
+                    return cure
+                used = self._interpreter(program)
+                return used and (
+                    f"it ran with {used}, which has no module '{missing[1]}'; "
+                    f'{self._cure(program, used, missing[1])}'
+                )
+        return None
+
+    def lacks(
+        self, program: str, package: str, modules: Sequence[str]
+    ) -> tuple[str, str, str] | None:
+        """
+        Return a module that the interpreter of a script lacks, if it does.
+
+        Beside it the interpreter, and the way out.
+
+        :param modules: What the script imports
+        """
+        used = self._interpreter(program)
+        if used is None or not os.path.basename(used).startswith('python'):
+            return None
+        folder = os.path.dirname(os.path.realpath(program))
+        there = self._folders(used)
+        # to ask the interpreter takes as long as the start of a program
+        doubtful = [
+            module
+            for module in modules
+            if module not in sys.stdlib_module_names
+            and not _has_module((Path(folder), *there), module)
+        ]
+        missing = doubtful and self._asked(used, folder, doubtful)
+        if not missing:
+            return None
+        cure = self._undeclared(missing, package)
+        return missing, used, cure or self._cure(program, used, missing)
+
+    def _undeclared(self, module: str, package: str | None) -> str | None:
+        owner = self._owner_of(module, package)
+        if owner is None:
+            return None
+        return (
+            f"the package {owner} has the module '{module}': add "
+            f'<exec_depend>{owner}</exec_depend> to the package.xml of '
+            f'{package}'
+        )
+
+    def _asked(
+        self, interpreter: str, folder: str, modules: Sequence[str]
+    ) -> str:
+        """Return the first module that an interpreter does not find."""
+        # few scripts lack one
+        import subprocess
+
+        try:
+            return subprocess.run(
+                [interpreter, '-c', _FIRST_MISSING, folder, *modules],
+                env=dict(self._environment),
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                timeout=limits.INTERPRETER_TIMEOUT,
+                check=False,
+            ).stdout
+        except (OSError, subprocess.TimeoutExpired):
+            return ''
+
+    def _debugger(self, program: str, label: str) -> str | None:
+        try:
+            path = find_program(program, self._path)
+            interpreter = interpreter_of(path, self._path)
+        except StartError:
+            return None
+        prefix = 'gdb -ex run --args'
+        if interpreter is not None:
+            prefix = f'{prefix} {interpreter}'
+        return (
+            f"to see where: --attach {label} --launch-prefix '{prefix}' "
+            f'--launch-prefix-filter {os.path.basename(program)}'
+        )
+
+    def _interpreter(self, program: str) -> str | None:
+        try:
+            program = find_program(program, self._path)
+            return interpreter_of(program, self._path) or program
+        except StartError:
+            return None
+
+    def _cure(self, program: str, used: str, module: str) -> str:
+        """Return what to do about a module that an interpreter lacks."""
+        for other in self._interpreters():
+            if other != used and _has_module(_libraries(other), module):
+                # what is installed may be a link to the file that is edited
+                source = os.path.realpath(find_program(program, self._path))
+                return (
+                    f'{other} has it: let the first line of {source} be '
+                    '#!/usr/bin/env python3'
+                )
+        names = {
+            file.name.partition('.')[0]
+            for folder in self._folders(used)
+            if folder.is_dir()
+            for file in folder.iterdir()
+        } | sys.stdlib_module_names
+        if is_slip(module, names):
+            return did_you_mean(module, names) or ''
+        return 'install it there, or source the setup.bash that has it'
+
+    def _folders(self, interpreter: str) -> list[Path]:
+        """Return the folders in which an interpreter finds packages."""
+        given = split_path(self._environment.get('PYTHONPATH', ''))
+        return [*map(Path, given), *_libraries(interpreter)]
+
+    def _interpreters(self) -> Iterator[str]:
+        for folder in self._path.split(':'):
+            candidate = os.path.join(folder, 'python3')
+            if os.access(candidate, os.X_OK):
+                yield candidate
+        yield sys.executable
+
+
+def _program_of(process: Process) -> str:
+    """Return the program of a node, which may stand behind a prefix."""
+    argv = [argument for argument in process.argv if isinstance(argument, str)]
+    for argument in argv:
+        folder = os.path.basename(os.path.dirname(argument))
+        if folder and folder == process.package:
+            return argument
+    return argv[0]
+
+
+def _libraries(interpreter: str) -> Iterator[Path]:
+    # where a virtual environment, or an installed Python, keeps its packages
+    return (Path(interpreter).parent.parent / 'lib').glob(
+        'python3*/*-packages'
+    )
+
+
+def _has_module(folders: Iterable[Path], module: str) -> bool:
+    return any(
+        Path(folder, name).exists()
+        for folder in folders
+        for name in (module, f'{module}.py')
+    )

@@ -1,0 +1,171 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+A launch as a JUnit report.
+
+There is no standard; the report is valid against the two schemas that are in
+use, that of Jenkins' xUnit plugin (junit-10.xsd) and that of Apache Ant's
+reports (JUnit.xsd by Windy Road).
+"""
+
+from collections.abc import Iterable
+import platform
+import re
+import time
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Process
+
+# what XML 1.0 has no place for (its production "Char")
+_NOT_IN_XML = re.compile(
+    '[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
+)
+
+
+class JUnitReport:
+    """
+    Listens to a launch, and makes a report with one case a process.
+
+    A component has one, too. The last run of a process that is respawned
+    decides, as for the exit code.
+    What the launch was to achieve follows in cases of its own.
+
+    :param class_name: The name under which the cases are grouped, parts
+      separated by dots
+    :param started: When, in seconds since the epoch
+    """
+
+    def __init__(self, name: str, class_name: str, started: float) -> None:
+        self._name = name
+        self._class_name = class_name
+        self._started = started
+        self._processes: dict[str, Process | Component] = {}
+        self._seen: set[str] = set()
+        self._seconds: dict[str, float] = {}
+        self._ended: events.Ended | None = None
+
+    def expect(self, processes: Iterable[Process | Component]) -> None:
+        """Take note of all that may be started or loaded."""
+        self._processes |= {p.label: p for p in processes}
+
+    def handle(self, event: events.Event) -> None:
+        """Listen to an event."""
+        match event:
+            case events.Planned():
+                self.expect(event.parts)
+            case events.Dropped():
+                self._processes.pop(event.process.label, None)
+            case events.Started():
+                self._seen.add(event.process.label)
+            case events.Exited():
+                label = event.process.label
+                before = self._seconds.get(label, 0.0)
+                self._seconds[label] = before + event.seconds
+            case events.Loaded():
+                label = event.component.label
+                self._seen.add(label)
+                before = self._seconds.get(label, 0.0)
+                self._seconds[label] = before + event.seconds
+            case events.Ended():
+                self._ended = event
+            case _:
+                return
+
+    def document(self, seconds: float) -> bytes:
+        """Return the report."""
+        cases = tuple(self._cases())
+        stamp = time.strftime('%Y-%m-%dT%H:%M:%S', time.gmtime(self._started))
+        suite = Element(
+            'testsuite',
+            {
+                'name': _clean(self._name),
+                'package': _clean(self._class_name),
+                'id': '0',
+                'timestamp': stamp,
+                'hostname': platform.node() or 'localhost',
+                'tests': str(len(cases)),
+                'failures': _count(cases, 'failure'),
+                'errors': _count(cases, 'error'),
+                'skipped': _count(cases, 'skipped'),
+                'time': f'{seconds:.3f}',
+            },
+        )
+        ElementTree.SubElement(suite, 'properties')
+        suite.extend(cases)
+        for name in ('system-out', 'system-err'):
+            ElementTree.SubElement(suite, name)
+        root = Element('testsuites')
+        root.append(suite)
+        ElementTree.indent(root)
+        xml: bytes = ElementTree.tostring(root, 'utf-8', xml_declaration=True)
+        return xml + b'\n'
+
+    def _cases(self) -> Iterable[Element]:
+        if self._ended is None:
+            text = 'the launch failed before a process was started'
+            yield self._case('launch', 0.0, _outcome('error', text, text))
+            return
+        failures = {
+            None if f.process is None else f.process.label: f
+            for f in self._ended.failures
+        }
+        for process in self._processes.values():
+            label = process.label
+            outcome = None
+            if label in failures:
+                outcome = _failure(failures[label])
+            elif label not in self._seen:
+                is_process = isinstance(process, Process)
+                what = 'started' if is_process else 'loaded'
+                message = {'message': f'it was never {what}'}
+                outcome = Element('skipped', message)
+            yield self._case(label, self._seconds.get(label, 0.0), outcome)
+        if None in failures:
+            yield self._case('launch', 0.0, _failure(failures[None]))
+        for verdict in self._ended.verdicts:
+            missed = None
+            if verdict.failure is not None:
+                missed = _outcome('failure', verdict.failure, verdict.failure)
+            yield self._case(verdict.name, verdict.seconds, missed)
+
+    def _case(
+        self, name: str, seconds: float, outcome: Element | None
+    ) -> Element:
+        attributes = {
+            'name': _clean(name),
+            'classname': _clean(self._class_name),
+            'time': f'{seconds:.3f}',
+        }
+        element = Element('testcase', attributes)
+        if outcome is not None:
+            element.append(outcome)
+        return element
+
+
+def _failure(report: events.FailureReport) -> Element:
+    lines = [report.text]
+    if report.process is not None:
+        lines.append(f'from {report.process.position}')
+    if report.tail:
+        lines += ['', 'the last lines of its output:', *report.tail]
+    if report.log_file is not None:
+        lines += ['', f'all of its output: {report.log_file}']
+    return _outcome('failure', report.text, '\n'.join(lines))
+
+
+def _outcome(kind: str, message: str, text: str) -> Element:
+    element = Element(kind, {'message': _clean(message), 'type': 'launch'})
+    element.text = _clean(text)
+    return element
+
+
+def _count(cases: Iterable[Element], kind: str) -> str:
+    return str(sum(case.find(kind) is not None for case in cases))
+
+
+def _clean(text: str) -> str:
+    return _NOT_IN_XML.sub('', text)

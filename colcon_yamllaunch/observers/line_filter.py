@@ -1,0 +1,328 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What of the output of processes is shown, and how."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Sequence
+import re
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.output.lines import bare
+from colcon_yamllaunch.engine.output_modes import SHOWN
+from colcon_yamllaunch.observers.log_levels import Level
+from colcon_yamllaunch.observers.log_levels import level_of
+from colcon_yamllaunch.observers.log_levels import may_be_loud
+from colcon_yamllaunch.plan.plan import Process
+
+#: Lines that come at once up to which each is compared with the one before.
+FEW = 64
+#: Bytes of much output that have so many lines, as a rule.
+PROBE_SIZE = 8 * 1024
+#: Lines that may change in place, of those that did last.
+MAXIMUM_LIVE = 3
+
+_Key = tuple[str, events.Stream]
+
+# a run of them is looked at once, and not from each of its bytes
+_CARRIAGE_RETURNS = re.compile(rb'(?<!\r)\r+\n')
+#: The times in the lines of nodes, which differ where all else is the same.
+TIMES = re.compile(rb'\[\d{6,}\.\d+\]')
+_RESET = b'\x1b[0m'
+_DIM = b'\x1b[2m'
+_COLOURS = {
+    Level.WARN: b'\x1b[33m',
+    Level.ERROR: b'\x1b[31m',
+    Level.FATAL: b'\x1b[1;31m',
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Filtering:
+    """
+    What is shown of the output.
+
+    :param muted: The labels of processes of which nothing is
+    :param only: The labels of those of which alone something is; empty for
+      all
+    :param search: What shown lines contain; upper and lower case are the same
+      unless it has upper case
+    :param level: That of lines at least
+    :param times: Whether lines begin with the time
+    """
+
+    muted: frozenset[str] = frozenset()
+    only: frozenset[str] = frozenset()
+    search: str = ''
+    level: Level = Level.DEBUG
+    times: bool = False
+
+    def has(self, label: str) -> bool:
+        """Tell whether a process is shown."""
+        return label not in self.muted and (
+            not self.only or label in self.only
+        )
+
+    @property
+    def text(self) -> str:
+        """The filter in short, empty if all is shown."""
+        parts = []
+        if self.search:
+            parts.append(f'/{self.search}')
+        if self.level > Level.DEBUG:
+            parts.append(f'level {self.level.name}')
+        if self.only:
+            parts.append(f'only {", ".join(sorted(self.only))}')
+        if self.muted:
+            parts.append(f'{len(self.muted)} muted')
+        return ', '.join(parts)
+
+
+class LineFilter:
+    """
+    Leaves out lines, counts those that are repeated, and colours bad ones.
+
+    :param color: Whether lines are coloured
+    :param is_ascii: Whether there is nothing but ASCII
+    :param form_of: Tells the form that a process gives its lines, see
+      `log_levels.FORMAT`
+    """
+
+    def __init__(
+        self,
+        *,
+        color: bool,
+        is_ascii: bool,
+        form_of: Callable[[Process], str | None],
+    ) -> None:
+        self.filtering = Filtering()
+        self._color = color
+        self._times_sign = b'x' if is_ascii else '×'.encode()
+        self._form_of = form_of
+        # lines that their processes write anew, the last one last
+        self._live: dict[_Key, tuple[Process, bytes]] = {}
+        # the levels of lines before
+        self._levels: dict[_Key, Level] = {}
+        # what was shown last, without times, and how often in a row
+        self._last: tuple[_Key, bytes] | None = None
+        self._count = 0
+        self._repeated: events.Output | None = None
+
+    def take(self, event: events.Output) -> Sequence[events.Output]:
+        """Return what is to be shown now that there is some output."""
+        process = event.process
+        if event.stream not in SHOWN[process.output]:
+            return ()
+        key = (process.label, event.stream)
+        data = event.data
+        if b'\r' in data or key in self._live:
+            data = self._without_changes(key, process, data)
+        filtering = self.filtering
+        if not filtering.has(process.label):
+            return ()
+        if filtering.search or filtering.level > Level.DEBUG:
+            data = self._matching(key, process, data)
+        if not data:
+            return ()
+        if _has_many_lines(data):
+            shown, data = self._compared_at_once(key, event, data)
+        else:
+            shown, data = self._compared_by_line(key, event, data)
+        if data:
+            if self._color and may_be_loud(data):
+                data = self._coloured(process, data)
+            shown.append(
+                event
+                if data is event.data
+                else events.Output(process, event.stream, data)
+            )
+        return shown
+
+    @property
+    def is_changing(self) -> bool:
+        """Whether some lines may still change."""
+        return bool(self._live) or self._repeated is not None
+
+    @property
+    def live(self) -> Iterable[events.Output]:
+        """The lines that may still change."""
+        changing = [
+            events.Output(process, key[1], data)
+            for key, (process, data) in self._live.items()
+            if self._is_shown(key, process, data)
+        ]
+        yield from changing[-MAXIMUM_LIVE:]
+        if self._repeated is not None:
+            yield self._counted(self._repeated)
+
+    def settle(self) -> Iterator[events.Output]:
+        """Return what was counted, as something else is shown next."""
+        if self._repeated is not None:
+            yield self._counted(self._repeated)
+        self._forget_last()
+
+    def end(self, label: str | None = None) -> Iterator[events.Output]:
+        """
+        Return what was held back.
+
+        :param label: Of which process, by default of all
+        """
+        for key in list(self._live):
+            if label in (None, key[0]):
+                process, data = self._live.pop(key)
+                whole = events.Output(process, key[1], data + b'\n')
+                yield from self.take(whole)
+        if label is None:
+            yield from self.settle()
+
+    def _without_changes(
+        self, key: _Key, process: Process, data: bytes
+    ) -> bytes:
+        """Keep what is written anew in its line, and return whole lines."""
+        data = _CARRIAGE_RETURNS.sub(b'\n', data)
+        if b'\r' not in data and key not in self._live:
+            return data
+        *lines, last = data.split(b'\n')
+        lines = [last_state(line) for line in lines]
+        if lines:
+            self._live.pop(key, None)
+        if last.endswith(b'\r'):
+            text = last_state(last)
+            # those that are shown keep their places
+            if not text or key not in list(self._live)[-MAXIMUM_LIVE:]:
+                self._live.pop(key, None)
+            if text:
+                self._live[key] = process, text
+            last = b''
+        elif last:
+            last = last_state(last)
+            self._live.pop(key, None)
+        return b'\n'.join((*lines, last))
+
+    def _is_shown(self, key: _Key, process: Process, data: bytes) -> bool:
+        filtering = self.filtering
+        if filtering.search or filtering.level > Level.DEBUG:
+            data = self._matching(key, process, data)
+        return bool(data) and filtering.has(process.label)
+
+    def _matching(self, key: _Key, process: Process, data: bytes) -> bytes:
+        search = self.filtering.search
+        least = self.filtering.level
+        is_lower = search == search.lower()
+        may_match = _contains(bare(data), search, is_lower)
+        if least == Level.DEBUG and not may_match:
+            return b''
+        form = self._form_of(process) if least > Level.DEBUG else None
+        level = self._levels.get(key)
+        if level is None:
+            # what nodes log goes to stderr, and begins with a level
+            is_error = key[1] == 'stderr'
+            level = Level.ERROR if is_error else Level.INFO
+        kept = []
+        for line in data.splitlines(keepends=True):
+            if least > Level.DEBUG:
+                level = level_of(line, form) or level
+                if level < least:
+                    continue
+            if may_match and _contains(bare(line), search, is_lower):
+                kept.append(line)
+        self._levels[key] = level
+        return b''.join(kept)
+
+    def _compared_by_line(
+        self, key: _Key, event: events.Output, data: bytes
+    ) -> tuple[list[events.Output], bytes]:
+        """Return what ends a repetition, and the lines that are new."""
+        ended: list[events.Output] = []
+        kept: list[bytes] = []
+        lines = data.splitlines(keepends=True)
+        for line in lines:
+            text = (key, TIMES.sub(b'', line))
+            if text == self._last:
+                self._count += 1
+                self._repeated = events.Output(
+                    event.process, event.stream, line
+                )
+                continue
+            if self._repeated is not None:
+                counted = self._counted(self._repeated)
+                self._repeated = None
+                if counted.process.label == key[0]:
+                    kept.append(counted.data)
+                else:
+                    ended.append(counted)
+            kept.append(line)
+            is_line = line.endswith(b'\n') and line != b'\n'
+            self._last = text if is_line else None
+            self._count = 1
+        return ended, data if kept == lines else b''.join(kept)
+
+    def _compared_at_once(
+        self, key: _Key, event: events.Output, data: bytes
+    ) -> tuple[list[events.Output], bytes]:
+        """Do the same with many lines, which may all be one."""
+        first = data[: data.index(b'\n') + 1]
+        # most often the next one tells
+        is_same = data.startswith(first, len(first))
+        count = data.count(first) if is_same else 1
+        if count * len(first) == len(data):
+            ended, data = self._compared_by_line(key, event, first)
+            if self._last is not None:
+                self._count += count - 1
+                self._repeated = events.Output(
+                    event.process, event.stream, first
+                )
+                return ended, data
+            return ended, first * count
+        ended = list(self.settle())
+        return ended, data
+
+    def _counted(self, repeated: events.Output) -> events.Output:
+        line = repeated.data
+        if self._color:
+            line = self._coloured(repeated.process, line)
+        # two lines take no more room than one and a count
+        if self._count > 2:
+            sign = b'%s%d' % (self._times_sign, self._count)
+            if self._color:
+                sign = b'%s%s%s%s' % (_RESET, _DIM, sign, _RESET)
+            line = b'%s %s\n' % (line.rstrip(b'\n'), sign)
+        return events.Output(repeated.process, repeated.stream, line)
+
+    def _forget_last(self) -> None:
+        self._last = self._repeated = None
+        self._count = 0
+
+    def _coloured(self, process: Process, data: bytes) -> bytes:
+        """Colour the lines that say themselves how bad they are."""
+        form = self._form_of(process)
+        lines = data.splitlines(keepends=True)
+        for index, line in enumerate(lines):
+            if b'\x1b' in line or line[:9] == b'Traceback':
+                continue
+            colour = _COLOURS.get(level_of(line, form) or Level.INFO)
+            if colour is not None:
+                text = line.rstrip(b'\n')
+                lines[index] = colour + text + _RESET + line[len(text) :]
+        return b''.join(lines)
+
+
+def _has_many_lines(data: bytes) -> bool:
+    # its start tells, as a rule
+    starts = data.count(b'\n', 0, PROBE_SIZE)
+    return starts >= FEW or data.count(b'\n', 0, -1) >= FEW
+
+
+def last_state(line: bytes) -> bytes:
+    r"""Return what is seen in the end of a line with `\r` in it."""
+    if b'\r' not in line:
+        return line
+    states = [state for state in line.split(b'\r') if state.strip()]
+    return states[-1] if states else b''
+
+
+def _contains(text: str, search: str, is_lower: bool) -> bool:
+    return search in (text.lower() if is_lower else text)

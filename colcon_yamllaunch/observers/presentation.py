@@ -1,0 +1,217 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""How much of a launch the user sees, and what a terminal gets beside."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from contextlib import ExitStack
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.outcome import signal_name
+from colcon_yamllaunch.engine.output.channels import size_of
+from colcon_yamllaunch.engine.output.writer import Writer
+from colcon_yamllaunch.observers.display import Display
+from colcon_yamllaunch.observers.screen import Screen
+from colcon_yamllaunch.observers.start_table import StartTable
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+
+# XTWINOPS 22 and 23: the terminal keeps the titles that it had on a stack
+_SAVE = b'\x1b[22;0t'
+# gives a window the title back that it had before
+_RESTORE = b'\x1b[23;0t'
+# the values of TERM of terminals that have no window of their own
+_WITHOUT_WINDOW = frozenset((None, '', 'dumb', 'linux', 'vt100', 'unknown'))
+
+# what stands before the title while a change is dealt with, and then
+_UNDER_WAY, _DONE, _FAILED = '…', '✓', '✗'
+
+
+@dataclass(frozen=True, slots=True)
+class Presentation:
+    """
+    How a launch is shown.
+
+    :param verbosity: `quiet` leaves the output of processes, warnings and
+      failures; `verbose` adds what each process was started with, and the
+      signals that it is sent
+    :param title: What the window is called, or None
+    :param describe: Returns lines about a process that is started
+    :param status: Whether a terminal shows the state of all processes below
+      their output
+    :param watch: Whether the launch goes on with its files
+    :param bell: Whether a terminal rings when something of that fails
+    """
+
+    verbosity: events.Verbosity = 'normal'
+    title: str | None = None
+    describe: Callable[[Process], Iterable[str]] = lambda _: ()
+    status: bool = False
+    watch: bool = False
+    bell: bool = False
+
+
+def present(
+    presentation: Presentation,
+    screen: Screen,
+    plan: Plan,
+    display: Display,
+    stack: ExitStack,
+) -> events.Listener:
+    """Return who shows what happens."""
+    terminal = display.environment.get('TERM') if display.terminal else None
+    has_title = presentation.title and terminal not in _WITHOUT_WINDOW
+    if has_title:
+        title = _title(presentation.title or '')
+        display.writer.steer(_SAVE + title)
+        stack.callback(_restore_title, display.writer)
+    show = _shown(presentation, screen, plan, display)
+    if presentation.watch and presentation.verbosity != 'verbose':
+        show = _without_restarts(show, screen)
+    if presentation.watch and display.terminal:
+        return _with_signs(
+            show,
+            display.writer,
+            presentation.title if has_title else None,
+            bell=presentation.bell,
+        )
+    return show
+
+
+def _shown(
+    presentation: Presentation, screen: Screen, plan: Plan, display: Display
+) -> events.Listener:
+    if presentation.verbosity == 'quiet':
+        return _quiet(screen.handle)
+    if presentation.verbosity == 'verbose':
+        return _verbose(screen, presentation.describe)
+    if display.terminal:
+        return StartTable(plan, size_of(display.descriptor), screen).handle
+    return screen.handle
+
+
+def _title(text: str) -> bytes:
+    shown = ''.join(c for c in text if c.isprintable())
+    return f'\x1b]2;{shown}\x07'.encode(errors='replace')
+
+
+def _with_signs(
+    show: events.Listener, writer: Writer, title: str | None, *, bell: bool
+) -> events.Listener:
+    """Add what shows from afar how the last change went."""
+    # the labels of what has failed by itself since
+    down: set[str] = set()
+
+    def show_sign(sign: str) -> None:
+        if title is not None:
+            writer.steer(_title(f'{sign} {title}'))
+
+    def failed() -> None:
+        show_sign(_FAILED)
+        if bell:
+            writer.steer(b'\a')
+
+    def handle(event: events.Event) -> None:
+        show(event)
+        match event:
+            case events.Changed():
+                down.clear()
+                show_sign(_UNDER_WAY)
+            case events.Started():
+                down.discard(event.process.label)
+            case events.Exited(failed=True, asked=False):
+                is_first = not down
+                down.add(event.process.label)
+                if is_first:
+                    failed()
+            case events.Watched(is_final=True) | events.Checked():
+                if event.severity != 'INFO' and not down:
+                    failed()
+                else:
+                    show_sign(_FAILED if down else _DONE)
+
+    return handle
+
+
+def _without_restarts(
+    show: events.Listener, screen: Screen
+) -> events.Listener:
+    """Leave out what a line about a change tells in one."""
+    changed: set[str] = set()
+    new: set[str] = set()
+    gone: set[str] = set()
+
+    def handle(event: events.Event) -> None:
+        match event:
+            case events.Replanned():
+                new.update(event.started)
+                gone.update(event.stopped)
+            case events.Watched(is_final=True):
+                # what waits behind a timer is told when it comes
+                new.clear()
+            case events.Requested():
+                label = event.process.label
+                if event.action == 'change':
+                    changed.add(label)
+                elif event.action == 'stop' and label in gone:
+                    return
+                else:
+                    changed.discard(label)
+            case events.Exited(asked=True, failed=False):
+                if event.process.label in changed | gone:
+                    screen.end_output(event.process)
+                    return
+            case events.Unloaded() if event.component.label in changed | gone:
+                return
+            case events.Dropped():
+                gone.discard(event.process.label)
+            case events.Started() if event.process.label in changed | new:
+                changed.discard(event.process.label)
+                return
+            case events.Loaded() if event.component.label in changed | new:
+                changed.discard(event.component.label)
+                return
+            case events.StartFailed():
+                changed.discard(event.process.label)
+            case events.LoadFailed():
+                changed.discard(event.component.label)
+            case _:
+                pass
+        show(event)
+
+    return handle
+
+
+def _restore_title(writer: Writer) -> None:
+    writer.steer(_RESTORE)
+    writer.flush()
+
+
+def _quiet(show: events.Listener) -> events.Listener:
+    def handle(event: events.Event) -> None:
+        if isinstance(event, events.Output) or event.severity in events.LOUD:
+            show(event)
+
+    return handle
+
+
+def _verbose(
+    screen: Screen, describe: Callable[[Process], Iterable[str]]
+) -> events.Listener:
+    def handle(event: events.Event) -> None:
+        screen.handle(event)
+        match event:
+            case events.Started():
+                for line in describe(event.process):
+                    screen.say(f'  {line}')
+            case events.Signalled(group=True):
+                name = signal_name(event.signal)
+                screen.say(f'{event.process.label}: {name}, pid {event.pid}')
+            case events.Respawned():
+                screen.say(f'{event.process.label}: start {event.attempt + 1}')
+            case _:
+                return
+
+    return handle

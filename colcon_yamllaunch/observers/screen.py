@@ -1,0 +1,216 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The launch as the user sees it."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.output.lines import colourless
+from colcon_yamllaunch.engine.output.lines import legible
+from colcon_yamllaunch.engine.output.lines import normalised
+from colcon_yamllaunch.engine.output.lines import prefixed
+from colcon_yamllaunch.engine.output.writer import Writer
+from colcon_yamllaunch.engine.output_modes import SHOWN
+from colcon_yamllaunch.observers.interrupt_folding import InterruptFolding
+from colcon_yamllaunch.observers.line_formats import Layout
+from colcon_yamllaunch.plan.plan import Process
+
+_RESET = '\x1b[0m'
+_DIM = '\x1b[2m'
+_ALARM = '\x1b[1;31m'
+# red is left for what goes wrong, black and white may be the background
+_COLOURS = tuple(
+    f'\x1b[{code}m' for code in (36, 33, 35, 32, 34, 96, 93, 95, 92, 94)
+)
+_LEVEL_COLOURS = {
+    'WARNING': '\x1b[33m',
+    'ERROR': '\x1b[31m',
+    'CRITICAL': '\x1b[1;31m',
+}
+
+
+class Screen:
+    """
+    Shows what happens.
+
+    :param processes: All that may be started, in the order of the plan
+    :param color: Whether to use colours
+    :param terminal: Whether control characters could do harm
+    :param colourless: Whether processes show no colours either
+    :param layout: How lines look that are no output of a process, or None for
+      the usual way
+    """
+
+    def __init__(
+        self,
+        writer: Writer,
+        processes: Iterable[Process],
+        *,
+        color: bool,
+        terminal: bool,
+        colourless: bool = False,
+        layout: Layout | None = None,
+    ) -> None:
+        self._writer = writer
+        self._color = color
+        self._terminal = terminal
+        self._colourless = colourless
+        self._layout = layout
+        self._is_mid_line = False
+        self._folding = InterruptFolding()
+        self._width = len(events.LAUNCHER)
+        self._names: dict[str, str] = {}
+        self._prefixes: dict[str, bytes] = {}
+        #: Returns what stands before the output of processes, if anything is
+        #: to.
+        self.stamp: Callable[[], bytes] | None = None
+        self._expect(processes)
+
+    def handle(self, event: events.Event) -> None:
+        """Listen to an event."""
+        self._folding.note(event)
+        if isinstance(event, events.Exited):
+            self.end_output(event.process)
+        if isinstance(event, events.Output):
+            self._show_output(event)
+        elif isinstance(event, events.Said):
+            self._show_message(event)
+        else:
+            if isinstance(event, events.Watched) and event.details:
+                self._show_text('', event.details)
+            for line in event.lines():
+                self._show_own(line, event.severity, event.label)
+        if isinstance(event, events.Exited | events.Ended):
+            self._writer.flush()
+
+    def say(self, line: str) -> None:
+        """Show a line of the launcher itself."""
+        self._show_own(line, 'INFO')
+
+    def show_table(self, lines: Iterable[str]) -> None:
+        """Show lines below one another, the first as a heading."""
+        for number, line in enumerate(map(one_line, lines)):
+            dim = self._color and number == 0
+            self._show_text('', f'{_DIM}{line}{_RESET}' if dim else line)
+
+    def show_raw(self, key: object, data: bytes) -> None:
+        """
+        Show something as it is, which may end in the middle of a line.
+
+        What :meth:`handle` shows next begins on a line of its own all the
+        same.
+
+        :param key: Where it comes from, see :class:`.writer.Writer`
+        """
+        self._writer.write_raw(key, data)
+        self._is_mid_line = not data.endswith((b'\n', b'\r'))
+
+    def end_line(self) -> None:
+        """End the line that was shown in part, if there is one."""
+        if self._is_mid_line:
+            self._writer.write(None, b'\n')
+            self._is_mid_line = False
+
+    def end_output(self, process: Process) -> None:
+        """Show what was held back of the output of a process that ended."""
+        for stream, data in self._folding.rest(process.label):
+            self._show_lines(process, stream, data)
+
+    def _show_output(self, event: events.Output) -> None:
+        process = event.process
+        if event.stream in SHOWN[process.output]:
+            data = normalised(event.data)
+            data = self._folding.fold(process.label, event.stream, data)
+            self._show_lines(process, event.stream, data)
+
+    def rendered(self, process: Process, data: bytes) -> bytes:
+        """Return how lines of a process are shown."""
+        data = legible(data, self._terminal)
+        if self._colourless:
+            data = colourless(data)
+        if process.label not in self._prefixes:
+            # it came while the launch ran
+            self._expect((process,))
+        prefix = self._prefixes[process.label]
+        if self.stamp is not None:
+            prefix = self.stamp() + prefix
+        return prefixed(data, prefix, reset=self._color or self._terminal)
+
+    def _show_lines(
+        self, process: Process, stream: events.Stream, data: bytes
+    ) -> None:
+        data = self.rendered(process, data)
+        self._write((process.label, stream), data)
+
+    def _show_message(self, event: events.Said) -> None:
+        if event.level == 'DEBUG':
+            return
+        if self._layout is not None:
+            text = self._layout(events.MESSENGER, event.level, event.text)
+            self._show_text('', text)
+            return
+        colour = _LEVEL_COLOURS.get(event.level, '')
+        tag = f'[{event.level}]'
+        if self._color and colour:
+            tag = f'{colour}{tag}{_RESET}'
+        prefix = f'{tag} [{events.MESSENGER}]: '
+        # the launch file wrote it, as a process writes its output
+        data = legible(
+            normalised(event.text.encode(errors='replace')), self._terminal
+        )
+        if self._colourless:
+            data = colourless(data)
+        self._write(None, prefixed(data, prefix.encode(), reset=True))
+
+    def _expect(self, processes: Iterable[Process]) -> None:
+        """Have room for the names of processes; others keep their colour."""
+        self._names |= {p.label: self._name(p) for p in processes}
+        longest = max(
+            (len(one_line(n)) for n in self._names.values()), default=0
+        )
+        self._width = max(self._width, min(longest, limits.LABEL_WIDTH))
+        self._prefixes = {
+            label: self._prefix(name, _COLOURS[index % len(_COLOURS)])
+            for index, (label, name) in enumerate(self._names.items())
+        }
+
+    def _show_own(
+        self, line: str, severity: str, name: str = events.LAUNCHER
+    ) -> None:
+        # ^C stands at the start of the line that it was typed on
+        start = '\r' if self._terminal else ''
+        line = one_line(line)
+        label = f'[{name}]'.ljust(self._width + 3)
+        if self._layout is not None:
+            label = ''
+            line = self._layout(name, severity, line)
+        if self._color:
+            colour = _DIM if severity == 'INFO' else _ALARM
+            line = f'{colour}{label}{line}{_RESET}'
+            label = ''
+        self._show_text(start + label, line)
+
+    def _show_text(self, prefix: str, text: str) -> None:
+        data = text.encode(errors='replace')
+        data = legible(normalised(data), self._terminal)
+        self._write(None, prefixed(data, prefix.encode()))
+
+    def _write(self, key: object, data: bytes) -> None:
+        if data:
+            self.end_line()
+        self._writer.write(key, data)
+
+    def _name(self, process: Process) -> str:
+        # who wants the lines of ROS 2 wants its names in them
+        return process.label if self._layout is None else process.ros_name
+
+    def _prefix(self, name: str, colour: str) -> bytes:
+        text = f'[{one_line(name)}]'
+        padding = ' ' * (self._width + 3 - len(text)) or ' '
+        if self._color:
+            text = f'{colour}{text}{_RESET}'
+        return (text + padding).encode(errors='replace')

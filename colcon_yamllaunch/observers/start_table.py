@@ -1,0 +1,155 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The table of what was started, for a terminal."""
+
+from collections.abc import Iterable
+from collections.abc import Sequence
+import os
+from typing import NamedTuple
+
+from colcon_yamllaunch.common.table import column_widths
+from colcon_yamllaunch.common.table import table_lines
+from colcon_yamllaunch.common.table import table_width
+from colcon_yamllaunch.common.table import without_middle
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.observers.screen import Screen
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Shutdown
+
+_HEADER = ('NAME', 'PACKAGE', 'NODE', 'PID')
+
+
+class Row(NamedTuple):
+    """
+    A process that runs.
+
+    :param package: Its package, empty where there is none
+    :param node: The full name of its node, empty where there is none
+    :param program: The name of its program, which is not shown
+    """
+
+    label: str
+    package: str
+    node: str
+    pid: str
+    program: str
+
+
+class StartTable:
+    """
+    Shows the processes that a plan starts at once in a table.
+
+    What happens until all are started comes after it, as it names them. Those
+    behind timers, and those that are started again, come later; they are shown
+    by a line each.
+    """
+
+    def __init__(
+        self, plan: Plan, size: os.terminal_size, screen: Screen
+    ) -> None:
+        self._pending = _started_at_once(plan)
+        self._size = size
+        self._screen = screen
+        self._started: list[events.Started] = []
+        # what happened meanwhile, and the bytes of output in it
+        self._held: list[events.Event] = []
+        self._held_bytes = 0
+
+    def handle(self, event: events.Event) -> None:
+        """Listen to an event."""
+        pending = self._pending
+        if not pending:
+            self._screen.handle(event)
+            return
+        match event:
+            case events.Started() if event.process.label in pending:
+                self._started.append(event)
+            case _:
+                self._held.append(event)
+        match event:
+            case events.Started() | events.StartFailed() | events.Dropped():
+                pending.discard(event.process.label)
+            case events.Output():
+                self._held_bytes += len(event.data)
+            case events.ShuttingDown() | events.MachineGone() | events.Ended():
+                pending.clear()
+        if not pending or self._held_bytes > limits.HELD_FOR_TABLE:
+            pending.clear()
+            self._show()
+
+    def _show(self) -> None:
+        rows = [row_of(s.process, s.pid) for s in self._started]
+        lines = start_table_lines(rows, self._size)
+        if not lines:
+            for event in self._started:
+                self._screen.handle(event)
+        self._screen.show_table(lines)
+        for held in self._held:
+            self._screen.handle(held)
+        self._held.clear()
+
+
+def row_of(process: Process, pid: int) -> Row:
+    """Return the row of a process."""
+    return Row(
+        process.label,
+        process.package or '',
+        process.node_name or '',
+        str(pid),
+        os.path.basename(str(process.argv[0])),
+    )
+
+
+def start_table_lines(
+    rows: Sequence[Row], size: os.terminal_size
+) -> list[str]:
+    """
+    Return a table that fits a terminal, or nothing where that is too narrow.
+
+    Where it would be too high, the processes of one package share a row, and
+    those of one program where there is no package.
+    """
+    if not rows or size.columns < limits.TABLE_WIDTH:
+        return []
+    if len(rows) > size.lines - limits.TABLE_MARGIN:
+        rows = [_merged(group) for group in _by_package(rows)]
+    shown = [i for i in range(len(_HEADER)) if any(row[i] for row in rows)]
+    cells = [[row[i] for i in shown] for row in (_HEADER, *rows)]
+    widths = column_widths(cells)
+    for _ in range(table_width(widths) - size.columns):
+        widths[widths.index(max(widths))] -= 1
+    return table_lines(cells, widths, without_middle)
+
+
+def _started_at_once(plan: Plan) -> set[str]:
+    labels = set()
+    for entry in plan.entries:
+        if isinstance(entry, Shutdown):
+            break
+        if isinstance(entry, Process):
+            labels.add(entry.label)
+    return labels
+
+
+def _by_package(rows: Iterable[Row]) -> Iterable[list[Row]]:
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        key = row.package, '' if row.package else row.program
+        groups.setdefault(key, []).append(row)
+    return groups.values()
+
+
+def _merged(group: Sequence[Row]) -> Row:
+    merged = Row(
+        *(
+            first if first == last else f'{first} … {last}'
+            for first, last in zip(group[0], group[-1], strict=True)
+        )
+    )
+    if len(group) == 1:
+        return merged
+    count = f'({len(group)})'
+    return merged._replace(package=f'{merged.package} {count}'.lstrip())

@@ -1,0 +1,409 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What a launch file comes to: plain data, ready to be run."""
+
+from collections.abc import Iterator
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.plan.position import Position
+
+#: Seconds from SIGINT to SIGTERM where a process says nothing else (ROS 2).
+DEFAULT_SIGTERM_TIMEOUT = 5.0
+#: Seconds from SIGTERM to SIGKILL where a process says nothing else (ROS 2).
+DEFAULT_SIGKILL_TIMEOUT = 5.0
+#: Retries without end, as ROS 2 counts them.
+UNLIMITED_RETRIES = -1
+#: The values of the `output` attribute, as in ROS 2.
+OUTPUT_MODES = ('both', 'screen', 'log', 'own_log', 'full')
+
+
+@dataclass(frozen=True, slots=True)
+class SetParameter:
+    """
+    A parameter of a node, and where it comes from.
+
+    :param name: Its full name, parts separated by dots
+    :param value: Its value as YAML
+    :param position: Where the launch file sets it
+    :param origins: Where the launch configuration that its value was made of
+      was set, and those that this one was made of, nearest first
+    """
+
+    name: str
+    value: str
+    position: Position
+    origins: tuple[Position, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterFile:
+    """
+    An argument that is the path of a file with parameters.
+
+    The file exists only while the launch runs; whoever starts the process
+    writes `content` and passes the path.
+
+    :param content: What the file says
+    :param parameters: The parameters in it; none when it is another file
+      with its substitutions made
+    """
+
+    content: str
+    parameters: tuple[SetParameter, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """
+    A launch file or group that others stand in.
+
+    :param kind: `file`, `group` or `timer`
+    :param title: What to call it: a path, a namespace, a time
+    :param position: Where it is written; a file, where it is included
+    :param parent: The index of the block around it, None for the outermost
+    """
+
+    kind: str
+    title: str
+    position: Position
+    parent: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """
+    A condition that was evaluated.
+
+    :param text: The condition as it is written
+    :param taken: Whether the action was done
+    :param position: Where it is written
+    """
+
+    text: str
+    taken: bool
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class Process:
+    """
+    A process to be started.
+
+    :param label: The name in output and logs, unique in the plan
+    :param argv: The command line
+    :param cwd: The working directory, an absolute path
+    :param environment: The variables that differ from the environment that
+      the launch runs in, sorted by name; None where one is unset
+    :param output: One of :data:`OUTPUT_MODES`
+    :param emulate_tty: Whether stdout and stderr are terminals
+    :param respawn: Whether to start it again when it ends, however it ended
+    :param respawn_delay: Seconds to wait before that
+    :param respawn_max_retries: How often at most, or
+      :data:`UNLIMITED_RETRIES`
+    :param sigterm_timeout: Seconds from SIGINT to SIGTERM when stopping
+    :param sigkill_timeout: Seconds from SIGTERM to SIGKILL when stopping
+    :param on_exit_shutdown: Whether the launch ends when the process does
+    :param position: Where the launch file says so
+    :param name: What ROS 2 calls it, its program and number, as `talker.py-2`;
+      None where that is the label
+    :param package: The package that the program belongs to, if any
+    :param node_name: The full name of the ROS node as far as it is known
+    :param parameters: The parameters that the launch files give it, in order;
+      the last of several with one name counts
+    :param block: The index of the block that it stands in
+    :param is_container: Whether it is a component container
+    :param is_lifecycle: Whether its node is a lifecycle node
+    :param autostart: Whether that node is configured and activated
+    """
+
+    label: str
+    argv: tuple[str | ParameterFile, ...]
+    cwd: str
+    position: Position
+    name: str | None = None
+    environment: tuple[tuple[str, str | None], ...] = ()
+    output: str = 'both'
+    emulate_tty: bool = False
+    respawn: bool = False
+    respawn_delay: float = 0.0
+    respawn_max_retries: int = UNLIMITED_RETRIES
+    sigterm_timeout: float = DEFAULT_SIGTERM_TIMEOUT
+    sigkill_timeout: float = DEFAULT_SIGKILL_TIMEOUT
+    on_exit_shutdown: bool = False
+    package: str | None = None
+    node_name: str | None = None
+    parameters: tuple[SetParameter, ...] = ()
+    block: int | None = None
+    is_container: bool = False
+    is_lifecycle: bool = False
+    autostart: bool = False
+
+    @property
+    def ros_name(self) -> str:
+        """What ROS 2 calls it, or else the label; unique in the plan."""
+        return self.name or self.label
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """
+    A node to be loaded into a component container.
+
+    :param label: The name in output and logs, unique in the plan
+    :param package: The package that has the plugin
+    :param plugin: The class of the node, such as `demo::Talker`
+    :param container: The full name of the container's node
+    :param position: Where the launch file says so
+    :param name: The name of its node, empty for the one that it has itself
+    :param namespace: The namespace of its node, empty for the one that it
+      has itself
+    :param remaps: Remapping rules as `from:=to`; the first that matches counts
+    :param parameters: Its parameters in order, their values as JSON with
+      `.inf` and `.nan`; the last of several with one name counts
+    :param extra_arguments: What the container takes besides, like parameters
+    :param block: The index of the block that it stands in
+    :param is_lifecycle: Whether it is a lifecycle node
+    :param autostart: Whether it is configured and activated once it is loaded
+    """
+
+    label: str
+    package: str
+    plugin: str
+    container: str
+    position: Position
+    name: str = ''
+    namespace: str = ''
+    remaps: tuple[str, ...] = ()
+    parameters: tuple[SetParameter, ...] = ()
+    extra_arguments: tuple[SetParameter, ...] = ()
+    block: int | None = None
+    is_lifecycle: bool = False
+    autostart: bool = False
+
+    @property
+    def node_name(self) -> str | None:
+        """The full name of its node, None where it has its own."""
+        if not self.name:
+            return None
+        return f'{self.namespace.rstrip("/")}/{self.name}'
+
+    @property
+    def ros_name(self) -> str:
+        """The label, as ROS 2 has no other name for it."""
+        return self.label
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """
+    A line for the user.
+
+    :param level: One of DEBUG, INFO, WARNING, ERROR, CRITICAL
+    :param text: The line
+    """
+
+    level: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Shutdown:
+    """The end of the launch, with a reason that may be empty."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Timer:
+    """
+    Entries that are due later.
+
+    :param period: Seconds from the moment that the timer's turn comes
+    :param entries: What is due then, in order
+    :param cancel_on_shutdown: Whether a shutdown drops the timer; if not, the
+      launch does not end before it fired
+    :param on_ros_time: Whether the seconds are those of the topic `/clock`
+    """
+
+    period: float
+    entries: 'tuple[Entry, ...]'
+    cancel_on_shutdown: bool = True
+    on_ros_time: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeState:
+    """
+    A transition of a lifecycle node, asked for when its turn comes.
+
+    :param node: The full name of the node
+    :param transition: One of `configure`, `cleanup`, `activate`,
+      `deactivate`, `shutdown`
+    :param position: Where the launch file says so
+    """
+
+    node: str
+    transition: str
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class SignalProcess:
+    """
+    A signal to a process of the launch.
+
+    :param process: What ROS 2 calls the process
+    :param signal: The number of the signal; 0 to stop the process as
+      `--stop` does, with all steps of the escalation
+    :param position: Where the launch file says so
+    """
+
+    process: str
+    signal: int
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class HostCall:
+    """
+    Something that only the host of launch files in Python can go on with.
+
+    When its turn comes, the host is asked, and answers with more plan.
+
+    :param number: What the host knows it by
+    :param title: What it does, such as `call spawn_more (a.launch.py:7)`
+    :param position: Where the launch file says so
+    """
+
+    number: int
+    title: str
+    position: Position
+
+
+Entry = (
+    Process
+    | Component
+    | Message
+    | Shutdown
+    | Timer
+    | ChangeState
+    | SignalProcess
+    | HostCall
+)
+
+
+@dataclass(frozen=True, slots=True)
+class EventHandler:
+    """
+    What a launch file in Python does when something happens.
+
+    The host of launch files in Python is told what happens, and answers with
+    more plan; here is only what there is to be seen of it before.
+
+    :param event: `start`, `exit`, `output`, `complete`, `shutdown`, `state`
+      or `other`
+    :param processes: What ROS 2 calls the processes that it waits for; empty
+      for all of them, or when it is not about processes
+    :param condition: What else has to hold, such as `inactive`; or empty
+    :param actions: What it does, a line each, such as `start rviz2` or
+      `call on_exit`
+    :param position: Where the launch file says so
+    """
+
+    event: str
+    processes: tuple[str, ...]
+    condition: str
+    actions: tuple[str, ...]
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """
+    Everything that a launch does, in order.
+
+    :param entries: What to do, in the order of the launch files
+    :param blocks: The launch files, groups and timers, outer ones first
+    :param conditions: The conditions that were evaluated, in order
+    :param left_open: The substitutions that stand in it as they are written;
+      with any, it is to be looked at, and not to be run
+    :param handlers: What launch files in Python do when something happens
+    """
+
+    entries: tuple[Entry, ...] = ()
+    blocks: tuple[Block, ...] = ()
+    conditions: tuple[Condition, ...] = ()
+    left_open: tuple[str, ...] = ()
+    handlers: tuple[EventHandler, ...] = ()
+
+    def processes(self) -> Iterator[Process]:
+        """Iterate over all processes, those behind timers too."""
+        return (e for e in self._leaves() if isinstance(e, Process))
+
+    def components(self) -> Iterator[Component]:
+        """Iterate over all components, those behind timers too."""
+        return (e for e in self._leaves() if isinstance(e, Component))
+
+    def changes_of_state(self) -> Iterator[ChangeState]:
+        """Iterate over all transitions, those behind timers too."""
+        return (e for e in self._leaves() if isinstance(e, ChangeState))
+
+    @property
+    def needs_ros(self) -> bool:
+        """Whether more is to be done in ROS than to start processes."""
+        pending = list(self.entries)
+        while pending:
+            match pending.pop():
+                case Component() | ChangeState():
+                    return True
+                case Process(is_lifecycle=True):
+                    return True
+                case Timer(on_ros_time=True):
+                    return True
+                case Timer(entries=entries):
+                    pending.extend(entries)
+                case _:
+                    pass
+        return False
+
+    @property
+    def host_position(self) -> Position | None:
+        """Where it first says what only a launch file in Python can do.
+
+        That needs the host of launch files in Python while the plan runs.
+        None if there is nothing of the kind.
+        """
+        for handler in self.handlers:
+            return handler.position
+        for entry in self._leaves():
+            if isinstance(entry, HostCall):
+                return entry.position
+        return None
+
+    def _leaves(self) -> Iterator[Entry]:
+        pending = list(reversed(self.entries))
+        while pending:
+            entry = pending.pop()
+            if isinstance(entry, Timer):
+                pending.extend(reversed(entry.entries))
+            else:
+                yield entry
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """
+    What comes to a plan while it runs.
+
+    :param entries: What to do next, as if it had stood at the end; labels of
+      processes and components differ from all that are there already
+    :param problems: What went wrong, as lines for the user; the launch fails
+      with any
+    :param blocks: The launch files, groups and timers of the plan as it is
+      now, if they are known
+    """
+
+    entries: tuple[Entry, ...] = ()
+    problems: tuple[str, ...] = ()
+    blocks: tuple[Block, ...] = ()

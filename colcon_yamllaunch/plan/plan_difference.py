@@ -1,0 +1,350 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What differs between the plan that runs and the one that is to run now.
+
+What a launch file says may move to another line or file, and the numbers in
+the names of ROS 2 with it. So what stays is found by what it is, and keeps
+its label and name.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Hashable
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.plan.labels import machine_of
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import HostCall
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.plan import SignalProcess
+from colcon_yamllaunch.plan.plan import Timer
+
+#: What has a label.
+Labelled = Process | Component
+
+_One = TypeVar('_One', Process, Component)
+#: Tells what something is known by; None for what is not to be known by that.
+_Key = Callable[[_One], Hashable]
+
+
+@dataclass(frozen=True, slots=True)
+class PlanDifference:
+    """
+    What is to be done about another plan.
+
+    :param plan: It, with the labels and names that what stays has already
+    :param gone: The labels of processes and components that it has no more
+    :param new: What it has that was not there, in order; a timer has only
+      what is new in it
+    :param dropped: What was to be done besides, and is not any more: messages,
+      shutdowns, requests
+    :param differs: The labels of those that are started or loaded otherwise,
+      in its order
+    :param same: The labels of all others
+    """
+
+    plan: Plan
+    gone: tuple[str, ...] = ()
+    new: tuple[Entry, ...] = ()
+    dropped: tuple[Entry, ...] = ()
+    differs: tuple[str, ...] = ()
+    same: tuple[str, ...] = ()
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether all goes on as it does."""
+        return not (self.gone or self.new or self.dropped or self.differs)
+
+
+def plan_difference(
+    old: Plan, new: Plan, taken: Collection[str] = ()
+) -> PlanDifference:
+    """
+    Compare the plan that runs with another one.
+
+    :param taken: Labels and names that nothing new may have, besides those
+      that the old plan has
+    """
+    kept: dict[str, Labelled] = {}
+    for mine, its in _matches(
+        tuple(old.processes()), tuple(new.processes()), _PROCESS_KEYS
+    ):
+        kept[its.ros_name] = mine
+    for one, other in _matches(
+        tuple(old.components()), tuple(new.components()), _COMPONENT_KEYS
+    ):
+        kept[other.ros_name] = one
+    before = _labelled(old)
+    plan, labels = _relabelled(new, kept, before, taken)
+    by_label = {entry.label: entry for entry in before}
+    differs: list[str] = []
+    same: list[str] = []
+    for entry in _leaves(plan.entries):
+        then = by_label.get(entry.label)
+        if then is None:
+            continue
+        is_same = _content(then) == _content(entry)
+        (same if is_same else differs).append(entry.label)
+    stays = {*differs, *same}
+    others = Counter(key for key, _ in _others(old.entries))
+    fresh = tuple(_new(plan.entries, labels, others))
+    # what is left of them is in the old plan only
+    dropped = []
+    for key, other_entry in reversed([*_others(old.entries)]):
+        if others[key] > 0:
+            others[key] -= 1
+            dropped.append(other_entry)
+    return PlanDifference(
+        plan,
+        tuple(entry.label for entry in before if entry.label not in stays),
+        fresh,
+        tuple(reversed(dropped)),
+        tuple(differs),
+        tuple(same),
+    )
+
+
+def _matches(
+    old: Sequence[_One], new: Sequence[_One], keys: Sequence['_Key[_One]']
+) -> Iterator[tuple[_One, _One]]:
+    """Iterate over what stays, as it was and as it is."""
+    for key in keys:
+        if not old or not new:
+            return
+        waiting: dict[Hashable, list[_One]] = {}
+        for one in reversed(old):
+            # what runs on a machine is none that runs on another one
+            place = machine_of(one.label), key(one)
+            waiting.setdefault(place, []).append(one)
+        matched: set[str] = set()
+        left = []
+        for other in new:
+            known_by = key(other)
+            same = waiting.get((machine_of(other.label), known_by))
+            if known_by is None or not same:
+                left.append(other)
+                continue
+            one = same.pop()
+            matched.add(one.label)
+            yield one, other
+        old = [one for one in old if one.label not in matched]
+        new = left
+
+
+def _relabelled(
+    new: Plan,
+    kept: Mapping[str, Labelled],
+    before: Iterable[Labelled],
+    taken: Collection[str],
+) -> tuple[Plan, set[str]]:
+    """
+    Return a plan with the labels that it is to have, and those new in it.
+
+    :param kept: What stays, by the names in the new plan
+    """
+    used = {*taken}
+    for entry in before:
+        used |= {entry.label, entry.ros_name}
+    names: dict[str, str] = {}
+    labels: dict[str, str] = {}
+    fresh = set()
+    for entry in _labelled(new):
+        key = entry.ros_name
+        if key in kept:
+            names[key], labels[key] = kept[key].ros_name, kept[key].label
+            continue
+        name = _free(key, used) if isinstance(entry, Process) else key
+        machine = machine_of(entry.label)
+        label = entry.label if entry.label != machine + key else machine + name
+        if label in used:
+            label = machine + name
+        if label in used:
+            label = _free(label, used)
+        if isinstance(entry, Component):
+            name = label
+        used |= {name, label}
+        names[key], labels[key] = name, label
+        fresh.add(label)
+
+    def with_names(entries: Iterable[Entry]) -> tuple[Entry, ...]:
+        return tuple(map(with_name, entries))
+
+    def with_name(entry: Entry) -> Entry:
+        match entry:
+            case Timer():
+                return replace(entry, entries=with_names(entry.entries))
+            case Process():
+                key = entry.ros_name
+                name = None if entry.name is None else names[key]
+                if (entry.label, entry.name) == (labels[key], name):
+                    return entry
+                return replace(entry, label=labels[key], name=name)
+            case Component():
+                return replace(entry, label=labels[entry.ros_name])
+            case SignalProcess():
+                name = names.get(entry.process, entry.process)
+                return replace(entry, process=name)
+            case _:
+                return entry
+
+    handlers = tuple(
+        replace(
+            handler,
+            processes=tuple(names.get(n, n) for n in handler.processes),
+        )
+        for handler in new.handlers
+    )
+    entries = with_names(new.entries)
+    return replace(new, entries=entries, handlers=handlers), fresh
+
+
+def _free(name: str, used: Collection[str]) -> str:
+    """Return a name that is not used, by counting on as ROS 2 does."""
+    stem, dash, number = name.rpartition('-')
+    if not dash or not number.isdecimal():
+        stem, number = name, '1'
+    count = int(number)
+    while name in used:
+        count += 1
+        name = f'{stem}-{count}'
+    return name
+
+
+def _new(
+    entries: Iterable[Entry],
+    labels: Collection[str],
+    others: Counter[Hashable],
+    periods: tuple[float, ...] = (),
+) -> Iterator[Entry]:
+    """
+    Iterate over what is new among entries.
+
+    :param labels: Those of what is new
+    :param others: What was there already, which is counted down
+    """
+    for entry in entries:
+        if isinstance(entry, Process | Component):
+            if entry.label in labels:
+                yield entry
+        elif isinstance(entry, Timer):
+            inside = (*periods, entry.period)
+            inner = tuple(_new(entry.entries, labels, others, inside))
+            if inner:
+                yield replace(entry, entries=inner)
+        else:
+            key = _other_content(entry, periods)
+            others[key] -= 1
+            if others[key] < 0:
+                yield entry
+
+
+def _labelled(plan: Plan) -> tuple[Labelled, ...]:
+    return (*plan.processes(), *plan.components())
+
+
+def _leaves(entries: Iterable[Entry]) -> Iterator[Labelled]:
+    for entry in entries:
+        if isinstance(entry, Timer):
+            yield from _leaves(entry.entries)
+        elif isinstance(entry, Process | Component):
+            yield entry
+
+
+def _others(
+    entries: Iterable[Entry], periods: tuple[float, ...] = ()
+) -> Iterator[tuple[Hashable, Entry]]:
+    """Iterate over what has no label, with what it is known by."""
+    for entry in entries:
+        if isinstance(entry, Timer):
+            yield from _others(entry.entries, (*periods, entry.period))
+        elif not isinstance(entry, Process | Component):
+            yield _other_content(entry, periods), entry
+
+
+def _other_content(entry: Entry, periods: tuple[float, ...]) -> Hashable:
+    match entry:
+        case ChangeState():
+            return periods, 'state', entry.node, entry.transition
+        case SignalProcess():
+            return periods, 'signal', entry.process, entry.signal
+        case HostCall():
+            # another host has other numbers
+            return periods, 'call', entry.title, entry.position.path
+        case _:
+            return periods, entry
+
+
+def _content(entry: Labelled) -> Hashable:
+    """Return all that matters to what is started or loaded."""
+    if isinstance(entry, Process):
+        return _process_content(entry)
+    return _component_content(entry)
+
+
+def _process_content(process: Process) -> Hashable:
+    argv = tuple(
+        ('file', word.content) if isinstance(word, ParameterFile) else word
+        for word in process.argv
+    )
+    return (
+        *(argv, process.cwd, process.environment, process.emulate_tty),
+        *(process.package, process.node_name, process.is_container),
+        *(process.is_lifecycle, process.autostart),
+    )
+
+
+def _component_content(component: Component) -> Hashable:
+    return (
+        *(component.package, component.plugin, component.container),
+        *(component.name, component.namespace, component.remaps),
+        _values(component.parameters),
+        _values(component.extra_arguments),
+        *(component.is_lifecycle, component.autostart),
+    )
+
+
+def _values(parameters: Iterable[SetParameter]) -> Hashable:
+    return tuple((one.name, one.value) for one in parameters)
+
+
+def _program(process: Process) -> Hashable:
+    # without the number, which counts all processes
+    name = process.ros_name.rpartition('-')[0] or process.ros_name
+    return name, process.package, process.node_name
+
+
+#: What stays is known by the first of these that fits; nodes of other names
+#: are others.
+_PROCESS_KEYS: tuple['_Key[Process]', ...] = (
+    lambda p: (_process_content(p), p.position),
+    _process_content,
+    lambda p: p.node_name and (_program(p), p.position),
+    lambda p: p.node_name and _program(p),
+    lambda p: p.node_name,
+    lambda p: (_program(p), p.position),
+    lambda p: (_program(p), p.position.path),
+    _program,
+)
+_COMPONENT_KEYS: tuple['_Key[Component]', ...] = (
+    lambda c: (_component_content(c), c.position),
+    _component_content,
+    lambda c: c.node_name and (c.node_name, c.plugin),
+    lambda c: c.node_name,
+    lambda c: (c.plugin, c.container, c.namespace, c.name, c.position),
+    lambda c: (c.plugin, c.container, c.namespace, c.name),
+    lambda c: None if c.name else (c.plugin, c.namespace),
+)

@@ -1,0 +1,223 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A plan as a script for bash, which runs it without colcon."""
+
+from collections.abc import Iterator
+
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.language.syntax.diagnostics import shown_position
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
+from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import HostCall
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import SignalProcess
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan_text import command
+from colcon_yamllaunch.plan.plan_text import load_command
+from colcon_yamllaunch.plan.plan_text import quoted
+
+_BEGIN = """\
+#!/usr/bin/env bash
+# What `colcon launch` would run: each process in the background, all at once.
+# It ends when all have ended, and Ctrl-C ends them.
+"""
+
+# Both commands fail at once where no such node runs yet.
+_ROS = """\
+# Components are loaded, and lifecycle nodes activated, by ros2 (its packages
+# ros2component and ros2lifecycle), as soon as their nodes are there, and not
+# again when one comes back by respawn.
+command -v ros2 > /dev/null || {
+  echo 'the command ros2 is needed, and not there' >&2
+  exit 1
+}
+container_runs() {
+  until ros2 component list "$1"; do sleep 0.5; done
+} > /dev/null 2>&1
+change_state() {
+  until ros2 lifecycle get "$1"; do sleep 0.5; done > /dev/null 2>&1
+  ros2 lifecycle set "$1" "$2"
+}
+activate() {
+  change_state "$1" configure && change_state "$1" activate
+}
+"""
+
+# Job control gives each job a process group of its own, which signals can be
+# sent to, and a SIGINT that is not ignored.
+_COMMON = """\
+set -m
+jobs=()
+failed=0
+to_all() {{
+  local job left=1
+  for job in "${{jobs[@]}}"; do kill -s "$1" -- "-$job" && left=0; done
+  return "$left"
+}} 2> /dev/null
+stop() {{
+  trap '' INT TERM HUP USR1 USR2
+  to_all INT
+  {{ sleep {sigterm:g}; to_all TERM; sleep {sigkill:g}; to_all KILL; }} &
+  local late=$!
+  # wait, as a part of a trap, misses what ends meanwhile
+  while to_all 0; do sleep 0.1; done
+  kill -s KILL -- "-$late"
+  exit "$failed"
+}} 2> /dev/null
+asked=
+trap 'asked=stop' INT TERM HUP USR2
+trap 'failed=1; asked=stop' USR1
+"""
+
+# A signal may come when a job runs, but is not known yet.
+_END = """\
+trap stop INT TERM HUP USR2
+trap 'failed=1; stop' USR1
+$asked
+for job in "${jobs[@]}"; do wait "$job" || failed=1; done
+exit "$failed"
+"""
+
+_ON_SIGNAL = "trap 'exit 0' INT TERM"
+_UNNAMED = 'not activated: only the program knows the name of its node'
+
+
+def plan_to_script(plan: Plan, cwd: str, setup: str | None = None) -> str:
+    """
+    Write a script that runs what a plan says.
+
+    Colours, labels, logs and terminals are the business of a launch, and not
+    in it.
+
+    :param cwd: The folder that paths in comments are shown relative to
+    :param setup: The setup script of the workspace, if there is one
+    """
+    processes = list(plan.processes())
+    times = [
+        max((p.sigterm_timeout for p in processes), default=None),
+        max((p.sigkill_timeout for p in processes), default=None),
+    ]
+    lines = [_BEGIN]
+    if setup is not None:
+        lines.append(f'. {quoted(setup)} || exit\n')
+    lines.append(
+        _COMMON.format(
+            sigterm=DEFAULT_SIGTERM_TIMEOUT if times[0] is None else times[0],
+            sigkill=DEFAULT_SIGKILL_TIMEOUT if times[1] is None else times[1],
+        )
+    )
+    if _needs_ros2(plan):
+        lines.append(_ROS)
+    lines += _jobs(plan.entries, cwd, 0.0)
+    return '\n'.join([*lines, _END.rstrip()])
+
+
+def _needs_ros2(plan: Plan) -> bool:
+    activated = any(p.is_lifecycle and p.autostart for p in plan.processes())
+    return (
+        activated
+        or any(True for _ in plan.components())
+        or any(True for _ in plan.changes_of_state())
+    )
+
+
+def _jobs(entries: tuple[Entry, ...], cwd: str, delay: float) -> Iterator[str]:
+    loads: dict[str, list[Component]] = {}
+    changes: dict[str, list[str]] = {}
+    for entry in entries:
+        if isinstance(entry, Component):
+            loads.setdefault(entry.container, []).append(entry)
+            continue
+        if isinstance(entry, ChangeState):
+            changes.setdefault(entry.node, []).append(entry.transition)
+            continue
+        if isinstance(entry, SignalProcess | HostCall):
+            place = one_line(shown_position(entry.position, cwd))
+            yield f'# {place}: not done, as only a launch can\n'
+            continue
+        if isinstance(entry, Timer):
+            if entry.on_ros_time:
+                yield (
+                    f'# the next {entry.period:g} s are not those of /clock: '
+                    'the clock of the system counts them'
+                )
+            yield from _jobs(entry.entries, cwd, delay + entry.period)
+            continue
+        if isinstance(entry, Process):
+            yield _title(entry, cwd)
+        yield _job(_steps(entry), delay)
+        if isinstance(entry, Process) and entry.is_lifecycle:
+            yield from _activation(entry, delay)
+    for container, components in loads.items():
+        yield from (_title(component, cwd) for component in components)
+        yield _job(_loading(container, components), delay)
+    for node, transitions in changes.items():
+        steps = [f'change_state {quoted(node)} {t}' for t in transitions]
+        yield _job([_ON_SIGNAL, ' && '.join(steps)], delay)
+
+
+def _title(entry: Process | Component, cwd: str) -> str:
+    place = one_line(shown_position(entry.position, cwd))
+    return f'# {one_line(entry.label)}  ({place})'
+
+
+def _activation(process: Process, delay: float) -> Iterator[str]:
+    if process.autostart and process.node_name is not None:
+        steps = [_ON_SIGNAL, f'activate {quoted(process.node_name)}']
+        yield _job(steps, delay)
+    elif process.autostart:
+        yield f'# {_UNNAMED}\n'
+
+
+def _loading(container: str, components: list[Component]) -> list[str]:
+    """Return the steps that load components one after the other."""
+    steps = [_ON_SIGNAL, 'failed=0', f'container_runs {quoted(container)}']
+    for component in components:
+        load = load_command(component)
+        if component.autostart and component.node_name is None:
+            steps.append(f'# {_UNNAMED}')
+        elif component.autostart:
+            load = f'{load} && activate {quoted(str(component.node_name))}'
+        steps.append(f'{{ {load}; }} || failed=1')
+    return [*steps, 'exit "$failed"']
+
+
+def _job(steps: list[str], delay: float) -> str:
+    if delay:
+        steps = [f'sleep {delay:g}', *steps]
+    body = '\n'.join(f'  {step}' for step in steps)
+    return f'(\n{body}\n) < /dev/null &\njobs+=($!)\n'
+
+
+def _steps(entry: Entry) -> list[str]:
+    if isinstance(entry, Message):
+        text = quoted(f'{entry.level}: {entry.text}')
+        return [f"printf '%s\\n' {text}"]
+    if isinstance(entry, Shutdown):
+        return ['kill -s USR2 $$']
+    assert isinstance(entry, Process)
+    steps = [command(entry)]
+    if entry.on_exit_shutdown:
+        end = 'then kill -s USR2 $$; else kill -s USR1 $$; fi'
+        return [f'if {steps[0]}; {end}']
+    if entry.respawn:
+        # a signal ends the rounds, also where the process takes it for its
+        # end and returns 0
+        retries = entry.respawn_max_retries
+        rounds = (
+            'while :'
+            if retries < 0
+            else (f'for ((round = 0; round <= {retries}; round++))')
+        )
+        steps = [
+            _ON_SIGNAL,
+            f'{rounds}; do {steps[0]}; sleep {entry.respawn_delay:g}; done',
+        ]
+    return steps

@@ -1,0 +1,396 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A plan for people to read."""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping as AbstractMapping
+import math
+import os
+import shlex
+import signal
+import stat
+import sys
+
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
+from colcon_yamllaunch.language.syntax.diagnostics import shown_position
+from colcon_yamllaunch.language.syntax.source_text import read_source
+from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
+from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
+from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
+from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
+from colcon_yamllaunch.language.syntax.yaml_reader import Value
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import EventHandler
+from colcon_yamllaunch.plan.plan import HostCall
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import SignalProcess
+from colcon_yamllaunch.plan.plan import UNLIMITED_RETRIES
+
+_INDENT = '    '
+
+
+def plan_to_text(
+    plan: Plan,
+    cwd: str,
+    setup: str | None = None,
+    machines: AbstractMapping[str, str] | None = None,
+) -> str:
+    """
+    Describe what a plan would do, in order.
+
+    Each command can be pasted into bash, in a shell that has sourced the
+    workspace; how, stands first. That of a component loads it into its
+    container once that runs.
+
+    :param cwd: The folder that paths are shown relative to
+    :param setup: The setup script of the workspace, if there is one
+    :param machines: The machines of what runs elsewhere, by its label
+    """
+    there = {} if machines is None else machines
+    lines = list(map(one_line, _entries(plan.entries, cwd, '', there)))
+    for handler in plan.handlers:
+        lines += map(one_line, handler_as_text(handler, cwd))
+    if not lines:
+        lines = ['nothing would run']
+    if setup is not None and any(True for _ in plan.processes()):
+        lines = [
+            'before you paste a command, source the workspace in that shell:',
+            f'{_INDENT}. {quoted(setup)}',
+            '',
+            *lines,
+        ]
+    if plan.conditions:
+        lines += ['', 'conditions:']
+    for condition in plan.conditions:
+        taken = 'taken' if condition.taken else 'not taken'
+        place = shown_position(condition.position, cwd)
+        text = one_line(condition.text)
+        lines.append(f'{_INDENT}{text}  {taken}  ({place})')
+    return '\n'.join(lines)
+
+
+def command(process: Process) -> str:
+    """
+    Return a process's command line, ready to be pasted into bash.
+
+    A file with parameters that exists only while a launch runs becomes `-p`
+    arguments, which mean the same to a node.
+    """
+    words: list[str] = []
+    for argument in process.argv:
+        if isinstance(argument, str):
+            words.append(quoted(argument))
+        elif argument.parameters and words[-1] == '--params-file':
+            words.pop()
+            for p in argument.parameters:
+                words += ['-p', quoted(f'{p.name}:={p.value}')]
+        else:
+            content = quoted(argument.content)
+            words.append(f'<(printf %s {content})')
+    variables = _variables(process.environment)
+    folder = quoted(process.cwd)
+    return f'(cd {folder} && {" ".join([*variables, *words])})'
+
+
+def quoted(word: str) -> str:
+    """Return a word as bash reads it, in one line that can be shown."""
+    if one_line(word) == word:
+        return shlex.quote(word)
+    return f"$'{''.join(map(_in_quotes, word))}'"
+
+
+def _in_quotes(character: str) -> str:
+    if character in "\\'":
+        return f'\\{character}'
+    if one_line(character) == character:
+        return character
+    if character == '\n':
+        return r'\n'
+    if character.isascii():
+        return f'\\x{ord(character):02x}'
+    return f'\\U{ord(character):08x}'
+
+
+def _variables(
+    environment: tuple[tuple[str, str | None], ...],
+) -> Iterator[str]:
+    unset = [name for name, value in environment if value is None]
+    if unset:
+        yield 'env'
+    for name in unset:
+        yield f'-u {quoted(name)}'
+    for name, value in environment:
+        if value is not None:
+            yield f'{name}={quoted(value)}'
+
+
+def _entries(
+    entries: tuple[Entry, ...],
+    cwd: str,
+    indent: str,
+    machines: AbstractMapping[str, str],
+) -> Iterator[str]:
+    for entry in entries:
+        if isinstance(entry, Process | Component):
+            lines = (
+                process_as_text(entry, cwd)
+                if isinstance(entry, Process)
+                else component_as_text(entry, cwd)
+            )
+            for number, line in enumerate(lines):
+                yield indent + line
+                # behind what it is called
+                if not number and entry.label in machines:
+                    yield f'{indent}{_INDENT}machine: {machines[entry.label]}'
+        elif isinstance(entry, Message):
+            yield f'{indent}{entry.level}: {entry.text}'
+        elif isinstance(entry, Shutdown):
+            reason = f': {entry.reason}' if entry.reason else ''
+            yield f'{indent}the launch ends{reason}'
+        elif isinstance(entry, ChangeState):
+            place = shown_position(entry.position, cwd)
+            change = f'{entry.transition} {entry.node}'
+            yield f'{indent}{change}  ({place})'
+        elif isinstance(entry, SignalProcess):
+            place = shown_position(entry.position, cwd)
+            yield f'{indent}{_signal(entry)}  ({place})'
+        elif isinstance(entry, HostCall):
+            place = shown_position(entry.position, cwd)
+            yield f'{indent}at its time: {entry.title}  ({place})'
+        else:
+            clock = ' on /clock' if entry.on_ros_time else ''
+            yield f'{indent}after {entry.period:g} s{clock}:'
+            inner = indent + _INDENT
+            yield from _entries(entry.entries, cwd, inner, machines)
+
+
+def _signal(entry: SignalProcess) -> str:
+    if not entry.signal:
+        return f'stop {entry.process}'
+    try:
+        name = signal.Signals(entry.signal).name
+    except ValueError:
+        name = f'signal {entry.signal}'
+    return f'{name} to {entry.process}'
+
+
+def handler_as_text(handler: EventHandler, cwd: str) -> Iterator[str]:
+    """
+    Describe what is done when something happens, line by line.
+
+    :param cwd: The folder that paths are shown relative to
+    """
+    title = f'{when(handler)}:'
+    place = shown_position(handler.position, cwd)
+    if len(handler.actions) == 1:
+        yield f'{title} {handler.actions[0]}  ({place})'
+        return
+    yield f'{title}  ({place})'
+    for action in handler.actions:
+        yield _INDENT + action
+
+
+def when(handler: EventHandler) -> str:
+    """Say when an event handler does something."""
+    who = ' or '.join(handler.processes)
+    condition = handler.condition
+    rest = f' ({condition})' if condition else ''
+    match handler.event:
+        case 'start':
+            return f'when {who or "a process"} starts{rest}'
+        case 'exit':
+            return f'when {who or "a process"} ends{rest}'
+        case 'output':
+            return f'when {who or "a process"} writes something{rest}'
+        case 'complete':
+            return f'when {who or "something"} is done{rest}'
+        case 'shutdown':
+            return f'when the launch ends{rest}'
+        case 'state':
+            who = who or 'a lifecycle node'
+            if condition and ' ' not in condition:
+                return f'when {who} is {condition}'
+            return f'when {who} changes its state{rest}'
+        case _:
+            return f'when {condition or "something else happens"}'
+
+
+def process_as_text(process: Process, cwd: str) -> Iterator[str]:
+    """
+    Describe a process, line by line.
+
+    :param cwd: The folder that paths are shown relative to
+    """
+    facts = [process.label]
+    if process.name not in (None, process.label):
+        facts.append(f'process {process.name}')
+    if process.node_name is not None:
+        facts.append(f'node {process.node_name}')
+    if process.package is not None:
+        facts.append(f'package {process.package}')
+    yield f'{", ".join(facts)}  ({shown_position(process.position, cwd)})'
+    yield f'{_INDENT}{command(process)}'
+    for text in _behaviour(process):
+        yield f'{_INDENT}{text}'
+    yield from _settings('parameters', parameters_of(process), cwd)
+
+
+def component_as_text(component: Component, cwd: str) -> Iterator[str]:
+    """
+    Describe a component, line by line.
+
+    :param cwd: The folder that paths are shown relative to
+    """
+    facts = [component.label]
+    if component.node_name is not None:
+        facts.append(f'node {component.node_name}')
+    facts.append(f'package {component.package}')
+    facts.append(f'plugin {component.plugin}')
+    facts.append(f'loaded into {component.container}')
+    yield f'{", ".join(facts)}  ({shown_position(component.position, cwd)})'
+    yield f'{_INDENT}{load_command(component)}'
+    if component.is_lifecycle:
+        yield _INDENT + _lifecycle(autostart=component.autostart)
+    yield from _settings('parameters', component.parameters, cwd)
+    arguments = component.extra_arguments
+    yield from _settings('extra arguments', arguments, cwd)
+
+
+def load_command(component: Component) -> str:
+    """Return what loads a component by hand, ready for bash."""
+    words = [component.container, component.package, component.plugin]
+    if component.name:
+        words += ['-n', component.name]
+    if component.namespace:
+        words += ['--node-namespace', component.namespace]
+    for remap in component.remaps:
+        words += ['-r', remap]
+    for parameter in component.parameters:
+        words += ['-p', f'{parameter.name}:={parameter.value}']
+    for argument in component.extra_arguments:
+        words += ['-e', f'{argument.name}:={argument.value}']
+    return ' '.join(['ros2 component load', *map(quoted, words)])
+
+
+def _lifecycle(*, autostart: bool) -> str:
+    if autostart:
+        return 'its node is configured and activated'
+    return 'its node stays unconfigured until somebody changes its state'
+
+
+def _settings(
+    title: str, parameters: Iterable[SetParameter], cwd: str
+) -> Iterator[str]:
+    shown = list(parameters)
+    if shown:
+        yield f'{_INDENT}{title}:'
+    for parameter in shown:
+        place = shown_position(parameter.position, cwd)
+        origins = ''.join(
+            f', passed by {shown_position(origin, cwd)}'
+            for origin in parameter.origins
+        )
+        name = f'{parameter.name}: {parameter.value}'
+        yield f'{_INDENT * 2}{name}  ({place}{origins})'
+
+
+def _behaviour(process: Process) -> Iterator[str]:
+    if process.output != 'both':
+        yield f'output: {process.output}'
+    if process.emulate_tty:
+        yield 'its output is a terminal'
+    if process.respawn:
+        often = (
+            'without end'
+            if process.respawn_max_retries == UNLIMITED_RETRIES
+            else f'{process.respawn_max_retries} times'
+        )
+        yield f'respawn: {often}, after {process.respawn_delay:g} s'
+    if process.on_exit_shutdown:
+        yield 'the launch ends with it'
+    if process.is_lifecycle:
+        yield _lifecycle(autostart=process.autostart)
+
+
+def parameters_of(
+    process: Process, limit: float = math.inf
+) -> Iterator[SetParameter]:
+    """
+    Iterate over all parameters in the order of the command line.
+
+    :param limit: Bytes of files that are read at most. Larger ones, and what
+      is no ordinary file, are passed over
+    """
+    given = {f'{p.name}:={p.value}': p for p in process.parameters}
+    arguments = zip(process.argv, process.argv[1:], strict=False)
+    for option, value in arguments:
+        if option == '-p' and isinstance(value, str) and value in given:
+            yield given[value]
+        elif option == '--params-file' and isinstance(value, str):
+            size = _size_of(os.path.join(process.cwd, value))
+            if size <= limit:
+                limit -= size
+                yield from parameters_in_file(value, process.cwd)
+        elif isinstance(value, ParameterFile):
+            yield from value.parameters
+
+
+def _size_of(path: str) -> int:
+    """Return the bytes of a file, very many for what may have no end."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return 0
+    return status.st_size if stat.S_ISREG(status.st_mode) else sys.maxsize
+
+
+def parameters_in_file(path: str, cwd: str) -> tuple[SetParameter, ...]:
+    """
+    Return the parameters in a file for nodes, none when it is no such file.
+
+    :param cwd: The folder that a relative path starts from
+    """
+    absolute = path if path.startswith('/') else f'{cwd}/{path}'
+    try:
+        document = read_yaml(read_source(absolute, absolute))
+        return tuple(_file_parameters(document))
+    except LaunchError:
+        return ()
+
+
+def _file_parameters(document: Value | None) -> Iterator[SetParameter]:
+    for _, body in _pairs(document).values():
+        for name, (_, values) in _pairs(body).items():
+            if name == 'ros__parameters':
+                yield from _flattened('', values)
+
+
+def _pairs(
+    value: Value | None,
+) -> AbstractMapping[str, tuple[Scalar, Value]]:
+    return value.pairs if isinstance(value, Mapping) else {}
+
+
+def _flattened(prefix: str, value: Value) -> Iterator[SetParameter]:
+    for name, (key, inner) in _pairs(value).items():
+        if isinstance(inner, Mapping):
+            yield from _flattened(f'{prefix}{name}.', inner)
+        else:
+            shown = _shown(inner)
+            yield SetParameter(prefix + name, shown, key.position)
+
+
+def _shown(value: Value) -> str:
+    if isinstance(value, Sequence):
+        return f'[{", ".join(_shown(item) for item in value.items)}]'
+    return value.text if isinstance(value, Scalar) else '{…}'

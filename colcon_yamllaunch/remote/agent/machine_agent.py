@@ -1,0 +1,283 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What the connection to a machine runs there.
+
+Before the launch it answers requests, one after another. Then it passes on
+what goes between the launcher and the engine of the part, which is a process
+of its own and outlives a lost connection; it understands none of that. When
+its input ends, the launcher is gone, and so is what it has been asked to do.
+
+A request is a control frame `{"request": NAME, "id": NUMBER, …}`; the answer
+is `{"reply": NUMBER, "result": {…}}` or `{"reply": NUMBER, "error": TEXT}`,
+and before it any number of `{"line": TEXT}`. `hello`, `stream`, `start` and
+`resume` are done here; `MODULE.FUNCTION` is a function of a module whose name
+ends with `_there`, which takes the `arguments` and what a line is said with.
+"""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from functools import cache
+import os
+from pathlib import Path
+import pwd
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from typing import Any
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.engine.output.signals import accept_signals
+from colcon_yamllaunch.remote.agent import launcher_channel
+from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
+from colcon_yamllaunch.remote.agent.launcher_channel import LauncherGoneError
+from colcon_yamllaunch.remote.agent.launcher_channel import send
+from colcon_yamllaunch.remote.wire import frames
+from colcon_yamllaunch.remote.wire.frames import FrameError
+
+#: Days after which a program that was not used is removed.
+UNUSED_DAYS = 30
+#: Seconds that the file of `setup:` may take.
+_SETUP_TIMEOUT = 50.0
+#: Seconds that a shell may take to say what its PATH is.
+_SHELL_TIMEOUT = 3.0
+
+
+def main(temporary: str) -> None:
+    """
+    Do what the launcher asks for.
+
+    :param temporary: The folder of our modules if it is to be removed at the
+      end, or an empty text
+    """
+    with suppress(OSError):
+        os.setsid()
+    accept_signals()
+    for number in (signal.SIGHUP, signal.SIGINT, signal.SIGPIPE):
+        signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _hang_up)
+    # so that a launcher that takes nothing shows
+    os.set_blocking(1, False)
+    _complete_environment()
+    launcher_channel.PROGRAM.folder = temporary
+    try:
+        _serve(LauncherChannel())
+    finally:
+        launcher_channel.PROGRAM.remove()
+
+
+def _hang_up(_number: int, _frame: object) -> None:
+    """
+    Have the launcher seem gone; that is seen where it is waited for.
+
+    An exception would come anywhere, also where what was started is ended.
+    """
+    null = os.open(os.devnull, os.O_RDWR)
+    for descriptor in (0, 1):
+        os.dup2(null, descriptor)
+    os.close(null)
+
+
+def _serve(launcher: LauncherChannel) -> None:
+    """Answer requests until the launcher is gone or the part has ended."""
+    try:
+        while True:
+            frame = launcher.next_frame(_get_ready)
+            if frame.kind == frames.CONTROL:
+                _answer(launcher, frame.content())
+    except (LauncherGoneError, FrameError, OSError):
+        return
+
+
+def _get_ready() -> None:
+    """Do what can be done before it is asked for, as that takes a while."""
+    from colcon_yamllaunch.remote.agent import part_engine  # noqa: F401
+
+    _end_what_others_left()
+    if not launcher_channel.PROGRAM.folder:
+        remove_unused_programs(Path(__file__).parents[3])
+
+
+def remove_unused_programs(used: Path) -> None:
+    """
+    Remove programs beside one that have not been used for long.
+
+    :param used: The folder of the one that is used now
+    """
+    with suppress(OSError):
+        os.utime(used)
+        oldest = time.time() - UNUSED_DAYS * 86_400
+        for folder in used.parent.iterdir():
+            if folder.lstat().st_mtime < oldest:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def _answer(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
+    name, number = content.get('request'), content.get('id')
+    if not isinstance(name, str):
+        return
+    try:
+        result = _result_of(launcher, name, content)
+    except UserError as error:
+        answer: dict[str, Any] = {'reply': number, 'error': str(error)}
+    except LauncherGoneError:
+        raise
+    except Exception as error:  # noqa: BLE001
+        # a fault of ours, which is told in one line all the same
+        text = f'{type(error).__name__}: {error}'
+        answer = {'reply': number, 'error': f'{name} failed: {text}'}
+    else:
+        if result is None:
+            return
+        answer = {'reply': number, 'result': result}
+    send(answer)
+
+
+def _result_of(
+    launcher: LauncherChannel, name: str, content: Mapping[str, Any]
+) -> dict[str, Any] | None:
+    if name == 'hello':
+        begin = time.time()
+        _set_up(launcher, content.get('setup'))
+        facts = _hello(content)
+        # who asks tells from that how far our clock is ahead
+        clock = time.time()
+        return {**facts, 'clock': clock, 'took': clock - begin}
+    if name == 'stream':
+        from colcon_yamllaunch.remote.agent.program_stream import run_program
+
+        return run_program(launcher, content)
+    if name == 'start':
+        _end_what_others_left()
+    if name in ('start', 'resume'):
+        from colcon_yamllaunch.remote.agent import part_link
+
+        act = part_link.start if name == 'start' else part_link.resume
+        act(launcher, content)
+        raise LauncherGoneError
+    from colcon_yamllaunch.remote.agent.requests_there import answer
+
+    answer(launcher, name, content)
+    return None
+
+
+def _hello(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Tell what the machine is like."""
+    wanted = [os.path.expanduser(w) for w in content['workspaces']]
+    found = next(filter(os.path.isdir, wanted), None)
+    workspace = found or (wanted[-1] if wanted else None)
+    system = os.uname()
+    return {
+        'python': '.'.join(map(str, sys.version_info[:3])),
+        'executable': sys.executable,
+        'system': _system(),
+        'architecture': system.machine,
+        # Slurm has names of its own
+        'host': os.environ.get('SLURMD_NODENAME') or system.nodename,
+        'home': os.path.expanduser('~'),
+        'workspace': workspace,
+        'has_workspace': found is not None,
+        'programs': {name: shutil.which(name) for name in content['programs']},
+    }
+
+
+def _set_up(launcher: LauncherChannel, setup: str | None) -> None:
+    """
+    Source a file for all that is done from now on.
+
+    :raises UserError: when it cannot be sourced
+    """
+    if setup is None:
+        return
+    from concurrent.futures import ThreadPoolExecutor
+
+    from colcon_yamllaunch.workspace.environment.sourcing import source
+
+    path = Path.home() / os.path.expanduser(setup)
+    if not path.is_file():
+        raise UserError(f"there is no file {path}; 'setup:' names it")
+    with ThreadPoolExecutor() as pool:
+        sourced = pool.submit(source, path, dict(os.environ), _SETUP_TIMEOUT)
+        while not sourced.done():
+            launcher.poll({}, 0.02)
+    variables = sourced.result().variables
+    os.environ.clear()
+    os.environ.update(variables)
+
+
+def _complete_environment() -> None:
+    """Set what any login would have set; Slurm sets nothing."""
+    with suppress(KeyError):
+        user = pwd.getpwuid(os.getuid())
+        os.environ.setdefault('HOME', user.pw_dir)
+        os.environ.setdefault('SHELL', user.pw_shell or '/bin/sh')
+        for name in ('USER', 'LOGNAME'):
+            os.environ.setdefault(name, user.pw_name)
+    if 'PATH' not in os.environ:
+        os.environ['PATH'] = os.defpath
+        os.environ['PATH'] = _path_of_login()
+
+
+def _path_of_login() -> str:
+    shell = os.environ.get('SHELL') or '/bin/sh'
+    with suppress(OSError, subprocess.SubprocessError):
+        printed = subprocess.run(
+            [shell, '-lc', 'printenv PATH'],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=_SHELL_TIMEOUT,
+        ).stdout
+        lines = os.fsdecode(printed).splitlines()
+        if lines and '/' in lines[-1]:
+            return lines[-1]
+    return os.defpath
+
+
+@cache
+def _end_what_others_left() -> None:
+    """End parts whose engine and guard were killed, in another process."""
+    from colcon_yamllaunch.remote.agent.part_place import PartPlace
+
+    try:
+        place = PartPlace(os.environ)
+        identities = list(place.left_behind())
+    except (OSError, UserError):
+        # who needs it says so
+        return
+    if identities and not os.fork():
+        with suppress(BaseException):
+            _detach()
+            from colcon_yamllaunch.remote.agent.left_processes import (
+                end_what_is_left,
+            )
+
+            for identity in identities:
+                end_what_is_left(identity)
+                place.remove(identity)
+        os._exit(0)
+
+
+def _detach() -> None:
+    """Let go of the connection."""
+    os.setsid()
+    null = os.open(os.devnull, os.O_RDWR)
+    for descriptor in (0, 1, 2):
+        os.dup2(null, descriptor)
+
+
+def _system() -> str:
+    """Return the name and version of the system, as os-release(5) has them."""
+    values = {}
+    for path in ('/etc/os-release', '/usr/lib/os-release'):
+        with suppress(OSError, UnicodeError):
+            with open(path, encoding='utf-8') as file:
+                for line in file:
+                    name, _, value = line.strip().partition('=')
+                    values[name] = value.strip('"\'')
+            break
+    found = (values.get('ID', os.uname().sysname), values.get('VERSION_ID'))
+    return ' '.join(filter(None, found))

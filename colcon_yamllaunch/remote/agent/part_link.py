@@ -1,0 +1,187 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Passing on what goes between the launcher and the engine of a part."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+import math
+import os
+import select
+import socket
+import time
+from typing import Any
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.engine.stopping.launch_scan import launcher_of
+from colcon_yamllaunch.remote.agent import launcher_channel
+from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
+from colcon_yamllaunch.remote.agent.left_processes import end_what_is_left
+from colcon_yamllaunch.remote.agent.part_place import boot_of_machine
+from colcon_yamllaunch.remote.agent.part_place import PartPlace
+
+_READ = 256 * 1024
+#: Bytes that may wait in each direction.
+_WAITING = 1024 * 1024
+#: Seconds that the launcher gets to take the last of it.
+_LAST_PATIENCE = 5.0
+_LOOK = 0.5
+
+
+def start(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
+    """
+    Start the engine of a part, and pass on until either end is gone.
+
+    :raises UserError: when it cannot be started
+    """
+    from colcon_yamllaunch.remote.agent.part_engine import start_engine
+
+    place = PartPlace(os.environ)
+    identity = start_engine(launcher, place, content)
+    try:
+        engine = place.connect(identity)
+    except OSError as error:
+        place.remove(identity)
+        raise UserError(
+            f'its socket cannot be used: {error.strerror}'
+        ) from error
+    result = {'identity': identity, 'boot': boot_of_machine()}
+    launcher_channel.send({'reply': content.get('id'), 'result': result})
+    _pass_on_and_clear(launcher, place, identity, engine)
+
+
+def resume(launcher: LauncherChannel, content: Mapping[str, Any]) -> None:
+    """
+    Connect with the engine of a part that runs, and pass on.
+
+    :raises UserError: when it is gone; nothing of it is left then
+    """
+    identity, boot = str(content['identity']), content['boot']
+    place = PartPlace(os.environ)
+    try:
+        if boot != boot_of_machine():
+            raise UserError('the machine was started anew meanwhile')
+        engine = place.connect(identity)
+    except OSError as error:
+        if _is_alive(identity):
+            raise UserError(
+                f'its socket cannot be used: {error.strerror}'
+            ) from error
+        killed = place.has_record(identity)
+        _clear(place, identity)
+        raise UserError(
+            'its launcher there was killed, and its processes were stopped'
+            if killed
+            else 'it has ended there'
+        ) from error
+    launcher_channel.send({'reply': content.get('id'), 'result': {}})
+    _pass_on_and_clear(launcher, place, identity, engine)
+
+
+def _pass_on_and_clear(
+    launcher: LauncherChannel,
+    place: PartPlace,
+    identity: str,
+    engine: socket.socket,
+) -> None:
+    with engine:
+        try:
+            pass_on(launcher.unread, engine.fileno())
+        except launcher_channel.LauncherGoneError:
+            return
+    if _is_alive(identity):
+        # it has another connection, or wants none
+        return
+    if place.has_record(identity):
+        _clear(place, identity)
+        with suppress(launcher_channel.LauncherGoneError):
+            launcher_channel.send({'killed': True})
+
+
+def _clear(place: PartPlace, identity: str) -> None:
+    """End what is left of a part whose engine is gone."""
+    end_what_is_left(identity)
+    place.remove(identity)
+
+
+def _is_alive(identity: str) -> bool:
+    launcher = launcher_of(identity)
+    return launcher is not None and launcher[1]
+
+
+def pass_on(unread: bytes, engine: int) -> None:
+    """
+    Pass on what comes from either end, until the engine has closed its own.
+
+    :param unread: What the launcher has sent already
+    :raises LauncherGoneError: when the launcher is gone
+    """
+    for descriptor in (0, 1, engine):
+        os.set_blocking(descriptor, False)
+    down, up = bytearray(unread), bytearray()
+    at_end = False
+    deadline = math.inf
+    # what nobody takes any more, as in a network that is gone, is given up
+    while (not at_end or up) and time.monotonic() < deadline:
+        poll = select.poll()
+        masks: dict[int, int] = {}
+        if len(down) < _WAITING:
+            masks[0] = select.POLLIN
+        if up:
+            masks[1] = select.POLLOUT
+        if not at_end:
+            mask = select.POLLIN if len(up) < _WAITING else 0
+            masks[engine] = mask | (select.POLLOUT if down else 0)
+        for descriptor, mask in masks.items():
+            poll.register(descriptor, mask)
+        if at_end and deadline == math.inf:
+            deadline = time.monotonic() + _LAST_PATIENCE
+        for descriptor, found in poll.poll(_LOOK * 1000 if at_end else None):
+            if descriptor == 0:
+                _receive(down, engine)
+            elif descriptor == 1:
+                _write(1, up)
+            else:
+                if found & (select.POLLIN | select.POLLHUP | select.POLLERR):
+                    try:
+                        at_end = not _take(engine, up)
+                    except OSError:
+                        at_end = True
+                if found & select.POLLOUT and not at_end:
+                    with suppress(OSError):
+                        _send(engine, down)
+
+
+def _receive(data: bytearray, engine: int) -> None:
+    try:
+        is_open = _take(0, data)
+    except OSError:
+        is_open = False
+    if not is_open:
+        with suppress(OSError):
+            # its last words, such as that all is to be stopped
+            os.set_blocking(engine, True)
+            _send(engine, data)
+        raise launcher_channel.LauncherGoneError
+
+
+def _take(descriptor: int, data: bytearray) -> bool:
+    """Read more, and return whether it is open."""
+    try:
+        more = os.read(descriptor, _READ)
+    except BlockingIOError:
+        return True
+    data += more
+    return bool(more)
+
+
+def _write(descriptor: int, data: bytearray) -> None:
+    try:
+        _send(descriptor, data)
+    except OSError as error:
+        raise launcher_channel.LauncherGoneError from error
+
+
+def _send(descriptor: int, data: bytearray) -> None:
+    with suppress(BlockingIOError):
+        del data[: os.write(descriptor, data)]

@@ -1,0 +1,199 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What the launcher has the engine of a part do."""
+
+import base64
+from collections.abc import Callable
+from collections.abc import Mapping
+from dataclasses import asdict
+import math
+import os
+import termios
+import time
+from typing import Any
+
+from colcon_yamllaunch.control.acts import Acts
+from colcon_yamllaunch.control.resource_usage import INTERVAL
+from colcon_yamllaunch.control.resource_usage import Look
+from colcon_yamllaunch.control.resource_usage import look
+from colcon_yamllaunch.control.resource_usage import usage_between
+from colcon_yamllaunch.control.service import Service
+from colcon_yamllaunch.engine.engine import Engine
+from colcon_yamllaunch.engine.tasks import RefusedError
+from colcon_yamllaunch.plan.plan_json import plan_from_json
+from colcon_yamllaunch.plan.plan_json import PlanFormatError
+
+#: Seconds between two looks at how a terminal reads that somebody types at.
+_MODES_INTERVAL = 0.05
+
+#: Takes a message for the launcher.
+Tell = Callable[[Mapping[str, Any]], None]
+
+
+class PartOrders:
+    """
+    Does what messages say.
+
+    :param tell: Sends the answers
+    """
+
+    def __init__(
+        self, engine: Engine, acts: Acts, service: Service, tell: Tell
+    ) -> None:
+        self._engine = engine
+        self._acts = acts
+        self._service = service
+        self._tell = tell
+        # who somebody is attached to, and how the terminals of these read
+        self._attached: set[str] = set()
+        self._modes: dict[str, int] = {}
+        # how processors were used when somebody asked, and who it was
+        self._looks: list[tuple[float, object, dict[str, int], Look]] = []
+
+    def carry_out(self, content: Mapping[str, Any]) -> None:
+        """
+        Do what a message says, and answer if it has an `id`.
+
+        What cannot be done is answered with the reason.
+        """
+        number = content.get('id')
+        try:
+            answer = self._do(str(content.get('do')), content)
+        except RefusedError as error:
+            answer = {'error': str(error)}
+        except (PlanFormatError, KeyError, TypeError, ValueError) as error:
+            answer = {'error': f'{type(error).__name__}: {error}'}
+        if number is not None and answer is not None:
+            self._tell({'reply': number, 'error': None, **answer})
+
+    def advance(self) -> None:
+        """Answer what takes a moment."""
+        while self._looks and self._looks[0][0] <= time.monotonic():
+            _, number, groups, before = self._looks.pop(0)
+            now = look(groups.values())
+            used = usage_between(before, now)
+            usage = {
+                label: [used[group].cpu, used[group].memory]
+                for label, group in groups.items()
+                if group in used
+            }
+            self._tell({'reply': number, 'error': None, 'usage': usage})
+
+        for label in self._attached:
+            modes = self._engine.terminals.input_modes(label)
+            if modes is not None and modes != self._modes.get(label):
+                self._modes[label] = modes
+                told = {
+                    'label': label,
+                    'lines': bool(modes & termios.ICANON),
+                    'echo': bool(modes & termios.ECHO),
+                }
+                self._tell({'modes': told})
+
+    def seconds_to_wait(self) -> float:
+        """Return the seconds until :meth:`advance` is to be called again."""
+        wait = _MODES_INTERVAL if self._attached else math.inf
+        if self._looks:
+            wait = min(wait, self._looks[0][0] - time.monotonic())
+        return wait
+
+    def rows(self) -> dict[str, dict[str, Mapping[str, Any]]]:
+        """Return the states of all processes and components by label."""
+        state = self._service.state()
+        return {
+            'processes': {p.label: asdict(p) for p in state.processes},
+            'components': {c.label: asdict(c) for c in state.components},
+        }
+
+    def _do(
+        self, what: str, content: Mapping[str, Any]
+    ) -> dict[str, Any] | None:
+        """
+        Return the answer, or None if it is given later.
+
+        :raises RefusedError: when it cannot be done
+        """
+        engine = self._engine
+        match what:
+            case 'stop':
+                engine.supervisor.stop(
+                    str(content.get('reason')),
+                    interactive=bool(content.get('interactive')),
+                    drop_timers=bool(content.get('drop_timers')),
+                )
+            case 'hurry':
+                engine.hurry()
+            case 'act':
+                self._act(content['action'], content['name'])
+            case 'describe':
+                found = asdict(self._acts.describe(content['name']))
+                found['environment'] = dict(found['environment'])
+                return {'description': found}
+            case 'change_state':
+                self._change_state(content)
+                return None
+            case 'attach':
+                self._attached.add(content['label'])
+            case 'detach':
+                self._attached.discard(content['label'])
+                self._modes.pop(content['label'], None)
+            case 'type':
+                keys = base64.b64decode(content['keys'])
+                engine.terminals.type(content['label'], keys)
+            case 'resize':
+                size = content['columns'], content['rows']
+                engine.resize(os.terminal_size(size))
+            case 'suspend' | 'continue':
+                engine.hold(is_held=what == 'suspend')
+            case 'signal':
+                task = engine.supervisor.task(content['name'])
+                if task.group is not None:
+                    engine.signal(task.group, content['number'])
+            case 'extend':
+                engine.extend(plan_from_json(content['entries']).entries)
+            case 'revise':
+                at_once = bool(content.get('at_once'))
+                for part in plan_from_json(content['plan']).entries:
+                    engine.revise(part, at_once=at_once)  # type: ignore[arg-type]
+            case 'replace':
+                for part in plan_from_json(content['plan']).entries:
+                    engine.replace(part)  # type: ignore[arg-type]
+            case 'restart_changed':
+                labels = engine.restart(content['labels'])
+                return {'labels': list(labels)}
+            case 'drop':
+                engine.drop(content['label'])
+            case 'forget':
+                engine.forget(plan_from_json(content['plan']).entries)
+            case 'environment':
+                engine.renew_environment(content['variables'])
+            case 'usage':
+                groups = dict(engine.groups())
+                due = time.monotonic() + INTERVAL
+                before = look(groups.values())
+                self._looks.append((due, content.get('id'), groups, before))
+                return None
+            case _:
+                raise RefusedError(f"'{what}' is not known there")
+        return {}
+
+    def _act(self, action: str, name: str) -> None:
+        acts = {
+            'stop': self._acts.stop,
+            'restart': self._acts.restart,
+            'kill': self._acts.kill,
+            'debug': self._acts.debug,
+        }
+        acts[action](name)
+
+    def _change_state(self, content: Mapping[str, Any]) -> None:
+        name = content['name']
+        composition = self._engine.composition
+        if composition is None:
+            raise RefusedError(f"there is no lifecycle node '{name}'")
+
+        def answer(reason: str | None) -> None:
+            self._tell({'reply': content.get('id'), 'error': reason})
+
+        composition.change_state(name, content['transition'], answer)

@@ -1,0 +1,152 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Functions that the launcher asks for by name, each in a process of its own.
+
+So that it can be ended with all that it has started when the launcher is gone.
+"""
+
+from collections.abc import Mapping
+from contextlib import suppress
+import importlib
+import os
+import select
+import signal
+import sys
+from typing import Any
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.escalation import Timeouts
+from colcon_yamllaunch.engine.stopping.launch_scan import LAUNCH_ID_VARIABLE
+from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
+from colcon_yamllaunch.remote.agent import launcher_channel
+from colcon_yamllaunch.remote.agent.launcher_channel import LauncherChannel
+from colcon_yamllaunch.remote.wire import frames
+from colcon_yamllaunch.remote.wire.frames import FrameReader
+
+_FOLDERS = ('sync', 'agent')
+_SUFFIX = '_there'
+# for a build, which ends its compilers
+_TIMEOUTS = Timeouts(3.0, 3.0)
+_REPLIED = 0
+_READ = 256 * 1024
+_PR_SET_PDEATHSIG = 1
+
+
+def answer(
+    launcher: LauncherChannel, name: str, content: Mapping[str, Any]
+) -> None:
+    """
+    Call a function; it answers by itself.
+
+    :raises LauncherGoneError: when the launcher is gone, and all is ended
+    :raises UserError: when there is no such function, or it broke off
+    """
+    function = _function(name)
+    identity = new_identity()
+    ours, its = os.pipe()
+    agent = os.getpid()
+    sys.stdout.flush()
+    pid = os.fork()
+    if not pid:
+        code = 1
+        try:
+            os.close(ours)
+            os.setsid()
+            for number in (
+                signal.SIGINT,
+                signal.SIGPIPE,
+                signal.SIGHUP,
+                signal.SIGTERM,
+            ):
+                signal.signal(number, signal.SIG_DFL)
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            os.environ[LAUNCH_ID_VARIABLE] = f'{identity}.0'
+            _end_with_parent()
+            code = _call(function, content, its)
+            if os.getppid() != agent:
+                # killed, and nobody else ends what was started
+                _end(identity, 0)
+        finally:
+            os._exit(code)
+    os.close(its)
+    reader = FrameReader()
+    try:
+        while data := _read(launcher, ours):
+            # heartbeats go between two frames
+            for frame in reader.feed(data):
+                launcher_channel.write(frames.encode(frame.kind, frame.body))
+    except launcher_channel.LauncherGoneError:
+        _end(identity, pid)
+        raise
+    finally:
+        os.close(ours)
+    _, status = os.waitpid(pid, 0)
+    if status != _REPLIED:
+        raise UserError(f'{name} broke off: {_ending(status)}')
+
+
+def _read(launcher: LauncherChannel, descriptor: int) -> bytes:
+    while not launcher.poll({descriptor: select.POLLIN}):
+        continue
+    return os.read(descriptor, _READ)
+
+
+def _end(identity: str, pid: int) -> None:
+    from colcon_yamllaunch.remote.agent.left_processes import end_in_any_case
+
+    end_in_any_case(identity, pid, _TIMEOUTS)
+
+
+def _end_with_parent() -> None:
+    """Have this process sent SIGINT when its parent ends, see prctl(2)."""
+    import ctypes
+
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGINT))
+
+
+def _function(name: str) -> Any:
+    module_name, _, function_name = name.partition('.')
+    if module_name.endswith(_SUFFIX) and not function_name.startswith('_'):
+        for folder in _FOLDERS:
+            full = f'colcon_yamllaunch.remote.{folder}.{module_name}'
+            try:
+                module = importlib.import_module(full)
+            except ModuleNotFoundError:
+                continue
+            function = getattr(module, function_name, None)
+            if callable(function):
+                return function
+    raise UserError(f"there is no request '{name}'")
+
+
+def _call(function: Any, content: Mapping[str, Any], connection: int) -> int:
+    """Call it, and answer by a pipe; return the exit code."""
+    number = content.get('id')
+    null = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(null, 0)
+    # what it starts is not to write between our frames
+    os.dup2(2, 1)
+    said = launcher_channel.say_through(connection)
+    try:
+        result = function(dict(content.get('arguments') or {}), said)
+        reply: dict[str, Any] = {'reply': number, 'result': result or {}}
+    except UserError as error:
+        reply = {'reply': number, 'error': str(error)}
+    except OSError as error:
+        reply = {'reply': number, 'error': f'{error}'}
+    except KeyboardInterrupt:
+        return 1
+    except Exception as error:  # noqa: BLE001
+        # a fault of ours, which is told in one line all the same
+        text = f'{type(error).__name__}: {error}'
+        name = content.get('request')
+        reply = {'reply': number, 'error': f'{name} failed: {text}'}
+    launcher_channel.send(reply, connection)
+    return _REPLIED
+
+
+def _ending(status: int) -> str:
+    code = os.waitstatus_to_exitcode(status)
+    return signal.Signals(-code).name if code < 0 else f'exit code {code}'

@@ -1,0 +1,228 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A plan cut into the parts that run here and on other machines."""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import field
+from dataclasses import replace
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
+from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SignalProcess
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.remote.deployment.deployment import Deployment
+from colcon_yamllaunch.remote.deployment.deployment import Rule
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """
+    A plan, and what of it runs where.
+
+    :param whole: The plan with the labels that the launch has
+    :param local: What of it runs here, or is done here
+    :param parts: What of it runs on other machines, by their names
+    :param machines: The machines of all processes and components that run
+      elsewhere, by label
+    """
+
+    whole: Plan
+    local: Plan
+    parts: Mapping[str, Plan] = field(default_factory=dict)
+    machines: Mapping[str, str] = field(default_factory=dict)
+
+    def part(self, machine: str) -> Plan:
+        """Return what runs on a machine."""
+        return self.parts.get(machine) or Plan((), self.whole.blocks)
+
+
+def place(plan: Plan, deployment: Deployment) -> Placed:
+    """Cut a plan into what runs here and what runs elsewhere."""
+    return Placer(deployment).place(plan)
+
+
+class Placer:
+    """
+    Tells what runs where, also of what comes to a plan while it runs.
+
+    What it was once told of a container, a process or a node holds for what
+    comes later.
+    """
+
+    def __init__(self, deployment: Deployment) -> None:
+        self._deployment = deployment
+        self._processes: dict[str, Process] = {}
+        # the machines by what ROS 2 calls a process, and by the name of a node
+        self._by_process: dict[str, str | None] = {}
+        self._by_node: dict[str, str | None] = {}
+
+    def place(self, plan: Plan) -> Placed:
+        """
+        Cut a plan into its parts; all have all blocks.
+
+        All paths are those of this computer; see `RemotePaths`.
+
+        :param plan: All of it, or what comes to it; labels may have the names
+          of machines already
+        """
+        self._learn(plan)
+        whole: list[Entry] = []
+        cut: dict[str | None, list[Entry]] = {}
+        machines: dict[str, str] = {}
+        for entry in plan.entries:
+            parts = self._cut(entry)
+            whole.append(self._labelled(entry, machines))
+            for machine, part in parts.items():
+                cut.setdefault(machine, []).append(part)
+        local = cut.pop(None, [])
+        left_open = plan.left_open
+        return Placed(
+            replace(plan, entries=tuple(whole)),
+            replace(plan, entries=tuple(local)),
+            {
+                name: Plan(tuple(cut[name]), plan.blocks, (), left_open)
+                for name in self._deployment.machines
+                if name in cut
+            },
+            machines,
+        )
+
+    def place_more(self, entries: Iterable[Entry]) -> Placed:
+        """Cut what comes to the plan while it runs."""
+        return self.place(Plan(tuple(entries)))
+
+    def machine_of(self, entry: Entry) -> str | None:
+        """
+        Return the machine where something is done, None for here.
+
+        Messages, the end of the launch and what only Python can go on with
+        are always here; timers are where what they start is.
+        """
+        everything_on = self._deployment.everything_on
+        match entry:
+            case Process():
+                return self._by_process.get(entry.ros_name, everything_on)
+            case Component():
+                return self._by_node.get(entry.container, everything_on)
+            case ChangeState():
+                return self._by_node.get(entry.node, everything_on)
+            case SignalProcess():
+                return self._by_process.get(entry.process, everything_on)
+            case _:
+                return None
+
+    def _learn(self, plan: Plan) -> None:
+        processes = list(plan.processes())
+        for process in processes:
+            self._processes[process.ros_name] = process
+        known = list(self._processes.values())
+        machines = self._deployment.machines_of(known)
+        for process, machine in zip(known, machines, strict=True):
+            # what runs stays where it is, whatever comes later
+            placed = self._placed(process.label) or machine
+            self._by_process.setdefault(process.ros_name, placed)
+        for process in processes:
+            if process.node_name is not None:
+                machine = self._by_process[process.ros_name]
+                self._by_node.setdefault(process.node_name, machine)
+        for component in plan.components():
+            if component.node_name is not None:
+                machine = self.machine_of(component)
+                self._by_node.setdefault(component.node_name, machine)
+
+    def _placed(self, label: str) -> str | None:
+        """Return the machine that a label names, None for a plain label."""
+        name, separator, _ = label.partition(MACHINE_SEPARATOR)
+        return (
+            name if separator and name in self._deployment.machines else None
+        )
+
+    def _cut(self, entry: Entry) -> Mapping[str | None, Entry]:
+        """Return what is done where."""
+        if not isinstance(entry, Timer):
+            labelled = self._labelled(entry, {})
+            return {self.machine_of(entry): labelled}
+        cut: dict[str | None, list[Entry]] = {}
+        for inner in entry.entries:
+            for machine, part in self._cut(inner).items():
+                cut.setdefault(machine, []).append(part)
+        return {
+            machine: replace(entry, entries=tuple(part))
+            for machine, part in cut.items()
+        } or {None: entry}
+
+    def _labelled(self, entry: Entry, machines: dict[str, str]) -> Entry:
+        """
+        Return an entry with the labels that the launch has.
+
+        :param machines: Where the machines of what is in it are noted
+        """
+        if isinstance(entry, Timer):
+            inner = tuple(self._labelled(e, machines) for e in entry.entries)
+            return replace(entry, entries=inner)
+        machine = self.machine_of(entry)
+        if machine is None or not isinstance(entry, Process | Component):
+            return entry
+        label = entry.label
+        is_plain = self._placed(label) is None
+        if is_plain and self._deployment.everything_on is None:
+            label = f'{machine}{MACHINE_SEPARATOR}{entry.label}'
+            if isinstance(entry, Process):
+                # what ROS 2 calls it is the same wherever it runs
+                entry = replace(entry, name=entry.ros_name)
+            entry = replace(entry, label=label)
+        machines[label] = machine
+        return entry
+
+
+def rules_in_vain(plan: Plan, deployment: Deployment) -> Iterator[Diagnostic]:
+    """Find rules that mean nothing in a plan."""
+    if plan.host_position is not None:
+        # what comes while it runs may be meant
+        return
+    processes = list(plan.processes())
+    components = list(plan.components())
+    for rule in deployment.rules:
+        if not rule.meant(processes):
+            yield Diagnostic(
+                'warning',
+                f"no process of the launch is meant by '{rule}'",
+                rule.position,
+                _way_out(rule, processes, components),
+                rule.length,
+            )
+
+
+def _way_out(
+    rule: Rule, processes: Sequence[Process], components: Sequence[Component]
+) -> str:
+    from colcon_yamllaunch.common.suggestions import did_you_mean
+
+    for component in components:
+        words = {
+            component.label,
+            component.node_name,
+            component.package,
+            component.plugin,
+        }
+        if not words.isdisjoint({rule.name, rule.package, rule.executable}):
+            return (
+                f'{component.label} is a component: it runs where its '
+                f'container {component.container} does'
+            )
+    names = {process.label for process in processes}
+    names |= {p.node_name for p in processes if p.node_name is not None}
+    if rule.package is not None:
+        names = {p.package for p in processes if p.package is not None}
+    meant = did_you_mean(str(rule.name or rule.package), names)
+    return meant or 'the names of all processes are shown by --plan'

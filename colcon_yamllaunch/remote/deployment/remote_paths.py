@@ -1,0 +1,180 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Paths of the workspace here made those of a machine's workspace."""
+
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import replace
+from fnmatch import fnmatchcase
+import json
+import os
+import os.path
+import re
+
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.plan import Timer
+
+#: The variables of the user that go along to each machine.
+ALONG = (
+    'ROS_*',
+    'RMW_*',
+    'CYCLONEDDS_URI',
+    'FASTRTPS_*',
+    'FASTDDS_*',
+    'TERM',
+    'COLORTERM',
+)
+#: Those among them that do not: there they are what is installed there.
+NOT_ALONG = (
+    'ROS_DISTRO',
+    'ROS_VERSION',
+    'ROS_PYTHON_VERSION',
+    'ROS_LOG_DIR',
+    'ROS_HOME',
+    'ROS_PACKAGE_PATH',
+    'ROS_ROOT',
+    'ROS_ETC_DIR',
+)
+#: Folders whose files are not copied from one machine to another.
+SYSTEM = ('/dev', '/proc', '/run', '/sys')
+
+# a path begins where no other path or word goes on …
+_BEFORE = r'(?<![\w.~+-])'
+# … and its folder ends where its name does
+_AFTER = r'(?![\w~+@%#-]|\.[\w.])'
+
+
+class RemotePaths:
+    """
+    Where the files of the workspace are on a machine.
+
+    :param folders: Folders here, absolute, and where they are there
+    """
+
+    def __init__(self, folders: Mapping[str, str]) -> None:
+        found = {}
+        for here, there in folders.items():
+            for path in (here, os.path.realpath(here)):
+                path = path.rstrip('/')
+                if path and path not in found:
+                    found[path] = there.rstrip('/') or '/'
+        self._folders = dict(
+            sorted(found.items(), key=lambda pair: -len(pair[0]))
+        )
+        written = {**self._folders}
+        for here, there in self._folders.items():
+            # as values of parameters are, in JSON
+            written[json.dumps(here)[1:-1]] = json.dumps(there)[1:-1]
+        self._written = written
+        # those that are the same there must not be changed by shorter ones
+        self.is_same = all(a == b for a, b in found.items())
+        listed = sorted(written, key=len, reverse=True)
+        alternatives = '|'.join(map(re.escape, listed))
+        self._pattern = re.compile(f'{_BEFORE}(?:{alternatives}){_AFTER}')
+
+    def text(self, text: str) -> str:
+        """Return a text with the paths there, wherever they stand in it."""
+        if self.is_same or not self._folders:
+            return text
+        return self._pattern.sub(lambda m: self._written[m.group()], text)
+
+    def covers(self, path: str) -> bool:
+        """Say whether a path is in one of the folders."""
+        return any(
+            path == folder or path.startswith(f'{folder}/')
+            for folder in self._folders
+        )
+
+    def plan(self, plan: Plan) -> Plan:
+        """Return a plan whose paths are those of the machine."""
+        return replace(plan, entries=self.entries(plan.entries))
+
+    def entries(self, entries: Sequence[Entry]) -> tuple[Entry, ...]:
+        """Return entries of a plan with the paths of the machine."""
+        return tuple(map(self._entry, entries))
+
+    def environment(self, variables: Mapping[str, str]) -> dict[str, str]:
+        """Return variables with the paths of the machine."""
+        return {name: self.text(text) for name, text in variables.items()}
+
+    def _entry(self, entry: Entry) -> Entry:
+        match entry:
+            case Process():
+                return self._process(entry)
+            case Component():
+                return replace(
+                    entry,
+                    parameters=self._parameters(entry.parameters),
+                    extra_arguments=self._parameters(entry.extra_arguments),
+                )
+            case Timer():
+                return replace(entry, entries=self.entries(entry.entries))
+            case _:
+                return entry
+
+    def _process(self, process: Process) -> Process:
+        return replace(
+            process,
+            argv=tuple(map(self._argument, process.argv)),
+            cwd=self.text(process.cwd),
+            environment=tuple(
+                (name, None if text is None else self.text(text))
+                for name, text in process.environment
+            ),
+            parameters=self._parameters(process.parameters),
+        )
+
+    def _argument(self, argument: str | ParameterFile) -> str | ParameterFile:
+        if isinstance(argument, str):
+            return self.text(argument)
+        return replace(
+            argument,
+            content=self.text(argument.content),
+            parameters=self._parameters(argument.parameters),
+        )
+
+    def _parameters(
+        self, parameters: Sequence[SetParameter]
+    ) -> tuple[SetParameter, ...]:
+        return tuple(replace(p, value=self.text(p.value)) for p in parameters)
+
+
+def is_of_system(path: str) -> bool:
+    """Say whether a path is one that each machine has of its own."""
+    return any(path == top or path.startswith(f'{top}/') for top in SYSTEM)
+
+
+def variables_along(
+    environment: Mapping[str, str], names: Sequence[str] = ()
+) -> dict[str, str]:
+    """
+    Return the variables of the user that go along to a machine.
+
+    :param names: What `env:` of the machine names
+    """
+    return {
+        name: value
+        for name, value in environment.items()
+        if name in names
+        or (
+            name not in NOT_ALONG
+            and any(fnmatchcase(name, pattern) for pattern in ALONG)
+        )
+    }
+
+
+def paths_in(text: str) -> Iterator[str]:
+    """Return the absolute paths in a word, as in `file:=/a/b` or `/a:/b`."""
+    for part in re.split(r'[:=,;\s\'"]', text):
+        if part.startswith('//'):
+            # what is left of a URL: file:///a, https://host/a
+            part = part[2:]
+        if part.startswith('/') and len(part) > 1:
+            yield os.path.normpath(part)

@@ -1,0 +1,952 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The part of a launch that runs on one machine, as the launcher sees it.
+
+What comes from there is re-told here, so that screen, logs and reports have
+it as if it had happened here. What is done there is asked for by messages:
+objects whose field `do` says what. Those with an `id` are answered by one
+with the same `reply`, and an `error` or what was asked for.
+"""
+
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import count
+import math
+import os
+import signal
+import termios
+import time
+from typing import Any
+from typing import Literal
+from typing import Protocol
+
+from colcon_yamllaunch.common.printable import printable
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.elsewhere import Done
+from colcon_yamllaunch.engine.elsewhere import LaunchHere
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.engine.stopping.launch_stop import timeouts_of
+from colcon_yamllaunch.engine.stopping.launch_stop import UNATTRIBUTED
+from colcon_yamllaunch.engine.tasks import RefusedError
+from colcon_yamllaunch.observers.log_files import size_text
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan_json import plan_to_json
+from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.link.part_states import PartStates
+from colcon_yamllaunch.remote.link.part_states import StateError
+from colcon_yamllaunch.remote.wire.event_codec import event_from_json
+from colcon_yamllaunch.remote.wire.event_codec import EventError
+
+#: What becomes of the link to a machine; `done` after its part has ended.
+LinkState = Literal['up', 'lost', 'gone', 'done']
+#: Seconds after which something comes late, and has the time at which it was.
+LATE = 1.0
+#: Seconds that a machine gets to end its part, besides the time-outs of its
+#: processes.
+END_PATIENCE = 15.0
+#: How many requests to a machine may wait for their answers.
+MAXIMUM_REQUESTS = 1000
+
+# the phases in which nothing happens until it is asked for
+_CERTAIN = ('waiting', 'ended', 'unloaded', 'failed')
+# what asks for the next start of a process or component
+_STARTS = ('restart', 'debug')
+
+
+class Link(Protocol):
+    """What leads to a machine while the launch runs; see `MachineLink`."""
+
+    machine: Machine
+
+    @property
+    def pids(self) -> frozenset[int]:
+        """The processes that connect, children of ours."""
+
+    def begin(self, watches: Watches, handler: 'RemotePart') -> None:
+        """Take what comes from there from now on."""
+
+    def send(self, message: Mapping[str, Any]) -> None:
+        """Send a message, as soon as the link is there."""
+
+    def advance(self) -> None:
+        """Do what is due."""
+
+    def seconds_to_wait(self) -> float | None:
+        """Return the seconds until :meth:`advance` is to be called again."""
+
+    @property
+    def can_start_again(self) -> bool:
+        """Whether a new part may be started after this one."""
+
+    def start_again(self, plan: Callable[[], str], *, at_once: bool) -> None:
+        """Start a new part on a machine that is gone."""
+
+    def hold(self, held: bool) -> None:
+        """Take no output, or take it again."""
+
+    def ended(self, pid: int, outcome: Outcome) -> None:
+        """Take into account that the process of the link ended."""
+
+    def disown(self) -> None:
+        """Have nothing to do with it, in a fork of this process."""
+
+    def close(self) -> None:
+        """End it; what still runs there is stopped, but for `keep`."""
+
+
+class RemotePart:
+    """
+    What runs on one machine.
+
+    :param plan: It, with the paths of this computer
+    :param localised: Returns a plan with the paths of that machine
+    :param clock: Returns seconds that never go back
+    :param tty: Whether each process gets a terminal
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        plan: Plan,
+        localised: Callable[[Plan], Plan] = lambda plan: plan,
+        clock: Callable[[], float] = time.monotonic,
+        *,
+        tty: bool = False,
+    ) -> None:
+        self._link = link
+        self._tty = tty
+        self._clock = clock
+        self._localised = localised
+        self._launch: LaunchHere | None = None
+        self._parts: dict[str, Process | Component] = {}
+        self._successors: dict[str, Process | Component] = {}
+        self._by_name: dict[str, str] = {}
+        #: The states that it tells.
+        self.states = PartStates(clock)
+        # whether its end may wait for timers
+        self._has_timers = False
+        # all that was planned, as it was planned first
+        self._entries: list[Entry] = []
+        self._learn(plan.entries)
+        # of a machine that is gone: whether its part is being started again,
+        # whole or only what was asked for, who waits for that, and what the
+        # new part does not have
+        self._is_again = self._is_whole = False
+        self._asked: set[str] = set()
+        self._waiting: list[Done] = []
+        self._missing: set[str] = set()
+        # why its part has ended though the launch goes on
+        self._ended_for = ''
+        self._size = os.terminal_size((80, 24))
+        self._ids = count(1)
+        self._requests: dict[int, Callable[[Mapping[str, Any]], None]] = {}
+        #: What has become of the link.
+        self.state: LinkState = 'up'
+        #: Why it is lost or gone, for the user; or empty.
+        self.reason = ''
+        self._is_idle = False
+        self._is_finishing = False
+        # by when it must have ended, as the launch does
+        self._ends_by = math.inf
+        # whether it has been said that a stop waits for the link
+        self._is_waited_for = False
+        # which processes are held as the launch is
+        self._suspended: set[str] = set()
+        # whose output the screen does not take for now
+        self._held: set[tuple[str, events.Stream]] = set()
+        # by label, what to say of the terminal that it reads from
+        self._modes: dict[str, int] = {}
+        self._debugged: set[str] = set()
+        # the processes of the link that the guard knows
+        self._guarded: frozenset[int] = frozenset()
+
+    @property
+    def machine(self) -> Machine:
+        """The machine."""
+        return self._link.machine
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing is to be heard of it any more."""
+        return self.state in ('gone', 'done')
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether something runs there, or is about to."""
+        return not self.is_over and bool(self._requests or not self._is_idle)
+
+    @property
+    def link(self) -> Link:
+        """What leads there."""
+        return self._link
+
+    def begin(self, launch: LaunchHere, size: os.terminal_size) -> None:
+        """Run with a launch from now on."""
+        self._launch = launch
+        self._mind_guard()
+        self._link.begin(launch.watches, self)
+        self.resize(size)
+
+    def resize(self, size: os.terminal_size) -> None:
+        """Give all terminals another size."""
+        self._size = size
+        self.send('resize', rows=size.lines, columns=size.columns)
+
+    def advance(self) -> None:
+        """Do what is due."""
+        if self._held and self._launch is not None:
+            # while all is stopped, there is not much that may still come
+            is_stopping = self._launch.is_stopping
+            accepts = self._launch.accepts
+            self._held = {
+                key for key in self._held if not (is_stopping or accepts(key))
+            }
+            if not self._held:
+                self._link.hold(False)
+        self._link.advance()
+        if self.state == 'up' and self._clock() > self._ends_by:
+            self._give_up('it does not end, though it was told to')
+        self._mind_guard()
+
+    def send(self, what: str, **content: Any) -> None:
+        """Have something done there."""
+        if not self.is_over:
+            self._link.send({'do': what, **content})
+
+    def ask(
+        self,
+        what: str,
+        done: Callable[[Mapping[str, Any]], None],
+        **content: Any,
+    ) -> None:
+        """
+        Have something done there that is answered.
+
+        :param done: Takes the answer, with an `error` if it has not been done
+        :raises RefusedError: when it cannot be asked for now
+        """
+        if self.state != 'up':
+            raise RefusedError(self._why_not())
+        if len(self._requests) >= MAXIMUM_REQUESTS:
+            raise RefusedError(f'{self.machine.name} does not answer')
+        number = next(self._ids)
+        self._requests[number] = done
+        self.send(what, id=number, **content)
+
+    def stop(
+        self, reason: str, *, interactive: bool, drop_timers: bool
+    ) -> None:
+        """Begin to end all of it."""
+        if self._is_again:
+            self._give_up(self.reason)
+        if self.state == 'lost' and not self._is_waited_for:
+            self._is_waited_for = True
+            self._tell(events.Warned(f'{self.machine.name}: {self._waits()}'))
+        if drop_timers or not self._has_timers:
+            self._mind_end()
+        self.send(
+            'stop',
+            reason=reason,
+            interactive=interactive,
+            drop_timers=drop_timers,
+        )
+
+    def hurry(self) -> None:
+        """Take the next step of stopping at once."""
+        if self.state == 'lost':
+            # who asks twice does not wait until it is back
+            what = 'its processes stop there by themselves'
+            if self.machine.on_lost == 'keep':
+                what = 'its processes run on there (on_lost: keep)'
+            self._give_up(f'{self.reason}; {what}')
+        if self._ends_by == math.inf:
+            self._mind_end()
+        self.send('hurry')
+
+    def suspend(self, is_suspended: bool) -> None:
+        """Hold all processes, or let them go on."""
+        if is_suspended:
+            # told when the launch goes on, as it hears nothing meanwhile
+            labels = (process.label for process in self.processes())
+            self._suspended |= set(filter(self.states.runs, labels))
+        elif self._ends_by < math.inf:
+            self._mind_end()
+        self.send('suspend' if is_suspended else 'continue')
+
+    def finish(self) -> None:
+        """Have it end, as the launch is over."""
+        if not self._is_finishing:
+            self._is_finishing = True
+            if self._ends_by == math.inf and not self._has_timers:
+                self._mind_end()
+            self.send('finish')
+
+    def close(self) -> None:
+        """End the link."""
+        self._link.close()
+        self._mind_guard()
+
+    # what it consists of
+
+    def label_of(self, name: str) -> str | None:
+        """Return the label of a process or component by one of its names."""
+        if name in self._parts:
+            return name
+        return self._by_name.get(name) or self.states.label_of_node(name)
+
+    def part(self, label: str) -> Process | Component:
+        """Return a process or component as it is planned now."""
+        return self._successors.get(label) or self._parts[label]
+
+    def processes(self) -> Iterator[Process]:
+        """Iterate over the processes as they are planned now."""
+        for label in self._parts:
+            part = self.part(label)
+            if isinstance(part, Process):
+                yield part
+
+    def components(self) -> Iterator[tuple[Component, Process | None]]:
+        """Iterate over the components, with the process of the container."""
+        containers = {
+            p.node_name: p for p in self.processes() if p.is_container
+        }
+        for label in self._parts:
+            part = self.part(label)
+            if isinstance(part, Component):
+                yield part, containers.get(part.container)
+
+    def process_states(self) -> Iterator[dict[str, Any]]:
+        """Iterate over the states of the processes, as far as told."""
+        for process in self.processes():
+            state = self.states.of_process(process)
+            state['machine'] = self.machine.name
+            self._doubt(state)
+            if state['terminal'] is None:
+                state['terminal'] = self.has_keyboard(process.label)
+            yield state
+
+    def component_states(self) -> Iterator[dict[str, Any]]:
+        """Iterate over the states of the components, likewise."""
+        for component, process in self.components():
+            state = self.states.of_component(component, process)
+            state['machine'] = self.machine.name
+            self._doubt(state)
+            yield state
+
+    def _doubt(self, state: dict[str, Any]) -> None:
+        """Mark what may have changed since the link was lost."""
+        if self.state == 'lost' and state['phase'] not in _CERTAIN:
+            state |= {'phase': 'unknown', 'ending': ''}
+
+    # keyboards
+
+    def has_keyboard(self, label: str) -> bool:
+        """Tell whether keys can be typed at a process now."""
+        part = self._parts.get(label)
+        if self.state != 'up' or not isinstance(part, Process):
+            return False
+        has_own = part.emulate_tty or label in self._debugged
+        is_terminal = self._tty or has_own
+        return is_terminal and self.states.runs(label)
+
+    def input_modes(self, label: str) -> int | None:
+        """Return the local modes of a terminal as it was told last."""
+        return self._modes.get(label) if self.has_keyboard(label) else None
+
+    # changes of the plan
+
+    def extend(self, plan: Plan) -> None:
+        """
+        Take more into the part.
+
+        :raises ValueError: when a label is taken
+        """
+        self._learn(plan.entries)
+        self._is_idle = False
+        self.send('extend', entries=self._written(plan))
+
+    def revise(self, part: Process | Component, *, at_once: bool) -> None:
+        """Have a part of it be another one from its next start on."""
+        if at_once:
+            self._take(part)
+        else:
+            self._successors[part.label] = part
+        if part.label in self._missing:
+            return
+        self.send('revise', plan=self._written(Plan((part,))), at_once=at_once)
+
+    def replace(self, part: Process | Component) -> None:
+        """Have a part be another one, and start or load that anew."""
+        self._successors[part.label] = part
+        if part.label in self._missing:
+            self._give({part.label})
+            return
+        self.send('replace', plan=self._written(Plan((part,))))
+
+    def restart(self, labels: Collection[str]) -> tuple[str, ...]:
+        """Start and load parts anew after a change; return their labels."""
+        mine = [label for label in self._parts if label in labels]
+        begun = [label for label in mine if self.states.may_restart(label)]
+        if begun and self.state == 'up':
+            self._give(self._missing.intersection(begun))
+            self.ask('restart_changed', self._tell_refusal, labels=begun)
+            return tuple(begun)
+        return ()
+
+    def drop(self, label: str) -> None:
+        """Stop or unload a part, and forget it then."""
+        if label in self._missing:
+            self._tell(events.Dropped(self._parts[label]))
+            self._forget(label)
+            return
+        self.send('drop', label=label)
+
+    def forget(self, entries: Sequence[Entry]) -> None:
+        """Do not do what has not been done yet."""
+        self._entries = [e for e in self._entries if e not in entries]
+        self.send('forget', plan=self._written(Plan(tuple(entries))))
+
+    # what users ask for
+
+    def act(self, action: events.Action, label: str, done: Done) -> None:
+        """
+        Have something done with a process or component.
+
+        :raises RefusedError: when it cannot be asked for now
+        """
+        if self._launch is not None and self._launch.is_stopping:
+            raise RefusedError('the whole launch is being stopped')
+
+        def answered(answer: Mapping[str, Any]) -> None:
+            if action == 'debug' and answer.get('error') is not None:
+                self._debugged.discard(label)
+            done(_error_of(answer))
+
+        if action == 'restart' and (self.state == 'gone' or self._is_again):
+            self._restart_gone(label, done)
+            return
+        if label in self._missing and self.state == 'up':
+            if action != 'restart':
+                raise RefusedError(f'{label} does not run')
+            self._give({label})
+            done(None)
+            return
+        if action in _STARTS:
+            self._debugged.discard(label)
+        if action == 'debug':
+            self._debugged.add(label)
+        self.ask('act', answered, action=action, name=label)
+
+    def describe(
+        self, label: str, done: Callable[[Mapping[str, Any] | str], None]
+    ) -> None:
+        """
+        Ask for the attributes of a `Description`.
+
+        :raises RefusedError: when it cannot be asked for now
+        """
+
+        def answered(answer: Mapping[str, Any]) -> None:
+            error = _error_of(answer)
+            description = answer.get('description')
+            if error is not None:
+                done(error)
+            elif isinstance(description, Mapping):
+                done(description)
+            else:
+                done(f'{self.machine.name} does not describe it')
+
+        self.ask('describe', answered, name=label)
+
+    def change_state(self, name: str, transition: str, done: Done) -> None:
+        """
+        Ask a lifecycle node for a transition.
+
+        :raises RefusedError: when it cannot be asked for now
+        """
+        self.ask(
+            'change_state',
+            lambda answer: done(_error_of(answer)),
+            name=name,
+            transition=transition,
+        )
+
+    def measure(self, done: Callable[[], None]) -> None:
+        """
+        Find out what its processes use.
+
+        :param done: Is called when that is known
+        :raises RefusedError: when it cannot be asked for now
+        """
+
+        def answered(answer: Mapping[str, Any]) -> None:
+            self.states.take_usage(answer.get('usage'), self._parts)
+            done()
+
+        self.ask('usage', answered)
+
+    # what comes from there; see `machine_link.LinkHandler`
+
+    def message(self, message: Mapping[str, Any]) -> None:
+        """Take a message."""
+        if self.is_over or self._launch is None:
+            return
+        moment = self._launch.moment
+        moment.past = _past(message.get('time'))
+        try:
+            self._take_message(message)
+        except (EventError, StateError) as error:
+            moment.past = None
+            self._give_up(f'what comes from it makes no sense: {error}')
+        finally:
+            moment.past = None
+
+    def output(
+        self, label: str, stream: str, data: bytes, seconds: float
+    ) -> None:
+        """Take what a process wrote."""
+        process = self._parts.get(label)
+        if self.is_over or self._launch is None:
+            return
+        if not isinstance(process, Process):
+            self._give_up('what comes from it makes no sense: whose output?')
+            return
+        key: tuple[str, events.Stream] = (
+            (label, 'stderr') if stream == 'stderr' else (label, 'stdout')
+        )
+        moment = self._launch.moment
+        moment.past = _past(seconds)
+        try:
+            self._launch.take_output(process, key[1], data)
+        finally:
+            moment.past = None
+        if not (self._launch.accepts(key) or self._launch.is_stopping):
+            if not self._held:
+                self._link.hold(True)
+            self._held.add(key)
+
+    def echo(self, label: str, data: bytes) -> None:
+        """Take what the terminal of a process echoed."""
+        if label in self._parts and self._launch is not None:
+            self._launch.echo(label, data)
+
+    def lost(self, reason: str) -> None:
+        """Take into account that nothing is heard of the machine."""
+        if self.state == 'up':
+            self.state = 'lost'
+            self.reason = printable(reason)
+            is_kept = self.machine.on_lost == 'keep'
+            name = self.machine.name
+            self._tell(events.LinkLost(name, self.reason, is_kept))
+            self._refuse_all(self._why_not())
+
+    def back(self, seconds: float) -> None:
+        """Take into account that it is heard of again."""
+        if self.state == 'lost':
+            self.state = 'up'
+            self.reason = ''
+            if self._ends_by < math.inf:
+                self._mind_end()
+            self._tell(events.LinkBack(self.machine.name, seconds))
+            if self._is_again:
+                self._is_again = False
+                self.resize(self._size)
+                self._give(self._missing & self._asked)
+                self._answer_waiting(None)
+
+    def gone(self, reason: str) -> None:
+        """Take into account that it is not heard of any more."""
+        if self.is_over:
+            return
+        self._end(self._ended_for or reason)
+        if self._restarts:
+            self._is_whole = True
+            self._start_again(at_once=False)
+
+    @property
+    def _restarts(self) -> bool:
+        """Whether a part that is gone is started again by itself."""
+        launch = self._launch
+        return (
+            self.machine.on_lost == 'restart'
+            and self._link.can_start_again
+            and launch is not None
+            and not launch.is_stopping
+        )
+
+    def _restart_gone(self, label: str, done: Done) -> None:
+        """
+        Start something on a machine that is gone, if it is there again.
+
+        :raises RefusedError: when the machine cannot come back
+        """
+        if not self._link.can_start_again:
+            raise RefusedError(self._why_not())
+        self._asked.add(label)
+        self._waiting.append(done)
+        self._start_again(at_once=True)
+
+    def _start_again(self, *, at_once: bool) -> None:
+        self.state = 'lost'
+        self._is_again = True
+        self._is_idle = False
+        self._link.start_again(self._plan_again, at_once=at_once)
+
+    def _plan_again(self) -> str:
+        """Return what a new part is to run, in JSON."""
+        if self._is_whole:
+            plan = Plan(tuple(self._not_stopped(self._entries)))
+        else:
+            plan = self._plan_of(self._asked)
+        self._missing = {*self._parts} - self._expect(plan)
+        self._ended_for = ''
+        self._modes.clear()
+        self._debugged.clear()
+        self._suspended.clear()
+        self._held.clear()
+        return self._written(plan)
+
+    def _give(self, labels: Collection[str]) -> None:
+        """Have the part run what it does not have."""
+        if not labels:
+            return
+        plan = self._plan_of(labels)
+        self._missing -= self._expect(plan)
+        self._is_idle = False
+        self.send('extend', entries=self._written(plan))
+
+    def _plan_of(self, labels: Collection[str]) -> Plan:
+        """Return some of the parts, with what is in containers of these."""
+        inside = {
+            component.label
+            for component, process in self.components()
+            if process is not None and process.label in labels
+        }
+        wanted = inside.union(labels)
+        return Plan(tuple(self.part(p) for p in self._parts if p in wanted))
+
+    def _not_stopped(self, entries: Iterable[Entry]) -> Iterator[Entry]:
+        """Return entries as planned now, without what somebody stopped."""
+        for entry in entries:
+            if isinstance(entry, Timer):
+                inner = tuple(self._not_stopped(entry.entries))
+                yield replace(entry, entries=inner)
+            elif not isinstance(entry, Process | Component):
+                yield entry
+            elif entry.label in self._asked or (
+                entry.label in self._parts
+                and not self.states.is_kept_stopped(entry.label)
+            ):
+                yield self.part(entry.label)
+
+    def _expect(self, plan: Plan) -> set[str]:
+        """Take into account that all of a plan is started anew."""
+        parts = _parts_of(plan)
+        for part in parts:
+            self._take(part)
+            self._successors.pop(part.label, None)
+            self.states.begin_again(part.label)
+        return {part.label for part in parts}
+
+    def _answer_waiting(self, why_not: str | None) -> None:
+        waiting, self._waiting = self._waiting, []
+        self._asked.clear()
+        self._is_whole = False
+        for done in waiting:
+            done(why_not)
+
+    def _end(self, reason: str) -> None:
+        was_gone, self._is_again = self._is_again, False
+        self.state = 'gone'
+        self.reason = printable(reason)
+        if was_gone:
+            self._answer_waiting(self._why_not())
+            return
+        running = [p for p in self.processes() if self.states.runs(p.label)]
+        labels = tuple(process.label for process in running)
+        name = self.machine.name
+        self._tell(events.MachineGone(name, self.reason, labels))
+        self._refuse_all(self._why_not())
+        launch = self._launch
+        if launch is None:
+            return
+        for process in running:
+            launch.end_lines(process.label)
+            pid, seconds = self.states.run_of(process.label)
+            asked = launch.is_stopping
+            lost = Outcome(lost=name)
+            delay = 0.0 if self._restarts else None
+            launch.tell(
+                events.Exited(process, pid, lost, seconds, asked, True, delay)
+            )
+            self.states.lost(process.label, name)
+        is_needed = any(process.on_exit_shutdown for process in running)
+        if is_needed and not self._restarts:
+            launch.shut_down(f'{name} is gone')
+
+    def _take_message(self, message: Mapping[str, Any]) -> None:
+        """
+        Take a message.
+
+        :raises EventError: when it makes no sense
+        :raises StateError: likewise
+        """
+        if 'event' in message:
+            told = message['event']
+            self._take_event(event_from_json(told, self._told_part))
+        elif 'states' in message:
+            self.states.take(message['states'], self._parts)
+        elif 'idle' in message:
+            self._is_idle = message['idle'] is True
+        elif 'reply' in message:
+            number = message['reply']
+            done = None
+            if isinstance(number, int):
+                done = self._requests.pop(number, None)
+            if done is not None:
+                done(message)
+        elif 'modes' in message:
+            self._take_modes(message['modes'])
+        elif 'dropped' in message:
+            self._take_dropped(message['dropped'])
+        elif 'failed' in message:
+            self._give_up(printable(str(message['failed'])))
+        elif 'ended' in message:
+            # what failed has been told
+            is_stopping = self._launch and self._launch.is_stopping
+            if message.get('lost') is True and not is_stopping:
+                # its end follows
+                self._ended_for = 'it stopped its part as the link was lost'
+                return
+            self.state = 'done'
+            self._refuse_all(f'{self.machine.name} is done')
+        else:
+            raise EventError('a message is of no known kind')
+
+    def _take_event(self, event: events.Event) -> None:
+        assert self._launch is not None
+        match event:
+            case events.ShuttingDown():
+                # ours are told first, and stop what runs there; else
+                # something that ended there is to end everything
+                if not self._launch.is_stopping:
+                    self._launch.shut_down(event.reason)
+                return
+            case events.Planned():
+                labels = [part.label for part in event.parts]
+                for label in labels:
+                    self._take(self.part(label))
+                    self._successors.pop(label, None)
+                parts = tuple(self._parts[label] for label in labels)
+                event = events.Planned(parts)
+            case events.Warned():
+                event = events.Warned(f'{self.machine.name}: {event.text}')
+            case events.RosLost():
+                name = self.machine.name
+                event = events.RosLost(f'{name}: {event.reason}')
+            case events.Suspended() if self._is_ours(event):
+                return
+            case events.Started():
+                self._modes.pop(event.process.label, None)
+            case events.Exited():
+                # the last line of a process counts before its exit code
+                self._launch.end_lines(event.process.label)
+            case _:
+                pass
+        self.states.handle(event)
+        self._launch.tell(event)
+        # a failure ends the launch before the next event undoes it
+        self._launch.check_conditions()
+        if isinstance(event, events.Dropped):
+            self._forget(event.process.label)
+
+    def _is_ours(self, event: events.Suspended) -> bool:
+        """Tell whether a process is held, or goes on, with the launch."""
+        label = event.process.label
+        is_ours = label in self._suspended
+        if event.signal != signal.SIGSTOP:
+            self._suspended.discard(label)
+        return is_ours
+
+    def _take_dropped(self, size: object) -> None:
+        """
+        Say that output is missing.
+
+        :raises EventError: when it is not said how much
+        """
+        if type(size) is not int or size < 0:
+            raise EventError('it is not told how much output is missing')
+        name = self.machine.name
+        self._tell(
+            events.Warned(
+                f'{name}: {size_text(size)} of output are missing: they came '
+                'while the link was lost, and did not fit within the limit '
+                'of the logs (--log-limit)'
+            )
+        )
+
+    def _take_modes(self, modes: object) -> None:
+        """
+        Take how a terminal reads what is typed.
+
+        :raises EventError: when that is not said
+        """
+        match modes:
+            case {
+                'label': str(label),
+                'lines': bool(lines),
+                'echo': bool(echo),
+            } if label in self._parts:
+                flags = termios.ICANON if lines else 0
+                self._modes[label] = flags | (termios.ECHO if echo else 0)
+            case _:
+                raise EventError('the modes of a terminal are not told')
+
+    def _told_part(self, label: str) -> Process | Component | None:
+        """Return what a machine means that tells a label."""
+        part = self._parts.get(label)
+        if part is None and label == UNATTRIBUTED:
+            # what belongs to no process for sure
+            name = f'{label} of {self.machine.name}'
+            for process in self.processes():
+                return replace(process, label=name)
+        return part
+
+    def _learn(self, entries: Sequence[Entry]) -> None:
+        """
+        Take what stands in a plan.
+
+        :raises ValueError: when a label is taken
+        """
+        more = _parts_of(Plan(tuple(entries)))
+        for part in more:
+            if part.label in self._parts:
+                raise ValueError(f'there is a process {part.label} already')
+        for part in more:
+            self._take(part)
+        self._has_timers |= _has_lasting_timers(entries)
+        self._entries += entries
+
+    def _take(self, part: Process | Component) -> None:
+        before = self._parts.get(part.label)
+        if before is not None:
+            self._by_name.pop(before.ros_name, None)
+        self._parts[part.label] = part
+        self._by_name[part.ros_name] = part.label
+
+    def _forget(self, label: str) -> None:
+        part = self._parts.pop(label, None)
+        if part is not None:
+            self._by_name.pop(part.ros_name, None)
+        self._successors.pop(label, None)
+        self._missing.discard(label)
+        self.states.forget(label)
+
+    def _written(self, plan: Plan) -> str:
+        return plan_to_json(self._localised(plan))
+
+    def _tell(self, event: events.Event) -> None:
+        if self._launch is not None:
+            self._launch.tell(event)
+
+    def _tell_refusal(self, answer: Mapping[str, Any]) -> None:
+        error = _error_of(answer)
+        if error is not None:
+            self._tell(events.Warned(f'{self.machine.name}: {error}'))
+
+    def _why_not(self) -> str:
+        name = self.machine.name
+        if self.state == 'done':
+            return f'nothing runs on {name} any more'
+        if self.state == 'gone':
+            return f'{name} is gone: {self.reason}'
+        return f'the link to {name} is lost: {self.reason}'
+
+    def _waits(self) -> str:
+        """Say what a launch that stops waits for while the link is lost."""
+        if self.machine.on_lost == 'keep':
+            return (
+                'the link is lost, so it is waited for until it can be told '
+                'to stop; Ctrl-C again leaves its processes running there'
+            )
+        return (
+            'the link is lost, so it is waited for until its processes have '
+            'stopped there by themselves; Ctrl-C again does not wait'
+        )
+
+    def _mind_end(self) -> None:
+        """Have it end within the time that what is there takes for that."""
+        timeouts = map(timeouts_of, self.processes())
+        longest = max((t.sigterm + t.sigkill for t in timeouts), default=0.0)
+        self._ends_by = self._clock() + longest + END_PATIENCE
+
+    def _refuse_all(self, why: str) -> None:
+        """Answer all requests, as nobody else will."""
+        waiting, self._requests = self._requests, {}
+        for done in waiting.values():
+            done({'error': why})
+
+    def _give_up(self, reason: str) -> None:
+        if not self.is_over:
+            self._end(reason)
+        self._link.close()
+
+    def _mind_guard(self) -> None:
+        """Have the processes of the link end with the launcher."""
+        pids = self._link.pids
+        if self._launch is None or pids == self._guarded:
+            return
+        for pid in self._guarded - pids:
+            self._launch.release_group(pid)
+        for pid in pids - self._guarded:
+            self._launch.guard_group(pid)
+        self._guarded = pids
+
+    def seconds_to_wait(self) -> float | None:
+        """Return the seconds until :meth:`advance` is to be called again."""
+        return self._link.seconds_to_wait()
+
+
+def _parts_of(plan: Plan) -> list[Process | Component]:
+    return [*plan.processes(), *plan.components()]
+
+
+def _past(seconds: object) -> float | None:
+    """Return when something happened, None for now."""
+    if not isinstance(seconds, int | float):
+        return None
+    # what comes as fast as it can has the time of here, so that times grow
+    is_late = 0 < seconds < time.time() - LATE
+    return float(seconds) if is_late else None
+
+
+def _has_lasting_timers(entries: Iterable[Entry]) -> bool:
+    """Tell whether there is a timer that a shutdown does not drop."""
+    return any(
+        not e.cancel_on_shutdown or _has_lasting_timers(e.entries)
+        for e in entries
+        if isinstance(e, Timer)
+    )
+
+
+def soonest(waits: Iterable[float | None]) -> float | None:
+    """Return the shortest of some times to wait, None for ever."""
+    shortest = min((w for w in waits if w is not None), default=math.inf)
+    return None if shortest == math.inf else shortest
+
+
+def _error_of(answer: Mapping[str, Any]) -> str | None:
+    error = answer.get('error')
+    return None if error is None else printable(str(error))

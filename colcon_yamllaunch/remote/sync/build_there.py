@@ -1,0 +1,272 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+Building on the machine, by the colcon there.
+
+Runs on the machine, in the process that the connection ends in. What is to be
+built is decided as for launches there, by the Python that the colcon there
+runs with: see `colcon_there.py`, which it runs. When this process or the
+connection ends, so does the build.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from contextlib import suppress
+import json
+import os
+from pathlib import Path
+import select
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from typing import Any
+
+import colcon_yamllaunch
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.remote.sync.lock_there import hold
+from colcon_yamllaunch.remote.sync.sources_there import changed_trees
+from colcon_yamllaunch.remote.sync.sources_there import prepared_root
+from colcon_yamllaunch.remote.sync.sources_there import record_build
+from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
+
+Say = Callable[[str], None]
+
+#: Runs `colcon_there.py`, which needs our modules.
+_PROGRAM = """\
+import sys
+sys.path.insert(0, sys.argv.pop(1))
+from colcon_yamllaunch.remote.sync.colcon_there import main
+sys.exit(main())
+"""
+#: How much the clock of a file server may be behind (seconds).
+_CLOCKS = 1.0
+#: How long a build has to end, after which it is killed (seconds).
+_PATIENCE = 10.0
+#: How long a shell may take to say where colcon is (seconds).
+_SHELL_TIMEOUT = 10.0
+#: How often it is looked whether who asked is there still (milliseconds).
+_INTERVAL = 500
+#: How much of a line of output is shown at most (bytes).
+_LINE = 64 * 1024
+#: Where colcon is when it is not on the path.
+_USUAL = ('~/.local/bin/colcon', '/usr/local/bin/colcon', '/usr/bin/colcon')
+
+
+def begin(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
+    """
+    Take the lock of the workspace, and look whether all is there already.
+
+    The arguments are `workspace`, its root; `build_base`; `title`, the
+    command; `launcher`, its boot id and process id; `digests`, those of the
+    trees by place; and `build`, the arguments of :func:`build` if it is to
+    build at once what is there. Return the `root`; the places that are
+    `changed`; the `holder` of the lock, for :func:`lock_there.release`; and
+    what :func:`build` returns if nothing is changed.
+    """
+    root = prepared_root(str(arguments['workspace']), say)
+    holder = hold(root, arguments, say)
+    changed = changed_trees(root, arguments['digests'])
+    answer = {'root': root, 'changed': changed, 'holder': holder}
+    if not changed and arguments.get('build'):
+        answer |= build({**arguments['build'], 'root': root}, say)
+    return answer
+
+
+def build(arguments: Mapping[str, Any], say: Say) -> dict[str, Any]:
+    """
+    Build what is stale, with the output of colcon.
+
+    The arguments are those of `colcon_there.py`, which it says what they are.
+    Return what it returns.
+    """
+    python = colcon_python()
+    # a clock of a file server may be behind ours
+    begin = time.time() - _CLOCKS
+    package = Path(colcon_yamllaunch.__file__).parent
+    reading, writing = os.pipe()
+    # it ends when this process does, as then nobody holds the other end
+    mine, its = os.pipe()
+    try:
+        request = json.dumps({**arguments, 'result': writing, 'life': mine})
+        with subprocess.Popen(
+            [*python, '-c', _PROGRAM, str(package.parent)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            cwd=str(arguments['root']),
+            pass_fds=(writing, mine),
+            # a signal for this process is not for it, which is asked to end
+            start_new_session=True,
+        ) as process:
+            os.close(writing)
+            os.close(mine)
+            writing = mine = -1
+            try:
+                _send(process, request)
+                for line in _lines(process):
+                    say(line)
+            finally:
+                os.close(its)
+                its = -1
+                _end(process)
+            result = _read(reading)
+    finally:
+        for descriptor in (reading, writing, mine, its):
+            if descriptor != -1:
+                os.close(descriptor)
+    if not result:
+        raise UserError(
+            'the build ended before its time: ' + _ending(process.returncode)
+        )
+    answer: dict[str, Any] = json.loads(result)
+    # what failed may have written, too
+    if answer.get('built') or 'error' in answer:
+        record_build(str(arguments['root']), begin)
+    if 'error' in answer:
+        raise UserError(str(answer['error']))
+    return answer
+
+
+def colcon_python() -> list[str]:
+    """
+    Return the command of the Python that the colcon there runs with.
+
+    :raises UserError: when there is no colcon
+    """
+    for program in _colcons():
+        with suppress(OSError):
+            words = _interpreter(program)
+            if words:
+                return words
+    raise UserError(
+        'colcon is not installed there, which is to build the packages: '
+        "install it there ('sudo apt install python3-colcon-common-"
+        "extensions', or 'pip install colcon-common-extensions'), or bring "
+        'what is built here, by `sync: install`'
+    )
+
+
+def _colcons() -> Iterator[str]:
+    # that of a virtual environment that `python:` names
+    folder = os.path.dirname(sys.executable)
+    path = os.path.join(folder, 'colcon')
+    if os.path.exists(f'{folder}/../pyvenv.cfg') and os.access(path, os.X_OK):
+        yield path
+    found = shutil.which('colcon')
+    if found:
+        yield found
+    for path in _USUAL:
+        program = os.path.expanduser(path)
+        if os.access(program, os.X_OK):
+            yield program
+    # as the user has it when he logs in
+    shell = os.environ.get('SHELL') or '/bin/sh'
+    with suppress(OSError, subprocess.SubprocessError):
+        printed = subprocess.run(
+            [shell, '-lc', 'command -v colcon'],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=_SHELL_TIMEOUT,
+        ).stdout
+        lines = os.fsdecode(printed).splitlines()
+        if lines and lines[-1].startswith('/'):
+            yield lines[-1]
+
+
+def _interpreter(program: str) -> list[str]:
+    """Return the words of the Python in the first lines of a program."""
+    with open(program, 'rb') as file:
+        start = os.fsdecode(file.read(4096))
+    lines = start.splitlines()
+    words = shlex.split(lines[0][2:]) if start.startswith('#!') else []
+    if words and os.path.basename(words[0]) == 'env':
+        words = [w for w in words[1:] if w != '-S']
+        path = shutil.which(words[0]) if words else None
+        words = [path, *words[1:]] if path else []
+    elif words and os.path.basename(words[0]) == 'sh' and len(lines) > 1:
+        # how pip writes a path that is too long: '''exec' PATH "$0" "$@"
+        words = shlex.split(lines[1].replace("'''exec'", '', 1))[:1]
+    if words and 'python' in os.path.basename(words[0]):
+        return words
+    beside = Path(os.path.realpath(program)).with_name('python3')
+    return [str(beside)] if beside.exists() else []
+
+
+def _send(process: 'subprocess.Popen[bytes]', request: str) -> None:
+    assert process.stdin is not None
+    with suppress(BrokenPipeError):
+        process.stdin.write(request.encode())
+        process.stdin.close()
+    # so that `communicate` does not close it again
+    process.stdin = None
+
+
+def _lines(process: 'subprocess.Popen[bytes]') -> Iterator[str]:
+    """
+    Iterate over the lines of the output, as they come.
+
+    :raises UserError: when who asked for them is gone meanwhile
+    """
+    assert process.stdout is not None
+    output = process.stdout.fileno()
+    poller = select.poll()
+    poller.register(output, select.POLLIN)
+    asking = os.getppid()
+    rest = b''
+    while True:
+        ready = poller.poll(_INTERVAL)
+        if os.getppid() != asking:
+            # whoever asked for this is gone
+            raise UserError('the connection has ended')
+        for _ in ready:
+            data = os.read(output, 64 * 1024)
+            if not data:
+                if rest:
+                    yield _text(rest)
+                return
+            *whole, rest = (rest + data).split(b'\n')
+            for line in whole:
+                yield _text(line)
+            if len(rest) > _LINE:
+                yield _text(rest)
+                rest = b''
+
+
+def _text(line: bytes) -> str:
+    return line.decode(errors='replace').rstrip('\r')
+
+
+def _end(process: 'subprocess.Popen[bytes]') -> None:
+    """Wait for the end of a build, which was asked to end if it runs."""
+    deadline = time.monotonic() + _PATIENCE
+    while process.poll() is None and time.monotonic() < deadline:
+        with suppress(subprocess.TimeoutExpired):
+            # its output must not hold it up
+            process.communicate(timeout=0.1)
+    if process.poll() is None:
+        process.kill()
+        process.wait()
+    if process.returncode < 0:
+        # nobody else ends what it has started
+        BuildProcesses(builder=process.pid).end()
+
+
+def _read(descriptor: int) -> bytes:
+    result = b''
+    while data := os.read(descriptor, 64 * 1024):
+        result += data
+    return result
+
+
+def _ending(returncode: int) -> str:
+    if returncode >= 0:
+        return f'exit code {returncode}'
+    with suppress(ValueError):
+        return signal.Signals(-returncode).name
+    return f'signal {-returncode}'

@@ -1,0 +1,75 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What a machine is told about its part of a launch, besides the plan."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from dataclasses import field
+from dataclasses import fields
+from typing import Any
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.engine import limits
+
+#: Seconds without a word from the launcher after which a part is stopped.
+LOST_AFTER = 10.0
+#: Seconds between two heartbeats at most, and how many heartbeats at least
+#: are due before a link is lost.
+HEARTBEAT = 1.0
+_BEATS = 5
+
+
+def heartbeat_of(lost_after: float) -> float:
+    """Return the seconds between two heartbeats of either side."""
+    return min(HEARTBEAT, lost_after / _BEATS)
+
+
+@dataclass(frozen=True, slots=True)
+class PartSettings:
+    """
+    How a part of a launch is run.
+
+    :param machine: The name of the machine
+    :param workspace: The workspace there that is sourced, or None
+    :param variables: What goes along of the user's environment
+    :param on_lost: `stop`, `restart` or `keep`, see `Machine`
+    :param lost_after: Seconds without a word from the launcher after which
+      the link is lost
+    :param log_name: The name of its log folder, None to keep no logs there
+    :param log_limit: What its logs may take together, in bytes, or None; what
+      is kept for a lost connection may take as much
+    :param kept_logs: How many log folders of earlier launches are kept, or
+      None to leave them alone
+    :param logs_limit: What these may take together, in bytes, or None
+    :param tty: Whether each process gets a terminal
+    :param rows: The size of such terminals
+    :param columns: The size of such terminals
+    """
+
+    machine: str
+    workspace: str | None = None
+    variables: Mapping[str, str] = field(default_factory=dict)
+    on_lost: str = 'stop'
+    lost_after: float = LOST_AFTER
+    log_name: str | None = None
+    log_limit: int | None = limits.LOG_LIMIT
+    kept_logs: int | None = None
+    logs_limit: int | None = None
+    tty: bool = False
+    rows: int = 24
+    columns: int = 80
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as an object for JSON."""
+        return {**asdict(self), 'variables': dict(self.variables)}
+
+    @staticmethod
+    def from_json(data: Mapping[str, Any]) -> 'PartSettings':
+        """
+        Return what an object tells of.
+
+        :raises TypeError: when something is missing
+        """
+        known = {f.name for f in fields(PartSettings)}
+        return PartSettings(**{k: v for k, v in data.items() if k in known})

@@ -1,0 +1,353 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+A terminal whose output scrolls as ever, above a block that stays.
+
+The block stands below the cursor, which is where the output goes on. So it is
+erased by one sequence, also after the terminal has wrapped its lines anew for
+another size; where the launcher is killed, its guard has no more to do than to
+erase what stands below the cursor, which is visible all the time.
+
+Output erases the block, which is drawn again with the end of it. Where much
+comes, that would be too often, or leave it out of sight: then the lines above
+it scroll alone, in a scroll region that is one for the time of one write.
+
+This is no library's, such as prompt_toolkit's: to import that takes 0.07 s of
+a processor, and all that a launch has for its terminal 0.01 s; and what is
+written above its prompt waits in a queue without a bound, where processes are
+to wait that write more than a terminal takes.
+"""
+
+from collections.abc import Callable
+import math
+import os
+import select
+import time
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.engine.output.writer import Writer
+from colcon_yamllaunch.terminal.status_block import Block
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.terminal.escape_sequences import InLineOutput
+
+#: Seconds between two drawings of the block. What is written meanwhile is held
+#: back, so that the block is not missing for a moment.
+INTERVAL = 0.1
+#: The same where the terminal does not take what it gets as fast as it comes.
+SLOW_INTERVAL = 1.0
+#: Bytes that are held back at most; as many in that time are a flood.
+HELD = 64 * 1024
+#: Seconds that a terminal gets to take the last of it before a suspension.
+PATIENCE = 0.2
+
+# ECMA-48 but for the cursor, whose place DEC's terminals save (DECSC, DECRC)
+_SAVE = '\x1b7'
+_RESTORE = '\x1b8'
+_INDEX = '\x1bD'
+_PLAIN = '\x1b[0m'
+# a line that takes more cells than we think does not become two (DECAWM)
+_CUT = '\x1b[?7l'
+_WRAP = '\x1b[?7h'
+_TO_LINE_END = '\x1b[K'
+_TO_SCREEN_END = '\x1b[J'
+
+#: Returns the block at a time, None for none, and when it may be another one,
+#: if nothing happens before.
+Compose = Callable[[float], tuple[Block | None, float | None]]
+
+
+class Foot(Writer):
+    """
+    A writer to a terminal, whose block is drawn by who calls :meth:`begin`.
+
+    :param clock: Returns seconds that never go back
+    """
+
+    def __init__(
+        self, descriptor: int, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        super().__init__(descriptor)
+        self._clock = clock
+        self._compose: Compose | None = None
+        self._block = Block(())
+        # whether it ends all that was written; whether there is none now;
+        # whether that is to be asked again
+        self._is_shown = False
+        self._is_hidden = False
+        self._is_stale = False
+        self._in_line: dict[object, InLineOutput] = {}
+        # whether a process may have left its colours on
+        self._is_painted = False
+        # whether the output ends in the middle of a line
+        self._is_mid_line = False
+        # when it may be drawn again, and when it may be another one
+        self._now = self._due = 0.0
+        self._next: float | None = None
+        self._is_holding = False
+        # whether the terminal has not taken all that it got, and whether it
+        # has taken anything since the last drawing
+        self._is_behind = False
+        self._has_moved = True
+        # its size, if known, and how many lines there are below the cursor at
+        # most
+        self._size = os.terminal_size((0, 0))
+        self._lines_below = 0
+        # bytes of output since a time, and whether they were many before it
+        self._amount = 0
+        self._counted = 0.0
+        self._is_flooded = False
+        # whether the lines above the block scroll alone, in a region of theirs
+        self._in_region = False
+
+    def begin(self, compose: Compose) -> None:
+        """Have a block from now on."""
+        self._compose = compose
+        self.resized()
+
+    def resized(self) -> None:
+        """Draw the block anew, in a terminal of maybe another size."""
+        self._size = self._size_now()
+        self._lines_below = self._size.lines
+        self._is_stale = True
+
+    def end(self) -> None:
+        """Have no block any more; the output goes on in its place."""
+        if self._is_shown:
+            self._erase()
+        self._end_colours()
+        self._compose = None
+        self._is_holding = False
+        self.flush()
+
+    def leave(self) -> None:
+        """Have no block any more, before the terminal is somebody else's."""
+        self.end()
+        poll = select.poll()
+        poll.register(self.descriptor, select.POLLOUT)
+        end = time.monotonic() + PATIENCE
+        while self.waits() and poll.poll(
+            1000 * max(0.0, end - time.monotonic())
+        ):
+            self.flush()
+
+    def touch(self, *, at_once: bool = False) -> None:
+        """
+        Draw the block anew, as soon as it is due.
+
+        :param at_once: Whether that is now, as somebody types
+        """
+        self._is_stale = True
+        if at_once:
+            self._due = 0.0
+
+    def write(self, key: object, data: bytes) -> None:
+        """Take something to be shown above the block."""
+        if data and self._is_painted:
+            if self._is_shown:
+                self._erase()
+            self._end_colours()
+        self._write_above(key, data)
+
+    def write_raw(self, key: object, data: bytes) -> None:
+        """Take what a process wrote; it does not get at the block."""
+        if key not in self._in_line:
+            # few processes have the keyboard
+            from colcon_yamllaunch.terminal.escape_sequences import (
+                InLineOutput,
+            )
+
+            self._in_line[key] = InLineOutput()
+        data = self._in_line[key].feed(data)
+        self._is_painted |= b'\x1b' in data
+        self._write_above(key, data)
+        # somebody types
+        self._due = 0.0
+
+    def steer(self, data: bytes) -> None:
+        """Take what shows nothing, as the title; the block stays."""
+        super().write(None, data)
+
+    def flush(self) -> None:
+        """Show as much as can be shown without waiting, and the block."""
+        # in a flood this is called for a few kilobytes each
+        self._is_holding = False
+        if self._in_region:
+            self._end_region()
+        if self._compose is not None and not self.broken:
+            now = self._now = self._clock()
+            if now >= self._counted + INTERVAL:
+                self._is_flooded = self._amount >= HELD
+                self._amount, self._counted = 0, now
+            if self._next is not None and now >= self._next:
+                self._is_stale = True
+            if self._is_stale or not (self._is_shown or self._is_hidden):
+                if now >= self._due_now():
+                    self._draw(self._compose, now)
+                elif self._may_hold():
+                    self._is_holding = True
+                    return
+        super().flush()
+        self._is_behind = bool(self._queue)
+
+    def waits(self) -> bool:
+        """Tell whether something waits for the terminal."""
+        return not self._is_holding and super().waits()
+
+    def seconds_to_wait(self) -> float | None:
+        """Return the seconds until there is something to be drawn."""
+        if self._compose is None or self.broken:
+            return None
+        due = self._next
+        if self._is_stale or not (self._is_shown or self._is_hidden):
+            due = self._due_now()
+        # since the last flush, which has been just now
+        return None if due is None else max(0.0, due - self._now)
+
+    def _write_above(self, key: object, data: bytes) -> None:
+        if not data or self.broken:
+            return
+        self._amount += len(data)
+        if self._is_shown:
+            if self._may_scroll_above(data):
+                self._scroll_above(key, data)
+                return
+            self._erase()
+        super().write(key, data)
+        self._is_mid_line = not data.endswith(b'\n')
+        if self._lines_below:
+            self._lines_below = max(0, self._lines_below - data.count(b'\n'))
+
+    def _end_colours(self) -> None:
+        if self._is_painted:
+            self._is_painted = False
+            super().write(None, _PLAIN.encode())
+
+    def _may_hold(self) -> bool:
+        """Tell whether what waits is to be shown with the next drawing."""
+        is_missing = not (self._is_shown or self._is_hidden)
+        return is_missing and self._total < HELD and not self._is_behind
+
+    def _due_now(self) -> float:
+        if not self._is_behind:
+            return self._due
+        if not self._has_moved:
+            # it takes nothing at all
+            return math.inf
+        if not self._is_shown and self._lines_below < len(self._block.lines):
+            # once it is drawn it stays
+            return self._due
+        return self._due - INTERVAL + SLOW_INTERVAL
+
+    def _draw(self, compose: Compose, now: float) -> None:
+        if self._is_stale:
+            before = self._block
+            block, self._next = compose(now)
+            self._is_stale = False
+            self._is_hidden = block is None
+            if block is None:
+                if self._is_shown:
+                    self._erase()
+                return
+            if self._is_shown and block == before:
+                return
+            if self._is_shown and before.cursor is not None:
+                super().write(None, _RESTORE.encode())
+            self._block = block
+        super().write(None, drawn(self._block, self._is_mid_line))
+        lines = len(self._block.lines) - 1 + self._is_mid_line
+        self._lines_below = max(self._lines_below, lines)
+        self._is_shown = True
+        self._has_moved = False
+        self._due = now + INTERVAL
+
+    def _took(self, size: int) -> None:
+        super()._took(size)
+        self._has_moved = True
+
+    def _may_scroll_above(self, data: bytes) -> bool:
+        """Tell whether the block can stay while lines are shown above it."""
+        if self._in_region:
+            return data.endswith(b'\n')
+        below = len(self._block.lines) - 1
+        return (
+            (self._is_flooded or self._is_behind)
+            and data.endswith(b'\n')
+            and not self._is_mid_line
+            # which the block would be drawn with
+            and not self._is_painted
+            # it is at the end of the terminal, for sure
+            and self._lines_below == below
+            and self._size.lines > below + 2
+            and self._size == self._size_now()
+        )
+
+    def _scroll_above(self, key: object, data: bytes) -> None:
+        """Show lines above the block, which stays."""
+        if not self._in_region:
+            self._in_region = True
+            last = self._size.lines - len(self._block.lines)
+            super().write(None, b'\x1b[1;%dr\x1b[%d;1H' % (last, last))
+        # not below the last one, as there the block begins
+        self._add(None, b'\n')
+        self._add(key, memoryview(data)[:-1])
+
+    def _end_region(self) -> None:
+        """Take the cursor back to where it rests."""
+        if self._in_region:
+            self._in_region = False
+            line, column = self._block.cursor or (0, 0)
+            line += self._size.lines - len(self._block.lines) + 1
+            super().write(None, b'\x1b[r\x1b[%d;%dH' % (line, column + 1))
+
+    def _size_now(self) -> os.terminal_size:
+        try:
+            return os.get_terminal_size(self.descriptor)
+        except OSError:
+            return os.terminal_size((0, 0))
+
+    def _erase(self) -> None:
+        self._end_region()
+        self._is_shown = False
+        data = erased(self._block, self._is_mid_line)
+        super().write(None, data)
+
+
+def drawn(block: Block, is_mid_line: bool) -> bytes:
+    """
+    Return what draws a block, and leaves the cursor where it was.
+
+    :param is_mid_line: Whether it is in the middle of a line, which stays
+    """
+    lines = block.lines
+    if not lines:
+        return _TO_SCREEN_END.encode()
+    below = len(lines) - 1 + is_mid_line
+    # to make room may scroll, and then the cursor moves with its line
+    room = f'{_INDEX * below}\x1b[{below}A' if below else ''
+    start = '\r\n' if is_mid_line else '\r'
+    text = f'{_TO_LINE_END}\r\n'.join(lines)
+    back = _RESTORE
+    if block.cursor is not None:
+        line, column = block.cursor
+        up = len(lines) - 1 - line
+        back = '\r'
+        if up:
+            back += f'\x1b[{up}A'
+        if column:
+            back += f'\x1b[{column}C'
+    body = f'{_PLAIN}{_CUT}{start}{text}{_TO_SCREEN_END}{_WRAP}'
+    return f'{room}{_SAVE}{body}{back}'.encode(errors='replace')
+
+
+def erased(block: Block, is_mid_line: bool) -> bytes:
+    """Return what erases a block that was drawn, and takes the cursor back."""
+    back = _RESTORE if block.cursor is not None else ''
+    if is_mid_line and not block.lines:
+        return back.encode()
+    # it may be at the start of its line, though in the middle of what is
+    # written, and what is erased gets the background that is on
+    start, down = ('', '\x1b[B') if is_mid_line else ('\r', '')
+    erase = f'{_PLAIN}{down}\r{_TO_SCREEN_END}'
+    return f'{back}{start}{_SAVE}{erase}{_RESTORE}'.encode()

@@ -1,0 +1,236 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The last lines of each process, in bounded memory."""
+
+from collections import deque
+from collections.abc import Collection
+from collections.abc import Iterator
+from dataclasses import dataclass
+import heapq
+from operator import attrgetter
+
+from colcon_yamllaunch.control.subscription import Wrote
+from colcon_yamllaunch.engine.output.lines import legible
+from colcon_yamllaunch.observers.line_filter import last_state
+from colcon_yamllaunch.observers.line_filter import TIMES
+from colcon_yamllaunch.observers.log_levels import Level
+from colcon_yamllaunch.observers.log_levels import level_of
+
+#: Lines that are kept of each process.
+LINES_KEPT = 5_000
+#: Characters that are kept of all processes together.
+CHARACTERS_KEPT = 16 * 1024 * 1024
+#: Characters that are kept of a line; the log has all of it.
+LONGEST_LINE = 4_000
+
+
+@dataclass(slots=True, eq=False)
+class Line:
+    """
+    A line.
+
+    :param order: Counts all lines of the launch
+    :param time: When it came, in seconds since the epoch
+    :param label: The process that it is of; None where it is of the launch
+    :param text: What is shown of it, colours included
+    :param level: Its level, or that of a line before which it goes with
+    :param is_leveled: Whether that is its own
+    :param is_told: Whether it tells of the process, which did not write it
+    :param count: How often it came in a row
+    """
+
+    order: int
+    time: float
+    label: str | None
+    text: str
+    level: Level = Level.INFO
+    is_leveled: bool = False
+    is_told: bool = False
+    count: int = 1
+
+
+@dataclass(slots=True)
+class _Kept:
+    """
+    What is kept of one process.
+
+    :param size: The characters of all lines
+    :param levels: The level of the last line of each stream
+    :param unfinished: The lines that go on in place, by stream
+    """
+
+    lines: deque[Line]
+    size: int
+    levels: dict[str, Level]
+    unfinished: dict[str, Line]
+
+
+class OutputStore:
+    """
+    Keeps the last lines.
+
+    :param limit: Lines that are kept of each process
+    :param characters: Characters that are kept of all of them
+    :param form: That of lines, see `log_levels.FORMAT`
+    """
+
+    def __init__(
+        self,
+        limit: int = LINES_KEPT,
+        characters: int = CHARACTERS_KEPT,
+        form: str | None = None,
+    ) -> None:
+        self._limit = limit
+        self._characters = characters
+        self._form = form
+        self._kept: dict[str | None, _Kept] = {}
+        self._size = 0
+        self._order = 0
+        # the last line, and what it is compared by
+        self._last: tuple[Line, bytes] | None = None
+        #: Lines that have become others since somebody took note, in order.
+        self.altered: dict[Line, None] = {}
+
+    @property
+    def size(self) -> int:
+        """The characters that are kept."""
+        return self._size
+
+    def take(self, wrote: Wrote) -> list[Line]:
+        """
+        Take what a process wrote, and return the lines that are new.
+
+        A progress display that goes back by a carriage return is one line,
+        which changes. So does one that comes again.
+        """
+        kept = self._of(wrote.process)
+        text = wrote.data
+        *pieces, rest = text.split(b'\n')
+        if rest:
+            pieces.append(rest)
+        # of a lot only the end is kept
+        skipped = max(0, len(pieces) - self._limit)
+        made = []
+        for number, piece in enumerate(pieces[skipped:], skipped):
+            is_open = number == len(pieces) - 1 and bool(rest)
+            line = self._piece(kept, wrote, piece, is_open)
+            if line is not None:
+                made.append(line)
+        self._shrink()
+        return made
+
+    def tell(
+        self, label: str | None, text: str, time: float, level: Level
+    ) -> Line:
+        """Take a line about a process, or about the launch."""
+        kept = self._of(label)
+        # what the process writes next is no part of the line before
+        kept.unfinished.clear()
+        kept.levels.clear()
+        line = self._new(time, label, text[:LONGEST_LINE], level)
+        line.is_told = True
+        self._add(kept, line)
+        self._last = None
+        self._shrink()
+        return line
+
+    def alter(self, line: Line, text: str) -> None:
+        """Let a line, about a process or of one, be another."""
+        kept = self._of(line.label)
+        self._grow(kept, len(text) - len(line.text))
+        line.text = text
+        self.altered[line] = None
+
+    def lines(self, labels: Collection[str] | None) -> Iterator[Line]:
+        """
+        Iterate over lines in the order in which they came.
+
+        :param labels: The processes that are meant; None for all. Those of
+          the launch are always among them
+        """
+        meant = [
+            kept.lines
+            for label, kept in self._kept.items()
+            if label is None or labels is None or label in labels
+        ]
+        return heapq.merge(*meant, key=attrgetter('order'))
+
+    def _piece(
+        self, kept: _Kept, wrote: Wrote, piece: bytes, is_open: bool
+    ) -> Line | None:
+        """Take a line; return it unless it is one that was there."""
+        stream = wrote.stream
+        goes_on = is_open and piece.endswith(b'\r')
+        # what was written over is not seen any more
+        piece = last_state(piece)
+        own_level = level_of(piece, self._form)
+        level = own_level or kept.levels.get(stream)
+        if level is None:
+            # what nodes log goes to stderr, and begins with a level
+            level = Level.ERROR if stream == 'stderr' else Level.INFO
+        kept.levels[stream] = level
+        text = legible(piece[: 4 * LONGEST_LINE], terminal=True).decode()
+        if len(text) > LONGEST_LINE:
+            text = text[:LONGEST_LINE] + '…'
+        before = kept.unfinished.pop(stream, None)
+        if before is not None:
+            if text:
+                self.alter(before, text)
+                before.time = wrote.time
+                before.level = level
+            if goes_on:
+                kept.unfinished[stream] = before
+            return None
+        compared = TIMES.sub(b'', piece)
+        if self._last is not None:
+            last, by = self._last
+            if by == compared and last.label == wrote.process:
+                last.count += 1
+                last.time = wrote.time
+                self.alter(last, text)
+                return None
+        line = self._new(wrote.time, wrote.process, text, level)
+        line.is_leveled = own_level is not None
+        if goes_on:
+            kept.unfinished[stream] = line
+        self._add(kept, line)
+        # an empty line parts others
+        self._last = (line, compared) if piece else None
+        return line
+
+    def _of(self, label: str | None) -> _Kept:
+        kept = self._kept.get(label)
+        if kept is None:
+            kept = self._kept[label] = _Kept(deque(), 0, {}, {})
+        return kept
+
+    def _new(
+        self,
+        time: float,
+        label: str | None,
+        text: str,
+        level: Level,
+    ) -> Line:
+        self._order += 1
+        return Line(self._order, time, label, text, level)
+
+    def _add(self, kept: _Kept, line: Line) -> None:
+        kept.lines.append(line)
+        self._grow(kept, len(line.text) + 1)
+        if len(kept.lines) > self._limit:
+            self._drop(kept)
+
+    def _drop(self, kept: _Kept) -> None:
+        self._grow(kept, -len(kept.lines.popleft().text) - 1)
+
+    def _grow(self, kept: _Kept, size: int) -> None:
+        kept.size += size
+        self._size += size
+
+    def _shrink(self) -> None:
+        """Leave out the oldest lines of whoever has most."""
+        while self._size > self._characters:
+            biggest = max(self._kept.values(), key=attrgetter('size'))
+            for _ in range((len(biggest.lines) + 1) // 2):
+                self._drop(biggest)

@@ -1,0 +1,114 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The first line of the full screen, and the last one."""
+
+from collections.abc import Collection
+
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.common.table import duration
+from colcon_yamllaunch.common.table import size
+from colcon_yamllaunch.terminal.full_screen.key_table import ON_ALL
+from colcon_yamllaunch.terminal.full_screen.key_table import ON_ONE
+from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
+from rich.table import Table
+from rich.text import Text
+
+# the keys that must not be cut, as they lead to all others, and the one to
+# what a narrow terminal does not show
+_LEADING = ('?', 'q')
+_SWITCH = 'Tab'
+
+
+def title_text(model: LaunchModel, *, follows: bool) -> Text:
+    """
+    Return what one should know of a launch, the most important first.
+
+    :param follows: Whether the end of the output is in sight
+    """
+    state = model.state
+    text = Text(no_wrap=True, overflow='ellipsis')
+    if model.ending:
+        words = 'ended'
+        if model.exit_code is not None:
+            words += f', exit code {model.exit_code}'
+        text.append(f' {words} ', 'bold reverse')
+    elif state.stopping:
+        text.append(' stopping ', 'bold reverse yellow')
+    failed = sum(part.label in model.failed for part in state.parts())
+    if failed:
+        text.append(f' {failed} failed ', 'bold reverse red')
+    filtering = model.view.filtering.text
+    if filtering:
+        text.append(f' {one_line(filtering)} ', 'reverse cyan')
+    if not follows:
+        text.append(' held, End follows ', 'reverse')
+    if model.missed_bytes:
+        text.append(f' {size(model.missed_bytes)} missed ', 'yellow')
+    text.append(f' {one_line(state.title)}', 'bold')
+    text.append(f'  {duration(model.seconds)}  pid {state.pid}')
+    if state.watch_paused:
+        text.append('  --watch is off', 'yellow')
+    elif state.watch is not None:
+        style = 'red' if state.watch_failed else ''
+        text.append(f'  watch: {one_line(state.watch) or "…"}', style)
+    return text
+
+
+def keys_text(
+    width: int, *, is_narrow: bool, left_out: Collection[str]
+) -> Text:
+    """
+    Return what keys do, as far as there is room.
+
+    :param is_narrow: Whether there is one pane at a time
+    :param left_out: The actions that can do nothing now
+    """
+    text = Text(no_wrap=True)
+    leading = (*_LEADING, _SWITCH) if is_narrow else _LEADING
+    keys = [
+        key.meaning
+        for key in (*ON_ONE, *ON_ALL)
+        if key.meaning.short and key.action not in left_out
+    ]
+    last = [meaning for meaning in keys if meaning.key in leading]
+    room = width - sum(len(m.key) + len(m.short) + 3 for m in last)
+    shown = []
+    for meaning in keys:
+        cells = len(meaning.key) + len(meaning.short) + 3
+        if meaning not in last and cells <= room:
+            room -= cells
+            shown.append(meaning)
+    for meaning in (*shown, *last):
+        text.append(f'{meaning.key} ', 'bold cyan')
+        text.append(f'{meaning.short}  ', 'dim')
+    return text
+
+
+def help_table(last: str) -> Table:
+    """
+    Return what all keys do.
+
+    :param last: What Ctrl-C does
+    """
+    table = Table.grid(padding=(0, 2), pad_edge=True)
+    table.add_column(style='cyan', no_wrap=True)
+    table.add_column()
+    for title, keys in (
+        ('What the cursor is on', ON_ONE),
+        ('All', ON_ALL),
+    ):
+        table.add_row('', Text(title, 'bold'))
+        for key in keys:
+            table.add_row(key.meaning.key, key.meaning.text)
+        table.add_row()
+    table.add_row('Ctrl-]', 'come back from the process that is typed at')
+    table.add_row('Ctrl-C', last)
+    table.add_row('Ctrl-Z', 'suspend the full screen, and not the launch')
+    table.add_row()
+    table.add_row(
+        'Arrows',
+        'scroll, as Page up and down, Home and End do; the output follows '
+        'what comes while its end is in sight',
+    )
+    return table

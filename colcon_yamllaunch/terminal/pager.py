@@ -1,0 +1,144 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A pager that has the terminal for a while, as another job of a shell."""
+
+from collections import deque
+from collections.abc import Iterator
+from collections.abc import Mapping
+from contextlib import contextmanager
+from contextlib import suppress
+import os
+from pathlib import Path
+import shlex
+import shutil
+import signal
+import time
+
+from colcon_yamllaunch.engine import events
+
+#: The variable with the program, as all have it (environ(7)).
+PAGER = 'PAGER'
+#: Seconds that it gets to end when the launch does.
+PATIENCE = 1.0
+_USUAL = ('less', 'more')
+#: The options of `less`: colours, and the end of the log first.
+LESS = '-R +G'
+#: Bytes of output that are kept meanwhile, and those that a piece of it counts
+#: for beside its own.
+KEPT = 256 * 1024
+PIECE = 256
+
+
+class Pager:
+    """
+    Shows a file, until the user has seen it.
+
+    :param terminal: A descriptor of the terminal, which is ours
+    :raises OSError: when there is no such program
+    :raises ValueError: when :data:`PAGER` is no command line
+    """
+
+    def __init__(
+        self, path: Path, terminal: int, environment: Mapping[str, str]
+    ) -> None:
+        self._terminal = terminal
+        argv = [*command(environment), str(path)]
+        #: Its process, which is the leader of its group, too.
+        self.pid = os.posix_spawnp(
+            argv[0],
+            argv,
+            {'LESS': LESS, **environment},
+            setpgroup=0,
+            setsigdef=(signal.SIGPIPE, signal.SIGTSTP, signal.SIGHUP),
+        )
+        self._give(self.pid)
+        # it may have asked for the terminal before it had it
+        with suppress(ProcessLookupError):
+            os.killpg(self.pid, signal.SIGCONT)
+
+    def quit(self) -> None:
+        """End it; the terminal is as it was then."""
+        with suppress(ProcessLookupError):
+            os.killpg(self.pid, signal.SIGTERM)
+            os.killpg(self.pid, signal.SIGCONT)
+
+    def end(self) -> None:
+        """End it, whatever it does, and wait for that."""
+        self.quit()
+        deadline = time.monotonic() + PATIENCE
+        while not os.waitpid(self.pid, os.WNOHANG)[0]:
+            if time.monotonic() > deadline:
+                os.killpg(self.pid, signal.SIGKILL)
+                os.waitpid(self.pid, 0)
+                return
+            time.sleep(0.01)
+
+    def take_back(self) -> None:
+        """Have the terminal again."""
+        self._give(os.getpgrp())
+
+    def _give(self, group: int) -> None:
+        with _undisturbed(), suppress(OSError):
+            os.tcsetpgrp(self._terminal, group)
+
+
+class PagedOutput:
+    """
+    What happens while a pager has the terminal, and is shown after it.
+
+    There may be more output than anybody wants to see then: the newest is
+    kept.
+    """
+
+    def __init__(self, pager: Pager) -> None:
+        self.pager = pager
+        #: Lines that are not kept.
+        self.lost = 0
+        self._held: deque[tuple[float, events.Event]] = deque()
+        self._size = 0
+
+    def hold(self, event: events.Event) -> None:
+        """Keep what happens now."""
+        self._held.append((time.time(), event))
+        if isinstance(event, events.Output):
+            self._size += PIECE + len(event.data)
+        while self._size > KEPT:
+            self._drop_oldest()
+
+    def take(self) -> Iterator[tuple[float, events.Event]]:
+        """Return what was kept, with the time at which it happened."""
+        while self._held:
+            yield self._held.popleft()
+
+    def _drop_oldest(self) -> None:
+        for index, (_, event) in enumerate(self._held):
+            if isinstance(event, events.Output):
+                del self._held[index]
+                self._size -= PIECE + len(event.data)
+                self.lost += event.data.count(b'\n')
+                return
+
+
+def command(environment: Mapping[str, str]) -> list[str]:
+    """
+    Return the command line that shows files.
+
+    :raises ValueError: when :data:`PAGER` is no command line
+    """
+    words = shlex.split(environment.get(PAGER, ''))
+    if words:
+        return words
+    path = environment.get('PATH', os.defpath)
+    found = (name for name in _USUAL if shutil.which(name, path=path))
+    return [next(found, 'cat')]
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let the terminal be changed from the background (tcsetpgrp(3))."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGTTOU,))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

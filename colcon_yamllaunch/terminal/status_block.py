@@ -1,0 +1,471 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The lines of the status block."""
+
+from collections import Counter
+from collections.abc import Iterable
+from collections.abc import Sequence
+import math
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.outcome import signal_name
+from colcon_yamllaunch.terminal.board import Board
+from colcon_yamllaunch.terminal.board import Countdown
+from colcon_yamllaunch.terminal.board import is_between_states
+from colcon_yamllaunch.terminal.board import is_settled
+from colcon_yamllaunch.terminal.board import Phase
+from colcon_yamllaunch.terminal.board import Row
+from colcon_yamllaunch.terminal.cells import cut
+from colcon_yamllaunch.terminal.cells import cut_inside
+from colcon_yamllaunch.terminal.cells import width
+
+#: Lines that the block takes at most.
+MAXIMUM_LINES = 4
+#: Processes that are all named, and lines up to which more of them are; where
+#: they take more, those that are as they should be are counted.
+FEW_PROCESSES, NAMED_LINES = 10, 2
+
+#: Cells of the end of a line that may still change that are always seen: of a
+#: count, or of what is behind a bar.
+_LIVE_END = 10
+
+#: What is shown of a process, and the cells that it takes.
+_Chip = tuple[str, int]
+
+_GAP = '  '
+_SPACE = '   '
+_RESET = '\x1b[0m'
+_DIM = '\x1b[2m'
+_BOLD = '\x1b[1m'
+_REVERSE = '\x1b[7m'
+_RED = '\x1b[31m'
+_ALARM = '\x1b[1;31m'
+_GREEN = '\x1b[32m'
+_YELLOW = '\x1b[33m'
+_HURRIES = ' (Ctrl-C hurries)'
+
+
+#: The rank of what is as it should be.
+_HEALTHY = 2
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """
+    How a phase looks.
+
+    :param sign: In a terminal that has more than ASCII
+    :param plain_sign: In one that has not
+    :param colour: Of the sign
+    :param text_colour: Of the label
+    :param rank: What comes first where not all fit
+    """
+
+    sign: str
+    plain_sign: str
+    colour: str
+    text_colour: str = ''
+    rank: int = _HEALTHY
+
+
+#: How each phase looks.
+LOOKS: dict[Phase, _Look] = {
+    'waiting': _Look('○', '.', _DIM, _DIM),
+    'starting': _Look('◌', ':', _YELLOW),
+    'running': _Look('●', '*', _GREEN),
+    'stopping': _Look('◍', '-', _YELLOW, rank=1),
+    'held': _Look('‖', '|', _YELLOW, rank=1),
+    'respawn': _Look('↻', '@', _YELLOW, rank=1),
+    'ended': _Look('✓', '+', _DIM, _DIM),
+    'stopped': _Look('■', '#', _DIM, _DIM),
+    'failed': _Look('✗', '!', _ALARM, _ALARM, rank=0),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """
+    What the keys have made of the block.
+
+    :param live: Lines of output that may still change, above the block
+    :param chosen: The label of the process that the next key is for
+    :param muted: The labels of those whose output is not shown
+    :param only: The labels of those whose output alone is shown; empty for
+      all
+    :param filter: What else is left out of the output, in short; empty if
+      nothing is
+    :param hint: What the next key may be, in one line, the first the most
+      important; empty for none
+    :param prompt: What stands before what is being typed; with it the last
+      line of the block is the one to type in
+    :param typed: What is being typed there
+    :param cursor: How many characters of that are before the cursor
+    :param note: What is to be told once, such as why a key did nothing
+    :param overlay: Lines that stand in place of the block, above the hint, for
+      which it may take nearly all of the terminal; empty for none
+    """
+
+    live: tuple[str, ...] = ()
+    chosen: str | None = None
+    muted: frozenset[str] = frozenset()
+    only: frozenset[str] = frozenset()
+    filter: str = ''
+    hint: str = ''
+    prompt: str | None = None
+    typed: str = ''
+    cursor: int = 0
+    note: str = ''
+    overlay: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """
+    What a terminal can show.
+
+    :param columns: Its width
+    :param lines: How many the block may take
+    :param color: Whether colours are used
+    :param ascii: Whether there is nothing but ASCII
+    :param height: Its lines
+    """
+
+    columns: int
+    lines: int = MAXIMUM_LINES
+    color: bool = True
+    ascii: bool = False
+    height: int = 24
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """
+    What stands below the output.
+
+    :param lines: None of them takes the last column
+    :param cursor: The line and the column of the cursor, counted from 0; None
+      to leave it where the output ends
+    """
+
+    lines: tuple[str, ...]
+    cursor: tuple[int, int] | None = None
+
+
+def block_of(
+    board: Board,
+    view: View,
+    style: Style,
+    now: float,
+    waits_for: str = '',
+) -> Block:
+    """
+    Return the status block.
+
+    :param now: The time by the clock of the board
+    :param waits_for: What the launch waits for, in one line
+    """
+    # the first column has the cursor, and the last is left free
+    columns = max(1, style.columns - 2)
+    if view.overlay:
+        # the output keeps one
+        lines = [*view.overlay[: max(0, style.height - 2)]]
+        return _block([*lines, _painted(view.hint, _DIM, style)], style)
+    typing = view.prompt is not None
+    told = _told(view, style, columns, max(1, style.lines - typing - 1))
+    news = _news(board, view, style, now, waits_for)
+    if told and width(tail := _SPACE.join(('', *news))) <= columns - width(
+        told[-1]
+    ):
+        told[-1] += tail
+        news = []
+    if len(told) > style.lines - typing - 2:
+        # what the next key means comes first
+        news = [] if told else news
+    hint = '' if told or typing else view.hint
+    rows = style.lines - len(told) - bool(news or hint) - typing
+    if style.lines == 1 and not (typing or told or board.stopping):
+        # the states matter more than what comes next
+        news, hint, rows = [], '', 1
+    lines = []
+    if rows > 0:
+        lines += _processes(board, view, style, columns, rows)
+    lines += told
+    room = style.lines - len(lines) - typing
+    lines += _last_lines(_SPACE.join(news), hint, style, columns, room)
+    lines = [f' {line}' for line in lines]
+    # the output and what is typed have a line each
+    room = max(0, style.height - len(lines) - 2)
+    live = view.live[max(0, len(view.live) - room) :]
+    # their ends are what changes
+    kept = min(_LIVE_END, columns // 4)
+    live = tuple(cut_inside(line, columns + 1, kept) for line in live)
+    block = _block([*live, *lines], style)
+    if view.prompt is None:
+        return block
+    line, column = _typed(view, columns)
+    return Block((*block.lines, line), (len(block.lines), column))
+
+
+def next_change(board: Board, now: float) -> float | None:
+    """Return when the block is another one though nothing has happened."""
+    if board.changed is not None and not board.stopping:
+        return now + 1.0 - (now - board.changed) % 1.0
+    countdown = board.countdown
+    if countdown is None or countdown.event.next_signal is None:
+        return None
+    return next_second(countdown.due, now) if countdown.due > now else None
+
+
+def next_second(due: float, now: float) -> float:
+    """Return when the whole seconds that are left are another number."""
+    left = due - now
+    return now + (left - math.ceil(left) + 1.0)
+
+
+def _block(lines: Iterable[str], style: Style) -> Block:
+    if style.ascii:
+        lines = map(_as_ascii, lines)
+    return Block(tuple(cut(line, max(2, style.columns - 1)) for line in lines))
+
+
+# the processes
+
+
+def _processes(
+    board: Board, view: View, style: Style, columns: int, count: int
+) -> list[str]:
+    """Return lines with all processes, or with those that matter most."""
+    rows = board.rows
+    shortest = 4
+    is_few = len(rows) <= FEW_PROCESSES
+    named = count if is_few else min(count, NAMED_LINES)
+    # what cannot fit is not even tried
+    if len(rows) * shortest <= named * (columns + len(_GAP)):
+        lines = _packed([_chip(r, view, style) for r in rows], columns)
+        if len(lines) <= named:
+            return lines
+    ordered = sorted(rows, key=lambda row: _rank(row, view, board))
+    healthy = (True, _HEALTHY)
+    notable = sum(_rank(row, view, board) < healthy for row in ordered)
+    most = min(notable, count * columns // shortest)
+    chips = [_chip(row, view, style) for row in ordered[:most]]
+    best: list[str] = []
+    for has_words in (True, False):
+        low, high = 0, most
+        while low <= high:
+            middle = (low + high) // 2
+            rest = _rest(ordered[middle:], style, has_words=has_words)
+            lines = _packed([*chips[:middle], *rest], columns)
+            if len(lines) <= count:
+                best, low = lines, middle + 1
+            else:
+                high = middle - 1
+        if high == most:
+            break
+    return best or [cut(_GAP.join(text for text, _ in rest), columns)]
+
+
+def _measured(text: str) -> _Chip:
+    return text, width(text)
+
+
+def _rank(row: Row, view: View, board: Board) -> tuple[bool, int, int]:
+    rank = LOOKS[row.phase].rank
+    if row.cpu or (row.phase == 'running' and row.failure):
+        rank = min(rank, 1)
+    if row.phase == 'stopping' and board.stopping:
+        rank = _HEALTHY
+    return row.label != view.chosen, rank, -row.turn
+
+
+def _chip(row: Row, view: View, style: Style) -> _Chip:
+    """Return what is shown of one process."""
+    phase = row.phase
+    if phase == 'running' and is_between_states(row):
+        phase = 'starting'
+    look = LOOKS[phase]
+    sign = look.plain_sign if style.ascii else look.sign
+    text = one_line(row.label)
+    text_colour = look.text_colour
+    if row.label in view.muted or (view.only and row.label not in view.only):
+        text = f'({text})'
+        text_colour = text_colour or _DIM
+    details = []
+    if row.starts > 1:
+        details.append(
+            (f'×{row.starts - 1}', _RED if row.failure else _YELLOW)
+        )
+    if row.cpu:
+        details.append((f'{row.cpu * 100:.0f}%', _YELLOW))
+    if row.lifecycle not in ('', 'active'):
+        details.append((row.lifecycle, _YELLOW))
+    if row.failure and (phase != 'running' or not row.starts > 1):
+        details.append((row.failure, _RED))
+    words = [(sign, look.colour), (text, text_colour), *details]
+    if row.key:
+        words.insert(0, (row.key, _BOLD))
+    plain = ' '.join(word for word, _ in words)
+    if row.label != view.chosen:
+        painted = ' '.join(_painted(word, c, style) for word, c in words)
+        return painted, width(plain)
+    if style.color:
+        return _painted(plain, _REVERSE, style), width(plain)
+    return _measured(f'>{plain}<')
+
+
+def _rest(
+    rows: Iterable[Row], style: Style, *, has_words: bool
+) -> list[_Chip]:
+    """Count those that are not named."""
+    counts = Counter(row.phase for row in rows)
+    chips = []
+    for phase, look in LOOKS.items():
+        if counts[phase]:
+            sign = look.plain_sign if style.ascii else look.sign
+            sign = _painted(sign, look.colour, style)
+            word = f' {phase}' if has_words else ''
+            chips.append(_measured(f'{sign} {counts[phase]}{word}'))
+    return chips
+
+
+def _packed(
+    chips: Sequence[_Chip], columns: int, gap: str = _GAP
+) -> list[str]:
+    lines: list[str] = []
+    line: list[str] = []
+    room = 0
+    for chip, cells in chips:
+        if line and room < cells + len(gap):
+            lines.append(gap.join(line))
+            line = []
+        room = (room - cells - len(gap)) if line else columns - cells
+        line.append(chip if cells <= columns else cut(chip, columns))
+    return [*lines, gap.join(line)] if line else lines
+
+
+# what else there is to tell
+
+
+def _last_lines(
+    news: str, hint: str, style: Style, columns: int, room: int
+) -> list[str]:
+    """Return what is new, and what keys mean: in a line, or one for each."""
+    if not (news or hint) or room < 1:
+        return []
+    # whole words of it, which the news do not push out
+    hint = _packed([_measured(w) for w in hint.split(_GAP)], columns)[0]
+    if news and hint and width(news) + len(_SPACE + hint) > columns:
+        if room > 1:
+            return [cut(news, columns), _painted(hint, _DIM, style)]
+        hint = hint.partition(_GAP)[0]
+        news = cut(news, max(1, columns - len(_SPACE + hint)))
+    return [_SPACE.join(filter(None, (news, _painted(hint, _DIM, style))))]
+
+
+def _told(view: View, style: Style, columns: int, count: int) -> list[str]:
+    """Return lines with what the last key did, or the next one may be."""
+    colour = ''
+    if view.note:
+        colour = _YELLOW
+        words = [_measured(word) for word in one_line(view.note).split()]
+        lines = _packed(words, columns, ' ')
+    elif view.hint and (view.chosen is not None or view.prompt is not None):
+        chips = map(_measured, one_line(view.hint).split(_GAP))
+        lines = _packed(list(chips), columns)
+    else:
+        return []
+    if len(lines) > count:
+        lines[count - 1 :] = [cut(f'{lines[count - 1]} …', columns)]
+    return [_painted(line, colour, style) for line in lines]
+
+
+def _news(
+    board: Board, view: View, style: Style, now: float, waits_for: str
+) -> list[str]:
+    news = []
+    if board.stopping:
+        text = _stopping(board.countdown, now)
+        if width(text) > style.columns - 2:
+            # it was told when it began
+            text = text.replace(_HURRIES, '')
+        news.append(_painted(text, _YELLOW, style))
+    else:
+        watched = board.watched
+        if watched is not None and not is_settled(watched):
+            text = _watched(watched, style)
+            if board.changed is not None and now >= board.changed + 1.0:
+                text = f'{math.floor(now - board.changed)} s {text}'
+            news.append(text)
+        if waits_for:
+            news.append(one_line(waits_for))
+        if watched is not None and is_settled(watched):
+            news.append(_watched(watched, style))
+    if view.filter:
+        news.append(_painted(one_line(view.filter), _YELLOW, style))
+    return news
+
+
+def _stopping(countdown: Countdown | None, now: float) -> str:
+    if countdown is None:
+        return f'stopping{_HURRIES}'
+    event = countdown.event
+    text = 'stopping'
+    if event.next_signal is not None:
+        seconds = max(0, math.ceil(countdown.due - now))
+        text += f', {signal_name(event.next_signal)} in {seconds} s'
+    names = list(event.labels[: limits.NAMES_SHOWN])
+    if len(event.labels) > len(names):
+        names.append(f'{len(event.labels) - len(names)} more')
+    if event.timers:
+        names.append(f'{event.timers} timer' + 's' * (event.timers > 1))
+    return f'{text}{_HURRIES}: {one_line(", ".join(names))}'
+
+
+def _watched(event: events.Watched | events.Checked, style: Style) -> str:
+    failed = event.severity != 'INFO'
+    if not is_settled(event):
+        sign, colour = '…', _YELLOW
+    elif failed:
+        sign, colour = LOOKS['failed'].sign, _ALARM
+    else:
+        sign, colour = LOOKS['ended'].sign, _GREEN
+    text = one_line(' '.join(event.lines()))
+    return f'{_painted(sign, colour, style)} {text}'
+
+
+# the line to type in
+
+
+def _typed(view: View, columns: int) -> tuple[str, int]:
+    """Return the line, and the column of the cursor in it."""
+    prompt = cut(one_line(view.prompt or ''), max(1, columns // 2))
+    room = columns + 1 - width(prompt)
+    text = view.typed
+    before = text[: view.cursor]
+    # a text that is too long is shown around the cursor
+    start = 0
+    while width(before[start:]) >= room:
+        start += max(1, room // 2)
+    shown = cut(text[start:], room)
+    return f'{prompt}{shown}', width(prompt) + width(before[start:])
+
+
+def _painted(text: str, colour: str, style: Style) -> str:
+    return f'{colour}{text}{_RESET}' if colour and style.color else text
+
+
+def _as_ascii(line: str) -> str:
+    for before, after in _ASCII:
+        line = line.replace(before, after)
+    return line
+
+
+_ASCII = (
+    ('…', '~'),
+    ('×', 'x'),
+    *((look.sign, look.plain_sign) for look in LOOKS.values()),
+)

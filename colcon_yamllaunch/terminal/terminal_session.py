@@ -1,0 +1,433 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+What a launch has of the terminal that it was started in.
+
+That is the status block below the output, and the keyboard. Both are somebody
+else's while the launch is suspended or in the background.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Mapping
+from collections.abc import Sequence
+import os
+from pathlib import Path
+import signal
+import time
+from typing import TYPE_CHECKING
+
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.control.acts import Acts
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.engine import Engine
+from colcon_yamllaunch.engine.exit_conditions import ExitConditions
+from colcon_yamllaunch.engine.output.channels import size_of
+from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
+from colcon_yamllaunch.observers.line_filter import LineFilter
+from colcon_yamllaunch.observers.log_levels import FORMAT
+from colcon_yamllaunch.observers.screen import Screen
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.terminal.attachment import Attachment
+from colcon_yamllaunch.terminal.board import Board
+from colcon_yamllaunch.terminal.cpu_shares import CpuShares
+from colcon_yamllaunch.terminal.foot import Foot
+from colcon_yamllaunch.terminal.key_acts import KeyActs
+from colcon_yamllaunch.terminal.key_decoder import ESCAPE_DELAY
+from colcon_yamllaunch.terminal.keyboard import is_in_foreground
+from colcon_yamllaunch.terminal.keyboard import Keyboard
+from colcon_yamllaunch.terminal.keys import Act
+from colcon_yamllaunch.terminal.keys import Command
+from colcon_yamllaunch.terminal.keys import help_lines
+from colcon_yamllaunch.terminal.keys import Keys
+from colcon_yamllaunch.terminal.keys import Typed
+from colcon_yamllaunch.terminal.status_block import Block
+from colcon_yamllaunch.terminal.status_block import block_of
+from colcon_yamllaunch.terminal.status_block import MAXIMUM_LINES
+from colcon_yamllaunch.terminal.status_block import next_change
+from colcon_yamllaunch.terminal.status_block import Style
+from colcon_yamllaunch.terminal.status_block import View
+from colcon_yamllaunch.terminal.waits import waits
+from colcon_yamllaunch.terminal.watched_keyboard import WatchedKeyboard
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.terminal.pager import PagedOutput
+
+#: Seconds between two looks at what takes much of a processor, and those for
+#: each process where they are many: a look takes some 30 µs for each.
+LOOK_INTERVAL = 2.0
+LOOK_SHARE = 0.05
+#: Seconds between two looks at whether the terminal is ours again.
+FOREGROUND_INTERVAL = 0.5
+#: The part of the lines of a terminal that the block takes at most, as one
+#: divided by this.
+PART = 3
+#: Seconds between two looks at whether a process takes lines or keys.
+MODES_INTERVAL = 0.25
+#: Bytes of a line that may change that are looked at.
+_SEEN = 4096
+
+
+class TerminalSession:
+    """
+    Has the terminal of a launch, as long as that is in its foreground.
+
+    :param entries: Those of the plan
+    :param foot: Writes to the terminal
+    :param screen: Shows what happens, by `foot`
+    :param guard: Is told of the terminal
+    :param keyboard: The same terminal, None if somebody else has its keys
+    :param color: Whether the block is coloured
+    :param is_plain: Whether the terminal has nothing but ASCII
+    :param environment: The environment for all processes
+    :param conditions: What the launch waits for to end by itself
+    :param clock: Returns seconds that never go back
+    :param attach: The label of the process that has the keyboard at first
+    """
+
+    def __init__(
+        self,
+        entries: Iterable[Entry],
+        foot: Foot,
+        screen: Screen,
+        guard: GuardLink,
+        keyboard: Keyboard | None,
+        *,
+        color: bool,
+        is_plain: bool,
+        environment: Mapping[str, str],
+        conditions: ExitConditions,
+        clock: Callable[[], float],
+        attach: str | None = None,
+    ) -> None:
+        #: What the block tells.
+        self.board = Board(entries, clock)
+        self._foot = foot
+        self._screen = screen
+        self._environment = environment
+        self._filter = LineFilter(
+            color=color, is_ascii=is_plain, form_of=self._form_of
+        )
+        self._keys = Keys(self.board, self._names_of, self._can_type_at)
+        self._attachment = Attachment(self._keys, screen, attach)
+        # when an Esc has been a key
+        self._escape_due: float | None = None
+        # while a pager has the terminal
+        self._paged: PagedOutput | None = None
+        # when it came that is shown after that
+        self._time: float | None = None
+        self._guard = guard
+        self._keyboard = WatchedKeyboard(keyboard, self._take_keys)
+        self._color = color
+        self._is_plain = is_plain
+        self._conditions = conditions
+        self._clock = clock
+        self._engine: Engine | None = None
+        self._acts: KeyActs | None = None
+        self._show: events.Listener = screen.handle
+        self._shares = CpuShares()
+        self._next_look = clock() + LOOK_INTERVAL
+        self._drawn_version = 0
+        self._is_active = False
+        # whether the cursor is in the block
+        self._is_typing = False
+
+    def showing(self, show: events.Listener) -> events.Listener:
+        """
+        Return who shows what happens.
+
+        :param show: Shows it above the block
+        """
+        self._show = show
+        return self._handle
+
+    def connect(self, engine: Engine, acts: Acts) -> None:
+        """
+        Use an engine, before it runs.
+
+        :param acts: What is done with its processes
+        """
+        self._engine = engine
+        self._acts = KeyActs(
+            acts,
+            self.board,
+            self._keys,
+            self._attachment,
+            self._tell,
+            self._page,
+        )
+        self._attachment.connect(engine)
+        self._keyboard.connect(engine.watches)
+        engine.when_suspended.append(self._suspend)
+        engine.when_resized.append(self._foot.resized)
+        self._foot.begin(self._compose)
+
+    def close(self) -> None:
+        """Give the terminal back as it was."""
+        self._attachment.close()
+        paged, engine = self._paged, self._engine
+        if paged is not None and engine is not None:
+            del engine.helpers[paged.pager.pid]
+            paged.pager.end()
+            self._end_pager()
+        self._end()
+        self._engine = None
+
+    def _handle(self, event: events.Event) -> None:
+        if self._paged is not None:
+            self._paged.hold(event)
+            return
+        # most of what happens is output
+        if isinstance(event, events.Output):
+            if self._attachment.shows(event.process.label):
+                return
+            for output in self._filter.take(event):
+                self._show(output)
+            if not self._filter.is_changing:
+                return
+            if self._is_active:
+                self._foot.touch()
+            else:
+                # there is no place for what may still change
+                self._show_all(self._filter.end())
+            return
+        if isinstance(event, events.ShuttingDown):
+            # what was told last is in the way now
+            self._keys.tell('')
+        self._attachment.before(event)
+        self.board.handle(event)
+        if self.board.version != self._drawn_version:
+            self._foot.touch()
+        if self._is_active and isinstance(event, events.StillRunning):
+            # the block counts down
+            return
+        if isinstance(event, events.Exited):
+            self._show_all(self._filter.end(event.process.label))
+        self._show_all(self._filter.settle())
+        self._show(event)
+        self._attachment.after(event)
+
+    def _show_all(self, outputs: Iterable[events.Output]) -> None:
+        for output in outputs:
+            self._show(output)
+
+    def _suspend(self, is_suspended: bool) -> None:
+        if self._paged is not None:
+            return
+        self._end()
+        if not is_suspended:
+            self._foot.begin(self._compose)
+
+    def _mind_foreground(self) -> None:
+        """Take the terminal, or leave it to another job that has it."""
+        if is_in_foreground(self._foot.descriptor) == self._is_active:
+            return
+        self._is_active = not self._is_active
+        if not self._is_active:
+            self._keyboard.let_go()
+            return
+        modes = self._keyboard.grab(keeps_early=self._attachment.is_wanted)
+        self._guard.terminal(self._foot.descriptor, modes)
+
+    def _end(self) -> None:
+        self._show_all(self._filter.end())
+        self._is_active = False
+        self._foot.leave()
+        self._keyboard.let_go()
+        self._guard.no_terminal()
+
+    def _take_keys(self, typed: bytes) -> None:
+        self._attachment.mind_modes()
+        self._do(self._keys.feed(typed))
+
+    def _do(self, commands: Iterable[Command]) -> None:
+        """Do what keys have been pressed for."""
+        assert self._acts is not None
+        for command in commands:
+            match command:
+                case Typed():
+                    self._attachment.type(command.keys)
+                case Act():
+                    self._acts.do(command)
+                case 'watch':
+                    self._acts.switch_watch()
+                case 'help':
+                    self._overlay(help_lines)
+                case 'errors':
+                    self._overlay(self._error_lines)
+                case 'quit':
+                    os.kill(os.getpid(), signal.SIGINT)
+                case 'break':
+                    self._show_all(self._filter.settle())
+                    self._foot.write(None, b'\n')
+        filtering = self._keys.filtering
+        if filtering != self._filter.filtering:
+            self._show_all(self._filter.settle())
+            self._filter.filtering = filtering
+            self._screen.stamp = self._stamp if filtering.times else None
+        self._escape_due = None
+        if self._keys.is_waiting:
+            self._escape_due = self._clock() + ESCAPE_DELAY
+        self._foot.touch(at_once=True)
+
+    def _overlay(self, lines: Callable[[int], Sequence[str]]) -> None:
+        """
+        Show lines in place of the block.
+
+        :param lines: Returns them, by the width of the terminal
+        """
+        size = size_of(self._foot.descriptor)
+        # one is for the output, and one for the way back
+        self._keys.show(lines(size.columns), size.lines - 2)
+
+    def _error_lines(self, columns: int) -> Sequence[str]:
+        # few ask
+        import textwrap
+
+        width = max(2, columns) - 1
+        lines = (one_line(line.expandtabs()) for line in self.board.errors)
+        return [part for line in lines for part in textwrap.wrap(line, width)]
+
+    def _tell(self, lines: Iterable[str]) -> None:
+        self._show_all(self._filter.settle())
+        self._screen.show_table(lines)
+
+    # the pager
+
+    def _page(self, label: str, log: str | None) -> None:
+        """Leave the terminal to the pager, with the log of a process."""
+        if log is None or self._engine is None:
+            self._keys.tell(f'{label} has no log')
+            return
+        # few are looked at
+        from colcon_yamllaunch.terminal.pager import PagedOutput
+        from colcon_yamllaunch.terminal.pager import Pager
+
+        self._end()
+        try:
+            pager = Pager(Path(log), self._foot.descriptor, os.environ)
+        except (OSError, ValueError) as error:
+            reason = error.strerror if isinstance(error, OSError) else error
+            self._keys.tell(f'there is no pager by $PAGER: {reason}')
+            self._foot.begin(self._compose)
+            return
+        self._paged = PagedOutput(pager)
+        self._engine.helpers[pager.pid] = self._mind_pager
+
+    def _mind_pager(self, has_ended: bool) -> None:
+        if self._paged is None:
+            return
+        if has_ended:
+            self._end_pager()
+        else:
+            # Ctrl-Z; no shell is there to go on with it
+            self._paged.pager.quit()
+
+    def _end_pager(self) -> None:
+        paged, self._paged = self._paged, None
+        assert paged is not None
+        paged.pager.take_back()
+        self._foot.begin(self._compose)
+        if paged.lost:
+            self._screen.say(
+                f'{paged.lost} lines were not shown meanwhile; the logs have '
+                'them'
+            )
+        for self._time, event in paged.take():
+            self._handle(event)
+        self._time = None
+
+    def _stamp(self) -> bytes:
+        """Return the time in front of a line."""
+        now = time.time() if self._time is None else self._time
+        clock = time.strftime('%H:%M:%S', time.localtime(now))
+        return f'{clock}.{int(now * 1000) % 1000:03} '.encode()
+
+    def _form_of(self, process: Process) -> str | None:
+        variables = dict(process.environment)
+        return variables.get(FORMAT, self._environment.get(FORMAT))
+
+    def _names_of(self, label: str) -> Iterable[str]:
+        # few ask
+        from colcon_yamllaunch.control.process_names import names_of
+
+        return () if self._engine is None else names_of(self._engine, label)
+
+    def _can_type_at(self, label: str) -> bool:
+        engine = self._engine
+        return engine is not None and engine.terminals.has_keyboard(label)
+
+    def _compose(self, now: float) -> tuple[Block | None, float | None]:
+        """Return the block, if there is one, and when to ask again."""
+        self._mind_foreground()
+        if not self._is_active:
+            return None, now + FOREGROUND_INTERVAL
+        if self._escape_due is not None and now >= self._escape_due:
+            self._do(self._keys.settle())
+        board = self.board
+        if now >= self._next_look:
+            groups, shares = self._groups_here(board)
+            pause = max(LOOK_INTERVAL, LOOK_SHARE * len(groups))
+            self._next_look = now + pause
+            board.take_cpu({**shares, **self._shares.look(groups, now)})
+        self._drawn_version = board.version
+        size = size_of(self._foot.descriptor)
+        style = Style(
+            size.columns,
+            min(MAXIMUM_LINES, size.lines // PART),
+            self._color,
+            self._is_plain,
+            size.lines,
+        )
+        waits_for, until = '', None
+        if self._engine is not None:
+            is_idle = not board.groups()
+            waits_for, until = waits(
+                self._engine, self._conditions, now, is_idle=is_idle
+            )
+        view = View(live=self._live())
+        next_modes = None
+        if self._keyboard.has_keys:
+            if self._keys.attached is not None:
+                # the process may have changed them without a word
+                self._attachment.mind_modes()
+                next_modes = now + MODES_INTERVAL
+            changes = None if self._engine is None else self._engine.changes
+            self._keys.can_watch = changes is not None
+            view = self._keys.view(view.live)
+        block = block_of(board, view, style, now, waits_for)
+        is_typing = block.cursor is not None
+        if is_typing != self._is_typing:
+            self._is_typing = is_typing
+            self._guard.typing(is_typing)
+        times = (
+            self._next_look,
+            next_change(board, now),
+            until,
+            self._escape_due,
+            next_modes,
+        )
+        return block, min(time for time in times if time is not None)
+
+    def _groups_here(
+        self, board: Board
+    ) -> tuple[Mapping[str, int], Mapping[str, float]]:
+        """Return the groups of this machine, and the shares on others."""
+        groups = board.groups()
+        elsewhere = None if self._engine is None else self._engine.elsewhere
+        if elsewhere is None:
+            return groups, {}
+        here = {k: g for k, g in groups.items() if not elsewhere.has(k)}
+        return here, elsewhere.cpu_shares()
+
+    def _live(self) -> tuple[str, ...]:
+        """Return the lines of output that may still change."""
+        return tuple(
+            self._screen.rendered(output.process, output.data[:_SEEN])
+            .decode(errors='replace')
+            .rstrip('\n')
+            .expandtabs()
+            for output in self._filter.live
+        )

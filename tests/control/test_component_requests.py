@@ -1,0 +1,346 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What clients ask of components and lifecycle nodes; nothing runs here."""
+
+import json
+from pathlib import Path
+import socket
+from types import SimpleNamespace
+
+from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.acts import Acts
+from colcon_yamllaunch.control.client_connection import Client
+from colcon_yamllaunch.control.launch_states import About
+from colcon_yamllaunch.control.launch_states import from_json
+from colcon_yamllaunch.control.service import Service
+from colcon_yamllaunch.engine.components.composition import Composition
+from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.plan.plan import Block
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.position import Position
+import pytest
+from support.history import History
+
+POSITION = Position('/ws/demo.yaml', 14, 5)
+BLOCKS = (
+    Block('file', '/ws/more.yaml', POSITION, None),
+    Block('group', '/ns', Position('/ws/more.yaml', 2, 3), 0),
+)
+
+
+def component(label, container='/box', **more):
+    more.setdefault('name', label)
+    more.setdefault('namespace', '/ns')
+    return Component(label, 'demo', 'demo::T', container, POSITION, **more)
+
+
+class Controlled:
+    """A launch of some processes and components, and one client of it."""
+
+    def __init__(self, *entries):
+        self.history = History(*entries)
+        self.sent = []
+        self.composition = Composition(
+            Plan(entries), self.sent.append, lambda _: None, self.clock
+        )
+        terminals = SimpleNamespace(
+            has_keyboard=lambda _: False,
+            add_sink=lambda *_: None,
+            remove_sink=lambda *_: None,
+        )
+        engine = SimpleNamespace(
+            elsewhere=None,
+            stop=self.history.supervisor.stop,
+            changes=None,
+            is_changed=False,
+            blocks=BLOCKS,
+            supervisor=self.history.supervisor,
+            composition=self.composition,
+            terminals=terminals,
+            tell=lambda _: None,
+        )
+        logs = {'box-1': Path('/log/box-1')}
+        about = About('demo', None, '/demo.yaml', '/')
+        acts = Acts(engine, logs, lambda process: process.parameters)
+        service = Service(about, engine, acts, None, logs, self.clock)
+        self.watches = Watches()
+        self.near, far = socket.socketpair()
+        far.setblocking(False)
+        self.near.settimeout(60)
+        self.left = []
+        Client(far, self.watches, service, self.left.append)
+        self.composition.take({'event': 'ready'})
+        for entry in entries:
+            if isinstance(entry, Component):
+                self.composition.due(entry)
+            else:
+                self.composition.started(entry)
+        self.history.turn()
+
+    def clock(self):
+        return self.history.now
+
+    def ask(self, *requests):
+        """Send requests at once, and let the launch do what it can."""
+        for name, more in requests:
+            self.near.sendall(protocol.encode(protocol.request(name, **more)))
+        self.turn()
+
+    def turn(self):
+        while self.watches.wait(0):
+            pass
+
+    def answers(self):
+        """Return what has been answered."""
+        self.near.setblocking(False)
+        data = b''
+        try:
+            while chunk := self.near.recv(1 << 16):
+                data += chunk
+        except BlockingIOError:
+            pass
+        return [json.loads(line) for line in data.splitlines()]
+
+    def asked(self, do):
+        """Return the requests of a kind to the client program."""
+        return [m for m in self.sent if m['do'] == do]
+
+    def answered(self, do, **answer):
+        """Let the client program answer what it was asked last."""
+        number = self.asked(do)[-1]['id']
+        self.composition.take({'id': number, 'ok': True, **answer})
+
+    def state(self):
+        self.ask(('status', {}))
+        (answer,) = self.answers()
+        return from_json(answer['launch'])
+
+
+@pytest.fixture
+def controlled(process):
+    made = []
+
+    def start(*entries):
+        box = process('box-1', node_name='/box', is_container=True)
+        made.append(Controlled(box, *entries))
+        return made[-1]
+
+    yield start
+    for one in made:
+        one.near.close()
+        one.turn()
+        one.watches.close()
+        # nothing is left of the client
+        assert len(one.left) == 1
+
+
+def test_the_status_has_components_and_lifecycles(controlled, process):
+    camera = process('cam-2', node_name='/cam', is_lifecycle=True)
+    c = controlled(
+        component('a', is_lifecycle=True),
+        component('b', '/elsewhere', name='', namespace=''),
+        camera,
+    )
+    state = c.state()
+    assert [p.lifecycle for p in state.processes] == [None, 'unknown']
+    a, b = state.components
+    assert (a.phase, a.node, a.plugin) == ('waiting', '/ns/a', 'demo::T')
+    assert (a.process, a.log, a.lifecycle) == (
+        *('box-1', '/log/box-1', 'unknown'),
+    )
+    assert (b.container, b.process, b.log) == ('/elsewhere', None, None)
+    assert (b.node, b.lifecycle) == (None, None)
+    (load, _) = c.asked('load')
+    c.composition.take(
+        {'id': load['id'], 'ok': True, 'full_name': '/ns/a', 'unique_id': 1}
+    )
+    for node in ('/ns/a', '/cam'):
+        c.composition.take({'event': 'state', 'node': node, 'state': 'active'})
+    c.history.now += 7
+    state = c.state()
+    assert [p.lifecycle for p in state.processes] == [None, 'active']
+    a = state.components[0]
+    assert (a.phase, a.lifecycle, a.seconds) == ('loaded', 'active', 7.0)
+
+
+def test_a_component_is_unloaded_and_loaded_anew(controlled):
+    c = controlled(component('a'))
+    c.answered('load', full_name='/ns/a', unique_id=1)
+    c.ask(('stop', {'process': 'a'}))
+    assert [a['ok'] for a in c.answers()] == [True]
+    assert c.state().components[0].phase == 'unloading'
+    c.answered('unload')
+    assert c.state().components[0].phase == 'unloaded'
+    c.ask(('stop', {'process': 'a'}))
+    assert [a['error'] for a in c.answers()] == ['a is not loaded']
+    c.ask(('restart', {'process': 'a'}))
+    assert [a['ok'] for a in c.answers()] == [True]
+    c.answered('load', ok=False, reason='no such class')
+    a = c.state().components[0]
+    assert (a.phase, a.ending) == ('failed', 'no such class')
+
+
+def test_a_transition_is_answered_when_it_is_made(controlled):
+    c = controlled(component('a', is_lifecycle=True))
+    c.answered('load', full_name='/ns/a', unique_id=1)
+    change = {'process': 'a', 'transition': 'configure'}
+    # what is asked meanwhile is answered behind it
+    c.ask(('change_state', change), ('status', {}), ('shutdown', {}))
+    assert c.answers() == []
+    c.answered('change_state')
+    c.turn()
+    done, status, _ = c.answers()
+    assert done == protocol.success()
+    (a,) = from_json(status['launch']).components
+    assert a.lifecycle == 'inactive'
+    assert not status['launch']['stopping']
+
+
+def test_a_transition_that_fails_has_its_reason(controlled):
+    c = controlled(component('a', is_lifecycle=True), component('b'))
+    c.answered('load', full_name='/ns/b', unique_id=2)
+    change = {'process': 'a', 'transition': 'configure'}
+    c.ask(('change_state', change))
+    (refused,) = c.answers()
+    assert refused['error'] == 'a does not run'
+    load, _ = c.asked('load')
+    c.composition.take(
+        {'id': load['id'], 'ok': True, 'full_name': '/ns/a', 'unique_id': 1}
+    )
+    c.ask(('change_state', change))
+    c.answered('change_state', ok=False, reason='no map')
+    c.ask(('change_state', {**change, 'process': 'b'}))
+    failed, none = c.answers()
+    assert failed == protocol.failure('no map')
+    assert none['error'] == "there is no lifecycle node 'b'"
+    # a mistake of form ends the connection, as all others do
+    c.ask(('change_state', {**change, 'transition': 'destroy'}))
+    (wrong,) = c.answers()
+    assert "the 'transition' is one of configure, " in wrong['error']
+    assert c.left
+
+
+def test_who_leaves_is_not_waited_for(controlled):
+    c = controlled(component('a', is_lifecycle=True))
+    c.answered('load', full_name='/ns/a', unique_id=1)
+    change = {'process': 'a', 'transition': 'configure'}
+    c.ask(('change_state', change), ('status', {}))
+    assert not c.left
+    c.near.close()
+    c.turn()
+    assert c.left
+    c.answered('change_state')
+
+
+def test_who_has_no_more_to_say_gets_the_answer(controlled):
+    c = controlled(component('a', is_lifecycle=True))
+    c.answered('load', full_name='/ns/a', unique_id=1)
+    change = {'process': 'a', 'transition': 'configure'}
+    c.ask(('change_state', change))
+    c.near.shutdown(socket.SHUT_WR)
+    # it is not asked again and again whether there is more
+    c.turn()
+    assert not c.left
+    c.answered('change_state')
+    c.turn()
+    assert c.answers() == [protocol.success()]
+    assert c.left
+
+
+def test_a_component_is_described_and_stands_in_its_container(controlled):
+    value = SetParameter('rate', '2', POSITION, (Position('/ws/a', 1, 1),))
+    c = controlled(
+        component('talker', parameters=(value,), remaps=('a:=b',), block=1),
+        component('far', container='/elsewhere', block=0),
+    )
+    c.ask(('describe', {'process': '/ns/talker'}), ('tree', {}))
+    description, tree = c.answers()
+    assert description['description'] == {
+        'label': 'talker',
+        'name': 'talker',
+        'node': '/ns/talker',
+        'package': 'demo',
+        'position': '/ws/demo.yaml:14:5',
+        'within': [
+            {
+                'kind': 'file',
+                'title': '/ws/more.yaml',
+                'position': '/ws/demo.yaml:14:5',
+            },
+            {
+                'kind': 'group',
+                'title': '/ns',
+                'position': '/ws/more.yaml:2:3',
+            },
+        ],
+        'parameters': [
+            {
+                'name': 'rate',
+                'value': '2',
+                'position': '/ws/demo.yaml:14:5',
+                'origins': ['/ws/a:1:1'],
+            }
+        ],
+        'log': '/log/box-1',
+        'argv': [],
+        'cwd': None,
+        'environment': {},
+        'plugin': 'demo::T',
+        'container': '/box',
+        'remaps': ['a:=b'],
+    }
+    box, file = tree['tree']
+    assert (box['title'], file['title']) == ('box-1', '/ws/more.yaml')
+    assert [b['title'] for b in box['children']] == ['talker']
+    assert [b['title'] for b in file['children']] == ['far', '/ns']
+
+
+def test_a_component_is_neither_killed_nor_debugged_alone(controlled):
+    c = controlled(component('talker'), component('far', container='/else'))
+    c.ask(
+        ('kill', {'process': 'talker'}),
+        ('debug', {'process': '/ns/talker'}),
+        ('kill', {'process': 'far'}),
+    )
+    assert [answer['error'] for answer in c.answers()] == [
+        'talker is a component, which cannot be killed alone; its container '
+        'is box-1',
+        'talker is a component, which cannot be debugged alone; its '
+        'container is box-1',
+        'far is a component, which cannot be killed alone; its container is '
+        '/else',
+    ]
+
+
+def test_requests_with_an_id_do_not_wait_for_one_another(controlled):
+    c = controlled(component('a', is_lifecycle=True))
+    c.answered('load', full_name='/ns/a', unique_id=1)
+    change = {'process': 'a', 'transition': 'configure'}
+    c.ask(('change_state', {**change, 'id': 'x'}), ('status', {'id': 2}))
+    assert [answer['id'] for answer in c.answers()] == [2]
+    c.near.shutdown(socket.SHUT_WR)
+    c.turn()
+    c.answered('change_state')
+    c.turn()
+    assert c.answers() == [{**protocol.success(), 'id': 'x'}]
+    assert c.left
+
+
+def test_only_so_many_requests_wait_for_an_answer(controlled, monkeypatch):
+    monkeypatch.setattr(protocol, 'MAXIMUM_UNANSWERED', 1)
+    c = controlled(component('a', is_lifecycle=True))
+    c.answered('load', full_name='/ns/a', unique_id=1)
+    change = {'process': 'a', 'transition': 'configure', 'id': 1}
+    c.ask(('change_state', change), ('status', {'id': 2}))
+    assert c.answers() == []
+    c.answered('change_state')
+    c.turn()
+    assert [answer['id'] for answer in c.answers()] == [1, 2]
+    # who leaves while that many wait is not waited for
+    c.ask(('change_state', change), ('status', {'id': 2}))
+    c.near.close()
+    c.turn()
+    assert c.left

@@ -1,0 +1,292 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The parts of the control socket that need no launch."""
+
+from contextlib import suppress
+from dataclasses import asdict
+import os
+from pathlib import Path
+import shutil
+import socket
+
+from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control import socket_folder
+from colcon_yamllaunch.control.launch_states import ComponentState
+from colcon_yamllaunch.control.launch_states import from_json
+from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.control.socket_address import Address
+from colcon_yamllaunch.control.socket_address import connections
+from colcon_yamllaunch.control.socket_address import is_own
+from colcon_yamllaunch.control.socket_folder import FolderError
+from colcon_yamllaunch.control.socket_folder import folders
+from colcon_yamllaunch.control.socket_folder import open_folder
+from hypothesis import given
+from hypothesis import strategies
+import pytest
+from support.hostile import needs_other_user
+from support.hostile import OTHER_USER
+
+
+@pytest.fixture
+def place(tmp_path):
+    """Return an environment whose sockets are in a folder of the test."""
+    runtime = tmp_path / 'run'
+    runtime.mkdir(mode=0o700)
+    return {'XDG_RUNTIME_DIR': str(runtime), 'TMPDIR': str(tmp_path)}
+
+
+def test_the_runtime_folder_comes_first(place, tmp_path):
+    fallback = tmp_path / f'colcon-launch-{os.getuid()}'
+    first = Path(place['XDG_RUNTIME_DIR']) / 'colcon-launch'
+    assert folders(place) == (first, fallback)
+
+
+@pytest.mark.hostile
+def test_both_terminals_try_the_same_places(place, tmp_path, monkeypatch):
+    users = tmp_path / 'users'
+    runtime = users / str(os.getuid())
+    runtime.mkdir(parents=True, mode=0o700)
+    monkeypatch.setattr(socket_folder, 'USER_FOLDERS', str(users))
+    monkeypatch.setattr(
+        temporary_folders, 'SHARED_FOLDERS', (str(tmp_path / 'shared'),)
+    )
+    with_variables = {'XDG_RUNTIME_DIR': str(runtime), 'TMPDIR': '/far/away'}
+    for one, other in ((with_variables, {}), ({}, with_variables)):
+        address = Address(one)
+        (connection,) = connections(other, pytest.fail)
+        connection.close()
+        address.close()
+    # without a login there is no folder of the user's own
+    shutil.rmtree(runtime)
+    (tmp_path / 'shared').mkdir()
+    address = Address({})
+    (connection,) = connections({'TMPDIR': '/far/away'}, pytest.fail)
+    connection.close()
+    # who has a runtime folder of his own is apart
+    assert connections(place, pytest.fail) == []
+    address.close()
+
+
+@pytest.mark.hostile
+def test_a_socket_is_never_in_the_current_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(temporary_folders, 'SHARED_FOLDERS', ('/not/there',))
+    for folder in ('.', '', '/does/not/exist'):
+        with pytest.raises(FolderError, match='colcon-launch') as caught:
+            Address({'TMPDIR': folder, 'XDG_RUNTIME_DIR': folder})
+        assert '\n' not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize('way', ['open', 'file', 'link'])
+def test_a_bad_folder_does_not_block_the_others(place, tmp_path, way):
+    first, second = folders(place)
+    if way == 'open':
+        first.mkdir()
+        first.chmod(0o755)
+    elif way == 'file':
+        first.write_text('in the way')
+    else:
+        first.symlink_to(tmp_path)
+    address = Address(place)
+    assert address.path.parent == second
+    (trouble,) = address.troubles
+    assert str(first) in trouble
+    warned = []
+    (connection,) = connections(place, warned.append)
+    connection.close()
+    address.close()
+    assert warned == [trouble]
+
+
+@pytest.mark.parametrize('runtime', ['', 'relative', '/does/not/exist'])
+def test_a_runtime_folder_that_is_none_is_not_used(runtime, tmp_path):
+    place = {'XDG_RUNTIME_DIR': runtime, 'TMPDIR': str(tmp_path)}
+    assert [f.parent for f in folders(place)] == [tmp_path]
+
+
+def test_a_runtime_folder_that_others_may_write_to_is_not_used(
+    place, tmp_path
+):
+    Path(place['XDG_RUNTIME_DIR']).chmod(0o777)
+    assert [f.parent for f in folders(place)] == [tmp_path]
+
+
+def test_the_folder_is_private(tmp_path):
+    umask = os.umask(0)
+    try:
+        os.close(open_folder(tmp_path / 'own', make=True))
+    finally:
+        os.umask(umask)
+    assert (tmp_path / 'own').stat().st_mode & 0o777 == 0o700
+
+
+def test_a_folder_that_others_may_enter_is_not_used(tmp_path):
+    folder = tmp_path / 'open'
+    folder.mkdir()
+    folder.chmod(0o755)
+    with pytest.raises(FolderError, match='chmod 700'):
+        open_folder(folder, make=True)
+
+
+def test_a_link_is_not_followed(tmp_path):
+    (tmp_path / 'elsewhere').mkdir(mode=0o700)
+    (tmp_path / 'link').symlink_to(tmp_path / 'elsewhere')
+    with pytest.raises(FolderError, match='link'):
+        open_folder(tmp_path / 'link', make=True)
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason='needs root to give files away')
+def test_a_folder_of_somebody_else_is_not_used(tmp_path):
+    folder = tmp_path / 'theirs'
+    folder.mkdir(mode=0o700)
+    os.chown(folder, 12345, 12345)
+    with pytest.raises(FolderError, match='not yours alone'):
+        open_folder(folder, make=True)
+
+
+def test_a_socket_is_the_users_alone_and_goes(place):
+    address = Address(place)
+    mode = address.path.stat().st_mode
+    assert (mode & 0o777, address.path.is_socket()) == (0o600, True)
+    assert [p.name for p in address.path.parent.iterdir()] == [
+        address.path.name
+    ]
+    address.close()
+    assert list(address.path.parent.iterdir()) == []
+
+
+@needs_other_user
+def test_another_user_is_not_listened_to(place):
+    address = Address(place)
+    # where others may come in, as into no folder of a launch
+    with socket.socket(socket.AF_UNIX) as reachable:
+        reachable.bind('')
+        reachable.listen()
+        for user in (os.getuid(), OTHER_USER):
+            pid = os.fork()
+            if pid == 0:
+                os._exit(_connect_as(user, reachable, address))
+            connection, _ = reachable.accept()
+            assert is_own(connection) == (user == os.getuid())
+            connection.close()
+            refused = os.waitpid(pid, 0)[1]
+            assert bool(refused) == (user == OTHER_USER)
+    address.close()
+
+
+def _connect_as(user, reachable, address):
+    """Return 0 where a user can connect to a launch."""
+    code = 1
+    with suppress(BaseException):
+        # a whole path may be too long for a socket
+        os.chdir(address.path.parent)
+        os.setuid(user)
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.connect(reachable.getsockname())
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.connect(address.path.name)
+        code = 0
+    return code
+
+
+def test_a_socket_in_a_folder_with_a_long_path(tmp_path):
+    deep = tmp_path / ('x' * 120)
+    deep.mkdir(mode=0o700)
+    place = {'XDG_RUNTIME_DIR': str(deep), 'TMPDIR': str(tmp_path)}
+    address = Address(place)
+    (connection,) = connections(place, pytest.fail)
+    connection.close()
+    address.close()
+
+
+def test_stale_sockets_are_removed_and_other_files_are_not(place, monkeypatch):
+    folder = Path(place['XDG_RUNTIME_DIR']) / 'colcon-launch'
+    folder.mkdir(mode=0o700)
+    # a whole path may be too long for a socket
+    monkeypatch.chdir(folder)
+    for name in ('123.sock', '4194305.sock.new'):
+        stale = socket.socket(socket.AF_UNIX)
+        stale.bind(name)
+        stale.close()
+    (folder / '5.sock').write_text('a file')
+    (folder / 'note').write_text('a note')
+    assert connections(place, pytest.fail) == []
+    assert sorted(p.name for p in folder.iterdir()) == ['5.sock', 'note']
+
+
+def test_there_is_no_folder_yet(place):
+    assert connections(place, pytest.fail) == []
+    assert list(Path(place['XDG_RUNTIME_DIR']).iterdir()) == []
+
+
+@given(strategies.binary())
+def test_no_line_breaks_the_protocol(line):
+    with suppress(ProtocolError):
+        assert isinstance(protocol.decode(line), dict)
+
+
+def test_deep_nesting_does_not_break_the_protocol():
+    with pytest.raises(ProtocolError):
+        protocol.decode(b'[' * protocol.MAXIMUM_REQUEST)
+
+
+@given(strategies.binary())
+def test_every_byte_passes_the_protocol(data):
+    message = {'output': protocol.text_of(data)}
+    line = protocol.encode(message)
+    assert line.count(b'\n') == 1
+    assert protocol.bytes_of(protocol.decode(line)['output']) == data
+
+
+@pytest.mark.parametrize('text', [7, None, '€'])
+def test_what_is_no_byte_is_refused(text):
+    with pytest.raises(ProtocolError):
+        protocol.bytes_of(text)
+
+
+def a_launch():
+    process = ProcessState(
+        *('a-1', 'running', 7, 1.5, 2, '', 'a', '/a', 'pkg', '/log', False)
+    )
+    component = ComponentState(
+        *('b', 'loaded', 1.5, '', 'p::B', '/b', 'pkg', '/a', 'a-1', '/log'),
+        'active',
+    )
+    return LaunchState(
+        *('pkg a', 'pkg', '/a.yaml', '/ws', 3, 9.0, False, '/l', (process,)),
+        (component,),
+    )
+
+
+def test_a_launch_becomes_json_and_back():
+    data = protocol.decode(protocol.encode(asdict(a_launch())))
+    assert from_json({**data, 'later': 'addition'}) == a_launch()
+
+
+def test_an_older_launch_does_not_know_all_names():
+    data = asdict(a_launch())
+    del data['processes'][0]['name']
+    assert from_json(data) == a_launch()
+
+
+def test_a_launch_of_an_earlier_version_has_no_components():
+    data = asdict(a_launch())
+    del data['components'], data['processes'][0]['lifecycle']
+    state = from_json(data)
+    assert (state.components, state.processes[0].lifecycle) == ((), None)
+
+
+@pytest.mark.parametrize('missing', ['pid', 'processes', 'phase', 'plugin'])
+def test_a_launch_that_lacks_something_is_refused(missing):
+    data = asdict(a_launch())
+    data['processes'][0].pop(missing, None)
+    data['components'][0].pop(missing, None)
+    data.pop(missing, None)
+    with pytest.raises(ProtocolError):
+        from_json(data)

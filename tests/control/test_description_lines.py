@@ -1,0 +1,75 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A process as it is told on the screen."""
+
+from colcon_yamllaunch.control.description import Description
+from colcon_yamllaunch.control.description import Parameter
+from colcon_yamllaunch.control.description import Surrounding
+from colcon_yamllaunch.control.description_lines import description_lines
+
+
+def test_a_process_with_all_that_it_was_given():
+    description = Description(
+        'kitchen',
+        'thermometer.py-2',
+        '/house/kitchen',
+        'house',
+        '/ws/house.yaml:7:3',
+        (
+            Surrounding('file', '/ws/house.yaml', '/ws/house.yaml:1:1'),
+            Surrounding('group', '/house', '/ws/house.yaml:5:3'),
+        ),
+        (
+            Parameter('rate', '5', '/ws/house.yaml:9:7'),
+            Parameter('id', 'a', '/ws/house.yaml:10:7', ('/ws/x.yaml:2:3',)),
+        ),
+        '/log/kitchen.log',
+        argv=('/bin/thermometer.py', 'two words'),
+        cwd='/ws',
+        environment=(('A', 'x y'), ('B', None)),
+    )
+    assert list(description_lines(description)) == [
+        'kitchen:',
+        '  node: /house/kitchen',
+        '  package: house',
+        '  in ROS 2: thermometer.py-2',
+        '  from: /ws/house.yaml:7:3',
+        '  file: /ws/house.yaml:1:1',
+        '  group: /house (/ws/house.yaml:5:3)',
+        "  command: /bin/thermometer.py 'two words'",
+        '  folder: /ws',
+        '  log: /log/kitchen.log',
+        '  environment:',
+        "    A='x y'",
+        '    B unset',
+        '  parameters:',
+        '    rate: 5  (/ws/house.yaml:9:7)',
+        '    id: a  (/ws/house.yaml:10:7, from /ws/x.yaml:2:3)',
+    ]
+
+
+def test_a_component():
+    description = Description(
+        'filter',
+        'filter',
+        '/filter',
+        'vision',
+        '/ws/a.yaml:1:1',
+        (),
+        (),
+        None,
+        plugin='vision::Filter',
+        container='/box',
+        remaps=('in:=out',),
+    )
+    assert list(description_lines(description)) == [
+        'filter:',
+        '  node: /filter',
+        '  package: vision',
+        '  from: /ws/a.yaml:1:1',
+        '  plugin: vision::Filter',
+        '  container: /box',
+        '  remapping:',
+        '    in:=out',
+    ]

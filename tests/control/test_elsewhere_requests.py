@@ -1,0 +1,166 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Requests of other terminals about processes on other machines."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.acts import Acts
+from colcon_yamllaunch.control.launch_states import About
+from colcon_yamllaunch.control.launch_states import from_json
+from colcon_yamllaunch.control.service import Service
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.tasks import RefusedError
+from colcon_yamllaunch.engine.tasks import Task
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.remote.deployment.placement import Placed
+from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
+import pytest
+from support.played_machine import PlayedLaunch
+from support.played_machine import PlayedLink
+from support.played_machine import process
+
+HERE = process('here')
+FIRST = process('arm│first', emulate_tty=True)
+LAST = process('arm│last')
+LABELS = ['arm│first', 'here', 'arm│last']
+
+
+class Supervisor:
+    """The course of what runs here."""
+
+    is_stopping = False
+
+    def __init__(self) -> None:
+        self.tasks = [Task(0, HERE)]
+
+    def task(self, name: str) -> Task:
+        if name == 'here':
+            return self.tasks[0]
+        raise RefusedError(f"there is no process '{name}'")
+
+    def stop_process(self, name: str) -> None:
+        self.task(name)
+
+    def phase(self, task: Task) -> str:
+        return 'waiting'
+
+    def seconds(self, task: Task) -> float:
+        return 0.0
+
+
+class Asked:
+    """A launch with one process here and two on a machine."""
+
+    def __init__(self) -> None:
+        self.link = PlayedLink()
+        whole = Plan((FIRST, HERE, LAST))
+        placed = Placed(whole, Plan((HERE,)), {'arm': Plan((FIRST, LAST))})
+        self.parts = RemoteParts([self.link], placed)
+        self.launch = PlayedLaunch()
+        engine: Any = SimpleNamespace(
+            elsewhere=self.parts,
+            supervisor=Supervisor(),
+            terminals=SimpleNamespace(
+                has_keyboard=self.parts.has_keyboard,
+                add_sink=lambda label, _: self.parts.attach(label),
+                remove_sink=lambda label, _: self.parts.detach(label),
+            ),
+            composition=None,
+            changes=None,
+            is_changed=False,
+            blocks=(),
+            tell=self.launch.tell,
+        )
+        logs = {'arm│last': Path('/log/last')}
+        self.acts = Acts(engine, logs, lambda process: process.parameters)
+        about = About('demo', None, '/demo.yaml', '/')
+        self.service = Service(
+            about, engine, self.acts, None, logs, lambda: 0.0
+        )
+        self.parts.begin(self.launch, SimpleNamespace(lines=1, columns=1))
+        self.answers: list[Any] = []
+
+    def asks(self, request: str, **more: Any) -> object:
+        message = {'version': protocol.VERSION, 'request': request, **more}
+        return self.service.answer(message, self.answers.append)
+
+
+@pytest.fixture
+def asked() -> Asked:
+    return Asked()
+
+
+def test_the_state_has_all_in_the_order_of_the_plan(asked: Asked) -> None:
+    asked.link.tells(events.Started(LAST, 77))
+    asked.asks('status')
+    # what it uses is asked for first
+    assert not asked.answers
+    asked.link.answers('usage', usage={'arm│last': [0.5, 4096]})
+    (answer,) = asked.answers
+    state = from_json(answer['launch'])
+    assert [p.label for p in state.processes] == LABELS
+    last = state.processes[2]
+    assert (last.machine, last.pid, last.log) == ('arm', 77, '/log/last')
+    assert (last.cpu, last.memory) == (0.5, 4096)
+    assert (last.local_pid, state.processes[1].machine) == (None, None)
+    assert [(m.name, m.link) for m in state.machines] == [('arm', 'up')]
+
+
+def test_acts_are_answered_by_the_machine(asked: Asked) -> None:
+    asked.asks('stop', process='arm│last')
+    assert not asked.answers
+    asked.link.answers('act', error='it has not been started yet')
+    asked.asks('stop', process='nobody')
+    assert [a['ok'] for a in asked.answers] == [False, False]
+    assert asked.answers[0]['error'] == 'it has not been started yet'
+    asked.asks('kill', process='arm│last')
+    asked.link.answers('act')
+    assert asked.answers[-1]['ok']
+
+
+def test_the_machine_describes_what_runs_there(asked: Asked) -> None:
+    asked.asks('describe', process='arm│last')
+    asked.link.answers(
+        'describe',
+        description={
+            'argv': ['there', 1],
+            'cwd': '/home/robot',
+            'environment': {'A': 'b', 'C': None},
+            'log': '/there/log',
+        },
+    )
+    (answer,) = asked.answers
+    told = answer['description']
+    assert told['argv'] == ('there', '1')
+    assert told['cwd'] == '/home/robot'
+    assert told['environment'] == {'A': 'b', 'C': None}
+    assert told['log'] == '/log/last'
+    asked.asks('describe', process='arm│last')
+    asked.link.answers('describe', description='odd')
+    assert not asked.answers[-1]['ok']
+
+
+def test_the_tree_has_all(asked: Asked) -> None:
+    asked.asks('tree')
+    (answer,) = asked.answers
+    assert [branch['title'] for branch in answer['tree']] == LABELS
+
+
+def test_who_attaches_is_shown_what_is_there(asked: Asked) -> None:
+    assert asked.asks('attach', process='arm│last') is None
+    assert 'has no keyboard' in asked.answers[-1]['error']
+    asked.link.tells(events.Started(FIRST, 78))
+    assert asked.asks('attach', process='arm│first') == 'arm│first'
+    assert asked.answers[-1]['pid'] == 78
+    viewer: Any = SimpleNamespace(show=lambda *_: None)
+    asked.service.attach('arm│first', viewer)
+    asked.service.detach('arm│first', viewer)
+    assert [m['do'] for m in asked.link.sent[-2:]] == ['attach', 'detach']
+    assert asked.launch.told[-2:] == [
+        events.Attached(FIRST),
+        events.Detached(FIRST),
+    ]

@@ -1,0 +1,98 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A real launch on the full screen."""
+
+import asyncio
+import os
+import signal
+import time
+
+from colcon_yamllaunch.control.subscription import BEGINNING
+from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
+import pytest
+
+DEADLINE = 60.0
+#: Writes as fast as it can, until a file is there.
+FLOOD = (
+    'import os, sys\n'
+    'while not os.path.exists(sys.argv[1]):\n'
+    '    os.write(1, b"x" * 99 + b"\\n")\n'
+    'os.write(1, b"dry\\n")\n'
+    'import time; time.sleep(99)\n'
+)
+
+
+class Around:
+    owns_launch = False
+
+
+def play(app, act):
+    async def until(condition):
+        deadline = time.monotonic() + DEADLINE
+        while not condition():
+            assert time.monotonic() < deadline, 'it did not happen'
+            await asyncio.sleep(0.02)
+
+    async def run():
+        async with app.run_test(size=(100, 24)) as pilot:
+            await act(pilot, until)
+            app.panes.close()
+
+    asyncio.run(run())
+    assert app.error is None, app.error
+
+
+@pytest.mark.full
+def test_a_launch_is_shown_from_its_beginning_to_its_end(controlled, sh):
+    c = controlled(sh('a', 'echo one; sleep 99'), sh('b', 'echo two; exit 3'))
+    c.becomes('b', 'ended')
+    app = LaunchApp(c.client.subscribe(BEGINNING), Around())
+    # others may look, too
+    other = c.connect().subscribe()
+    model = app.panes.model
+
+    def lines():
+        return [(line.label, line.text) for line in model.view.lines]
+
+    async def act(pilot, until):
+        await until(lambda: ('a', 'one') in lines() and model.tree)
+        assert model.failed == {'b'}
+        await until(lambda: model.usage.get('a'))
+        pid = model.part('a').pid
+        await pilot.press('r')
+        await until(lambda: model.part('a').pid not in (None, pid))
+        await pilot.press('s')
+        await until(lambda: model.exit_code is not None and model.ending)
+        assert ('b', 'two') in lines()
+
+    play(app, act)
+    assert c.one.ends() == 1
+    other.close()
+
+
+@pytest.mark.full
+def test_a_flood_drowns_neither_the_screen_nor_the_launch(
+    controlled, python, tmp_path
+):
+    dry = tmp_path / 'dry'
+    flood = python('a', FLOOD, output='own_log')
+    flood['argv'].append(str(dry))
+    c = controlled(flood)
+    c.becomes('a', 'running')
+    app = LaunchApp(c.client.subscribe(), Around())
+    model = app.panes.model
+
+    async def act(pilot, until):
+        await until(lambda: model.missed_bytes > 1 << 20)
+        assert model.store.size < 1 << 24
+        await pilot.press('L', 'L')
+        await until(lambda: 'level WARN' in model.view.filtering.text)
+        dry.touch()
+        await pilot.press('escape')
+        await until(lambda: model.view.lines[-1].text == 'dry')
+        os.kill(c.one.popen.pid, signal.SIGKILL)
+        await until(lambda: model.ending)
+        assert 'launcher is gone' in model.ending
+
+    play(app, act)

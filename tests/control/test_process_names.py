@@ -1,0 +1,112 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Which processes of a launch a name means."""
+
+from types import SimpleNamespace
+
+from colcon_yamllaunch.control.process_names import meant_by
+from colcon_yamllaunch.control.process_names import names_of
+from colcon_yamllaunch.control.process_names import ProcessNames
+import pytest
+
+
+@pytest.mark.parametrize(
+    ('pattern', 'fits'),
+    [
+        ('counter.py-1', True),
+        ('counter.py', True),
+        ('counter', True),
+        ('count', False),
+        ('count*', True),
+        ('python3', True),
+        ('my_counter', True),
+        ('/demo/inner/my_counter', True),
+        ('demo/inner/my_counter', True),
+        ('my_counter*', True),
+        ('demo/*', True),
+        ('/demo/inner', True),
+        ('/demo', True),
+        ('/dem', False),
+        ('/demo/*', True),
+        ('*', True),
+        ('?ounter.py-[12]', True),
+        ('Counter*', False),
+    ],
+)
+def test_names_of_a_process(pattern, fits):
+    node = '/demo/inner/my_counter'
+    for label in ('my_counter', 'counter.py-1'):
+        names = ProcessNames(label, 'counter.py-1', 'python3', node)
+        assert meant_by(pattern, [names]) == ([0] if fits else [])
+
+
+def test_a_process_without_a_node_has_fewer_names():
+    names = ProcessNames('sh-2', 'sh-2', 'sh', None)
+    assert meant_by('sh', [names]) == [0]
+    assert meant_by('/*', [names]) == []
+
+
+@pytest.mark.parametrize(
+    ('pattern', 'meant'),
+    [
+        ('camera', [0]),
+        ('driver-2', [1]),
+        ('left/camera', [1]),
+        ('/left/camera', [1]),
+        ('/left', [1]),
+        ('driver', [0, 1]),
+        ('*camera', [0, 1]),
+    ],
+)
+def test_a_label_means_one_process_only(pattern, meant):
+    known = [
+        ProcessNames('camera', 'driver-1', 'driver', '/camera'),
+        ProcessNames('left/camera', 'driver-2', 'driver', '/left/camera'),
+    ]
+    assert meant_by(pattern, known) == meant
+
+
+@pytest.mark.parametrize(
+    ('pattern', 'meant'),
+    [
+        ('driver', [0, 2]),
+        ('arm│driver', [0]),
+        ('arm/driver', [0]),
+        ('gpu/driver', [2]),
+        ('gpu/*', [1, 2]),
+        ('arm│*', [0]),
+        ('d*r', [0, 2]),
+        ('planner', [1]),
+    ],
+)
+def test_processes_on_machines_are_known_with_them_and_without(pattern, meant):
+    known = [
+        ProcessNames('arm│driver', 'cam.py-1', 'cam.py', None),
+        ProcessNames('gpu│planner', 'planner-2', 'planner', None),
+        ProcessNames('gpu│driver', 'cam.py-3', 'cam.py', None),
+    ]
+    assert meant_by(pattern, known) == meant
+
+
+def test_a_launch_has_the_names_of_its_parts():
+    process = SimpleNamespace(
+        label='driver', ros_name='cam.py-2', argv=('cam',), node_name='/a/cam'
+    )
+    component = SimpleNamespace(plugin='demo::Talker', node_name='/b/talker')
+    part = SimpleNamespace(label='talker', component=component, full_name=None)
+    engine = SimpleNamespace(
+        elsewhere=None,
+        supervisor=SimpleNamespace(tasks=[SimpleNamespace(process=process)]),
+        composition=SimpleNamespace(tasks=[part]),
+    )
+    assert {'driver', 'cam.py-2', '/a/cam', '/a'} <= set(
+        names_of(engine, 'driver')
+    )
+    assert {'talker', 'demo::Talker', 'b/talker'} <= set(
+        names_of(engine, 'talker')
+    )
+    # what ROS says is better than what the launch file says
+    part.full_name = '/c/talker'
+    assert '/c' in names_of(engine, 'talker')
+    assert names_of(engine, 'nobody') == ()

@@ -1,0 +1,240 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Real launches, and clients that are told what happens in them."""
+
+from collections import defaultdict
+import json
+import os
+import signal
+import socket
+
+from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.control.client import ControlError
+from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.control.subscription import Answered
+from colcon_yamllaunch.control.subscription import BEGINNING
+from colcon_yamllaunch.control.subscription import Happened
+from colcon_yamllaunch.control.subscription import Missed
+from colcon_yamllaunch.control.subscription import Point
+from colcon_yamllaunch.control.subscription import Wrote
+import pytest
+from support.controlled import idles
+from support.controlled import memory_of
+
+#: Stands for gdb: takes a command, then runs the program.
+GDB = (
+    '#!/bin/sh\n'
+    'echo "gdb $*"\n'
+    'read command\n'
+    'echo "got $command"\n'
+    'shift 2\n'
+    'exec "$@"\n'
+)
+#: Writes 8 MB and a bit when a file is there.
+TALKER = (
+    'import os, sys, time\n'
+    'while not os.path.exists(sys.argv[1]): time.sleep(0.01)\n'
+    'for _ in range(1000): os.write(1, b"x" * 8191 + b"\\n")\n'
+    'os.write(1, b"done\\n")\n'
+    'time.sleep(99)\n'
+)
+TALK = 1000 * 8192 + 5
+
+
+def news_of(subscription, until=None):
+    """Return all news up to one, or to the end of the launch."""
+    found = []
+    try:
+        for one in subscription:
+            found.append(one)
+            if until is not None and until(one):
+                break
+    except LaunchEndedError:
+        assert until is None
+    return found
+
+
+def answer_to(subscription, name, **more):
+    number = subscription.ask(name, **more)
+    news = news_of(
+        subscription,
+        lambda one: isinstance(one, Answered) and one.number == number,
+    )
+    return news[-1]
+
+
+def size_of(news):
+    """Return how many bytes were written, or missed."""
+    return sum(
+        len(one.data) if isinstance(one, Wrote) else one.bytes
+        for one in news
+        if isinstance(one, Wrote | Missed)
+    )
+
+
+def test_a_client_is_told_all_from_the_beginning_to_the_end(controlled, sh):
+    c = controlled(
+        sh('a', 'printf "one\\ntwo"; echo three >&2; exit 3'),
+        sh('b', 'trap "" INT; echo up; sleep 99'),
+    )
+    c.becomes('a', 'ended')
+    c.one.shows('[b]      up')
+    before = c.client.subscribe(BEGINNING)
+    assert [p.label for p in before.state.processes] == ['a', 'b']
+    after = c.connect().subscribe(output=False)
+    assert after.now == after.point == before.now
+    assert before.ask('kill', process='b') == 1
+    news = news_of(before)
+    # by then the logs are written
+    assert c.one.ends() == 1
+    (answer,) = [one for one in news if isinstance(one, Answered)]
+    assert answer.error is None
+    events = [one.fields for one in news if isinstance(one, Happened)]
+    lines = c.one.log('events.jsonl').splitlines()
+    assert list(map(untimed, events)) == [
+        untimed(json.loads(line)) for line in lines
+    ]
+    assert events[-1]['event'] == 'ended'
+    assert events[-1]['exit_code'] == 1
+    assert events[0]['time'] > 1.7e9
+    written = defaultdict(bytes)
+    for one in news:
+        if isinstance(one, Wrote):
+            written[one.process, one.stream] += one.data
+    assert written == {
+        ('a', 'stderr'): b'three\n',
+        ('a', 'stdout'): b'one\ntwo',
+        ('b', 'stdout'): b'up\n',
+    }
+    assert before.point == Point(len(events), size_of(news))
+    # who came later was told the rest
+    names = [one.name for one in news_of(after)]
+    assert names == [e['event'] for e in events[after.now.events :]]
+    assert 'requested' in names
+
+
+def untimed(record):
+    return {**record, 'time': 0}
+
+
+def test_a_client_that_has_subscribed_asks_all_the_same(idle):
+    news = idle.connect().subscribe(events=False)
+    answer = answer_to(news, 'stop', process='x')
+    assert answer.error == "there is no process 'x'"
+    description = answer_to(news, 'describe', process='a').answer[
+        'description'
+    ]
+    assert description['argv'] == ['sleep', '9999']
+    assert description['position'] == '/ws/demo.yaml:14:5'
+    assert (description['cwd'], description['environment']) == ('/', {})
+    (branch,) = answer_to(news, 'tree').answer['tree']
+    assert (branch['kind'], branch['title']) == ('process', 'a')
+    assert 'another connection' in answer_to(news, 'attach', process='a').error
+    assert answer_to(news, 'status').answer['launch']['title']
+    refused = answer_to(news, 'watch', action='pause').error
+    assert refused == 'no files are watched; that is --watch'
+    # a second time takes the place of the first
+    again = answer_to(news, 'subscribe', since={'events': 0, 'bytes': 0})
+    assert again.answer['now'] == news.now.as_json()
+    (started,) = news_of(news, lambda one: isinstance(one, Happened))
+    assert started.fields['event'] == 'started'
+
+
+def test_answers_have_the_id_of_their_request(idle):
+    raw = idle.raw()
+    request = protocol.request('status')
+    for one in ('text', 7):
+        raw.sendall(protocol.encode({**request, 'id': one}))
+    lines = raw.makefile('rb')
+    assert [json.loads(lines.readline())['id'] for _ in '12'] == ['text', 7]
+
+
+@pytest.mark.parametrize(
+    'message',
+    [
+        {'request': 'status', 'id': []},
+        {'request': 'subscribe', 'since': 7},
+        {'request': 'subscribe', 'output': 'yes'},
+        {'request': 'subscribe', 'processes': 'a'},
+        {'request': 'watch', 'action': 'off'},
+        {'request': 'dance', 'id': 1},
+        {'request': 'kill'},
+    ],
+)
+def test_nonsense_ends_a_subscription_and_not_the_launch(idle, message):
+    client = idle.connect()
+    news = client.subscribe()
+    client.send({'version': protocol.VERSION, **message})
+    with pytest.raises(LaunchEndedError):
+        for _ in news:
+            pass
+    assert idle.process('a').phase == 'running'
+
+
+def test_who_says_no_more_is_told_on(controlled, sh):
+    c = controlled(sh('a', 'sleep 99'))
+    c.becomes('a', 'running')
+    news = c.client.subscribe()
+    c.client.connection.shutdown(socket.SHUT_WR)
+    c.one.sends(signal.SIGINT)
+    assert news_of(news)[-1].name == 'ended'
+
+
+@pytest.mark.full
+def test_no_client_makes_a_launch_wait_or_grow(controlled, python, tmp_path):
+    ready = tmp_path / 'ready'
+    talker = python('a', TALKER, output='own_log')
+    talker['argv'].append(str(ready))
+    c = controlled(talker)
+    c.becomes('a', 'running')
+    pid = c.one.popen.pid
+    reader = c.client.subscribe()
+    deaf = [c.connect() for _ in range(protocol.MAXIMUM_CLIENTS - 1)]
+    deaf = [client.subscribe() for client in deaf]
+    before = memory_of(pid)
+    ready.touch()
+    read = news_of(
+        reader, lambda one: isinstance(one, Wrote) and b'done\n' in one.data
+    )
+    assert size_of(read) == TALK
+    # the log is complete, whatever they do
+    assert len(c.one.log('a/stdout.log')) == TALK
+    assert memory_of(pid) - before < 16_000_000
+    # those that die are forgotten
+    for one in deaf[1:]:
+        one.close()
+    assert answer_to(reader, 'status').error is None
+    assert idles(pid)
+    c.one.sends(signal.SIGINT)
+    late = news_of(deaf[0])
+    c.one.ends()
+    logs = [c.one.log(f'a/{name}.log') for name in ('stdout', 'stderr')]
+    assert size_of(late) == sum(map(len, logs)) >= TALK
+    assert any(isinstance(one, Missed) for one in late)
+    assert late[-1].name == 'ended'
+
+
+@pytest.mark.full
+def test_a_process_is_started_under_a_debugger_once(controlled, sh, tmp_path):
+    (tmp_path / 'gdb').write_text(GDB)
+    (tmp_path / 'gdb').chmod(0o755)
+    c = controlled(
+        sh('a', 'echo begun; sleep 99'),
+        environment={'PATH': f'{tmp_path}:{os.environ["PATH"]}'},
+    )
+    c.one.shows('  begun')
+    c.client.request('debug', process='a')
+    c.wait_until(lambda: c.process('a').terminal)
+    typist = c.connect()
+    typist.request('attach', process='a')
+    typist.send({'keys': 'run\r'})
+    c.one.shows('gdb -q --args sh -c echo').shows('got run')
+    c.wait_until(lambda: c.one.screen.count('  begun') == 2)
+    assert c.process('a').restarts == 1
+    c.client.request('restart', process='a')
+    c.wait_until(lambda: c.process('a').restarts == 2)
+    with pytest.raises(ControlError, match='emulate_tty'):
+        c.client.request('attach', process='a')
+    actions = [e['action'] for e in c.one.events('requested')]
+    assert actions == ['debug', 'restart']

@@ -1,0 +1,293 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Lifecycle nodes in launches that are replayed without ROS."""
+
+import signal
+
+from colcon_yamllaunch.engine.events import StateChanged
+from colcon_yamllaunch.engine.events import TransitionFailed
+from colcon_yamllaunch.engine.events import Warned
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.tasks import RefusedError
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.position import Position
+import pytest
+from support.history import History
+
+CRASH = Outcome(signal=signal.SIGSEGV)
+
+
+@pytest.fixture
+def node(process):
+    """Return a function that makes a lifecycle node."""
+
+    def make(label='lc-1', node_name='/lc', autostart=True, **more):
+        return process(
+            label,
+            node_name=node_name,
+            is_lifecycle=True,
+            autostart=autostart,
+            **more,
+        )
+
+    return make
+
+
+def begin(*entries):
+    h = History(*entries)
+    h.turn()
+    h.ready()
+    return h
+
+
+def lifecycle_component():
+    return Component(
+        'a',
+        'demo',
+        'demo::It',
+        '/box',
+        Position('/ws/demo.yaml', 7, 9),
+        name='a',
+        is_lifecycle=True,
+        autostart=True,
+    )
+
+
+def goes(h, state, before=None, node='/lc'):
+    h.says(event='state', node=node, state=state, **{'from': before})
+
+
+def transitions(h):
+    return [r['transition'] for r in h.open('change_state')]
+
+
+def activate(h, node='/lc'):
+    goes(h, 'unconfigured', node=node)
+    assert transitions(h) == ['configure']
+    goes(h, 'configuring', 'unconfigured', node)
+    goes(h, 'inactive', 'configuring', node)
+    h.answer('change_state')
+    assert transitions(h) == ['activate']
+    h.answer('change_state')
+    goes(h, 'activating', 'inactive', node)
+    goes(h, 'active', 'activating', node)
+    assert transitions(h) == []
+
+
+def test_a_node_is_configured_and_activated(node):
+    h = begin(node())
+    assert [r['node'] for r in h.open('follow')] == ['/lc']
+    activate(h)
+    assert h.composition.state('lc-1') == 'active'
+    lines = [line for e in h.happened(StateChanged) for line in e.lines()]
+    assert lines == ['lc-1: inactive', 'lc-1: active']
+    h.exit('lc-1')
+    assert h.composition.state('lc-1') is None
+    assert h.supervisor.done
+    assert not h.happened(TransitionFailed)
+
+
+def test_without_autostart_a_node_is_only_followed(node):
+    h = begin(node(autostart=False))
+    goes(h, 'unconfigured')
+    assert transitions(h) == []
+    assert h.composition.state('lc-1') == 'unconfigured'
+
+
+def test_a_transition_that_fails_is_a_failure(node):
+    h = begin(node())
+    goes(h, 'unconfigured')
+    goes(h, 'configuring', 'unconfigured')
+    h.answer('change_state', 'the callback failed')
+    goes(h, 'unconfigured', 'configuring')
+    (failure,) = h.happened(TransitionFailed)
+    assert failure.transition == 'configure'
+    (line,) = failure.lines()
+    assert '/lc' in line
+    assert 'the callback failed' in line
+    assert 'demo.yaml:14:5' in line
+    assert transitions(h) == []
+
+
+def test_a_respawned_node_gets_the_state_that_it_had_reached(node):
+    h = begin(node(respawn=True))
+    activate(h)
+    h.exit('lc-1', CRASH)
+    activate(h)
+    goes(h, 'deactivating', 'active')
+    goes(h, 'inactive', 'deactivating')
+    h.exit('lc-1', CRASH)
+    goes(h, 'unconfigured')
+    h.answer('change_state')
+    assert transitions(h) == []
+    assert h.composition.state('lc-1') == 'inactive'
+    assert not h.happened(TransitionFailed)
+
+
+@pytest.mark.hostile
+def test_an_end_before_the_activation_is_one_failure(node, process):
+    h = begin(node(), process('other'))
+    goes(h, 'unconfigured')
+    h.exit('lc-1')
+    (failure,) = h.happened(TransitionFailed)
+    assert 'it finished' in failure.reason
+    assert transitions(h) == []
+    h = begin(node(), process('other'))
+    h.exit('lc-1', CRASH)
+    assert not h.happened(TransitionFailed)
+
+
+def test_a_component_is_activated_once_it_is_loaded(process):
+    h = begin(
+        process('box-1', node_name='/box', respawn=True),
+        lifecycle_component(),
+    )
+    assert h.open('follow') == []
+    h.there('/box')
+    h.loads(1)
+    activate(h, '/a')
+    assert h.composition.task('a').state == 'active'
+    h.exit('box-1', CRASH)
+    assert h.composition.task('a').state is None
+    h.loads(1)
+    activate(h, '/a')
+
+
+def test_another_client_goes_on_where_the_first_was(node):
+    h = begin(node())
+    goes(h, 'unconfigured')
+    h.asked.clear()
+    h.composition.client_died()
+    h.ready()
+    assert len(h.open('follow')) == 1
+    assert transitions(h) == []
+    goes(h, 'inactive')
+    assert transitions(h) == ['activate']
+
+
+def test_a_user_changes_the_state(node):
+    said = []
+    h = begin(node(autostart=False))
+    goes(h, 'unconfigured')
+    h.composition.change_state('/lc', 'configure', said.append)
+    h.answer('change_state')
+    h.composition.change_state('lc-1', 'activate', said.append)
+    h.answer('change_state', 'it would not')
+    assert said == [None, 'it would not']
+    assert not h.happened(TransitionFailed)
+    h.composition.change_state('lc-1', 'activate', said.append)
+    h.composition.client_died()
+    assert 'ended' in said[2]
+    with pytest.raises(RefusedError, match="no lifecycle node 'x'"):
+        h.composition.change_state('x', 'activate', said.append)
+    with pytest.raises(RefusedError, match="no transition 'fly'"):
+        h.composition.change_state('/lc', 'fly', said.append)
+
+
+def test_what_a_user_asks_for_before_there_is_a_client_waits_for_it(node):
+    said = []
+    h = History(node(autostart=False), node('lc-2', '/two', autostart=False))
+    h.composition.change_state('lc-1', 'configure', said.append)
+    h.composition.change_state('lc-2', 'configure', said.append)
+    h.turn()
+    h.composition.client_died()
+    h.exit('lc-2')
+    assert transitions(h) == []
+    h.ready()
+    assert [r['node'] for r in h.open('change_state')] == ['/lc']
+    h.answer('change_state')
+    assert said == ['it ended', None]
+    h.composition.client_died()
+    h.composition.change_state('lc-1', 'activate', said.append)
+    h.composition.change_state('lc-2', 'activate', said.append)
+    h.composition.change_state('lc-1', 'cleanup', said.append)
+    h.ready()
+    h.answer('change_state')
+    assert said[2:] == [
+        'somebody asked for something else',
+        'lc-2 does not run',
+        None,
+    ]
+    h.composition.client_died()
+    h.composition.change_state('lc-1', 'configure', said.append)
+    h.composition.client_given_up('it is broken')
+    assert said[-1] == 'it is broken'
+    with pytest.raises(RefusedError, match='it is broken'):
+        h.composition.change_state('lc-1', 'configure', said.append)
+
+
+def wish(h, transition, name='lc-1'):
+    said = []
+    h.composition.change_state(name, transition, said.append)
+    h.answer('change_state')
+    assert said == [None]
+
+
+@pytest.mark.parametrize('transition', ['shutdown', 'deactivate'])
+def test_a_node_that_is_restarted_on_request_is_activated(
+    node, process, transition
+):
+    h = begin(node(), process('other'))
+    activate(h)
+    wish(h, transition)
+    h.restart('lc-1')
+    h.exit('lc-1')
+    activate(h)
+    wish(h, transition)
+    h.stop('lc-1')
+    h.exit('lc-1')
+    h.restart('lc-1')
+    activate(h)
+
+
+def test_a_component_that_is_loaded_anew_is_activated(process):
+    h = begin(process('box-1', node_name='/box'), lifecycle_component())
+    h.there('/box')
+    h.loads(1)
+    activate(h, '/a')
+    wish(h, 'shutdown', 'a')
+    h.composition.reload('a')
+    h.answer('unload')
+    h.loads(2)
+    activate(h, '/a')
+
+
+def test_what_a_node_does_because_it_ends_is_no_state_to_restore(process):
+    h = begin(process('box-1', node_name='/box'), lifecycle_component())
+    h.there('/box')
+    h.loads(1)
+    activate(h, '/a')
+    h.restart('box-1')
+    goes(h, 'deactivating', 'active', '/a')
+    goes(h, 'inactive', 'deactivating', '/a')
+    h.exit('box-1')
+    h.there('/box')
+    h.loads(1)
+    activate(h, '/a')
+
+
+def test_a_restarted_container_has_components_with_their_states(process):
+    h = begin(process('box-1', node_name='/box'), lifecycle_component())
+    h.there('/box')
+    h.loads(1)
+    activate(h, '/a')
+    wish(h, 'deactivate', 'a')
+    h.restart('box-1')
+    h.exit('box-1')
+    h.there('/box')
+    h.loads(1)
+    goes(h, 'unconfigured', node='/a')
+    h.answer('change_state')
+    goes(h, 'inactive', 'configuring', '/a')
+    assert transitions(h) == []
+
+
+def test_a_node_that_is_none_is_said_to_be_waited_for(node):
+    h = begin(node())
+    h.after(5.1)
+    (warned,) = h.happened(Warned)
+    assert 'does not offer the services of a lifecycle node' in warned.text
+    activate(h)
+    h.after(1000.0)
+    assert len(h.happened(Warned)) == 1

@@ -1,0 +1,101 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Timers on ROS time, in launches that are replayed without ROS."""
+
+from colcon_yamllaunch.engine.events import Warned
+from colcon_yamllaunch.plan.plan import Timer
+import pytest
+from support.history import History
+
+
+@pytest.fixture
+def history(process):
+    def begin(*, ready=True):
+        made = History(
+            process('a'), Timer(3.0, (process('b'),), on_ros_time=True)
+        )
+        made.turn()
+        if ready:
+            made.ready()
+        return made
+
+    return begin
+
+
+def clock(history, seconds):
+    history.says(event='clock', seconds=seconds)
+
+
+def test_a_timer_runs_on_the_clock(history):
+    h = history()
+    assert len(h.open('clock')) == 1
+    clock(h, 1000.0)
+    h.after(60.0)
+    clock(h, 1002.9)
+    assert h.started() == ['a']
+    clock(h, 1003)
+    assert h.started() == ['a', 'b']
+    assert not h.happened(Warned)
+
+
+def test_a_clock_that_is_set_back_loses_nothing(history):
+    h = history()
+    clock(h, 50.0)
+    clock(h, 52.0)
+    clock(h, 0.0)
+    clock(h, 0.9)
+    assert h.started() == ['a']
+    clock(h, 1.0)
+    assert h.started() == ['a', 'b']
+
+
+def test_a_clock_that_does_not_come_is_said(history):
+    h = history()
+    h.after(5.1)
+    (warned,) = h.happened(Warned)
+    assert '/clock' in warned.text
+    h.after(5.0)
+    assert len(h.happened(Warned)) == 1
+    clock(h, 1.0)
+    h.after(1000.0)
+    assert len(h.happened(Warned)) == 1
+
+
+def test_another_client_is_asked_for_the_clock(history):
+    h = history()
+    clock(h, 10.0)
+    clock(h, 12.0)
+    h.composition.client_died()
+    h.ready()
+    assert len(h.open('clock')) == 2
+    clock(h, 13.0)
+    assert h.started() == ['a', 'b']
+
+
+def test_without_any_client_the_launch_ends_all_the_same(history):
+    h = history(ready=False)
+    h.composition.client_given_up('it died')
+    h.exit('a')
+    assert h.supervisor.done
+
+
+def test_a_shutdown_does_not_wait_for_the_clock(process):
+    h = History(
+        process('a'),
+        Timer(3.0, (), cancel_on_shutdown=False, on_ros_time=True),
+    )
+    h.turn()
+    h.supervisor.stop('interrupted')
+    h.exit('a')
+    assert h.supervisor.done
+
+
+def test_a_timer_after_the_last_client_is_dropped(process):
+    later = Timer(3.0, (process('b'),), on_ros_time=True)
+    h = History(process('a'), Timer(1.0, (later,)))
+    h.turn()
+    h.composition.client_given_up('it died')
+    h.after(1.1)
+    h.exit('a')
+    assert h.supervisor.done

@@ -1,0 +1,262 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What is started anew after a change, replayed without a process."""
+
+import signal
+
+from colcon_yamllaunch.engine.events import Requested
+from colcon_yamllaunch.engine.events import Said
+from colcon_yamllaunch.engine.events import ShuttingDown
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.position import Position
+import pytest
+from support.history import History
+
+STOPPED = Outcome(signal=signal.SIGINT)
+
+
+@pytest.fixture
+def history():
+    def begin(*entries):
+        made = History(*entries)
+        made.supervisor.outlasts_failures = made.host.waits = True
+        made.turn()
+        return made
+
+    return begin
+
+
+def restarts(h, *labels):
+    restarted = h.supervisor.restart_changed(labels)
+    h.turn()
+    return restarted
+
+
+def says(h, state, before):
+    h.says(event='state', node='/a', state=state, **{'from': before})
+
+
+def test_what_a_change_touches_is_started_anew(history, process):
+    h = history(process('a'), process('b'))
+    assert restarts(h, 'a', 'unknown') == ('a',)
+    assert h.sent('a') == [signal.SIGINT]
+    assert h.started() == ['a', 'b']
+    h.exit('a', STOPPED)
+    assert h.started() == ['a', 'b', 'a']
+    assert [e.action for e in h.happened(Requested)] == ['change']
+
+
+def test_several_start_in_the_order_of_the_launch(history, process):
+    h = history(process('a'), process('b'), process('c'))
+    assert restarts(h, 'c', 'a', 'b') == ('a', 'b', 'c')
+    h.exit('b', STOPPED)
+    h.exit('c', STOPPED)
+    assert h.started() == ['a', 'b', 'c']
+    h.exit('a', STOPPED)
+    assert h.started() == ['a', 'b', 'c', 'a', 'b', 'c']
+
+
+def test_one_that_is_stopped_meanwhile_holds_up_nobody(history, process):
+    h = history(process('a'), process('b'))
+    restarts(h, 'a', 'b')
+    h.exit('b', STOPPED)
+    h.stop('a')
+    assert h.started() == ['a', 'b', 'b']
+    h.exit('a', STOPPED)
+    assert h.phases() == ['ended', 'running']
+
+
+def test_one_that_is_dropped_meanwhile_holds_up_nobody(history, process):
+    h = history(process('a'), process('b'))
+    restarts(h, 'a', 'b')
+    h.exit('b', STOPPED)
+    h.supervisor.drop('a')
+    h.turn()
+    assert h.started() == ['a', 'b', 'b']
+
+
+def test_another_change_during_a_restart_starts_nothing_twice(
+    history, process
+):
+    h = history(process('a'))
+    restarts(h, 'a')
+    restarts(h, 'a')
+    h.exit('a', STOPPED)
+    assert h.started() == ['a', 'a']
+    assert h.sent('a') == []
+
+
+def test_what_ended_by_itself_is_started_anew(history, process):
+    h = history(process('a'))
+    h.exit('a', Outcome(code=1))
+    assert not h.supervisor.done
+    assert restarts(h, 'a') == ('a',)
+    assert h.started() == ['a', 'a']
+
+
+def test_what_a_user_stopped_stays_so(history, process):
+    h = history(process('a'))
+    h.stop('a')
+    h.exit('a', STOPPED)
+    assert restarts(h, 'a') == ()
+    h.restart('a')
+    assert restarts(h, 'a') == ('a',)
+
+
+def test_what_was_not_started_yet_has_its_time_to_come(history, process):
+    h = history(Timer(5.0, (process('a'),)))
+    assert restarts(h, 'a') == ()
+    h.after(5.0)
+    assert h.started() == ['a']
+
+
+def test_a_restart_ends_no_launch(history, process):
+    h = history(process('a', on_exit_shutdown=True))
+    restarts(h, 'a')
+    h.exit('a', STOPPED)
+    assert h.started() == ['a', 'a']
+    assert h.happened(ShuttingDown) == []
+
+
+def test_a_failure_ends_no_launch_as_the_next_change_may_mend_it(
+    history, process
+):
+    h = history(process('a', on_exit_shutdown=True))
+    h.exit('a', Outcome(code=1))
+    assert h.happened(ShuttingDown) == []
+    h.host.refused.add('a')
+    restarts(h, 'a')
+    assert h.happened(ShuttingDown) == []
+    h.host.refused.clear()
+    restarts(h, 'a')
+    h.exit('a')
+    assert len(h.happened(ShuttingDown)) == 1
+
+
+def test_a_respawn_that_is_due_is_no_second_start(history, process):
+    h = history(process('a', respawn=True, respawn_delay=3.0))
+    h.exit('a', Outcome(code=1))
+    restarts(h, 'a')
+    h.after(5.0)
+    assert h.started() == ['a', 'a']
+
+
+def test_a_revised_process_is_another_one_from_its_next_start_on(
+    history, process
+):
+    h = history(process('a'))
+    h.supervisor.revise(process('a', respawn=True), at_once=False)
+    assert not h.supervisor.task('a').process.respawn
+    restarts(h, 'a')
+    h.exit('a', STOPPED)
+    assert h.supervisor.task('a').process.respawn
+
+
+def test_what_the_launcher_does_with_it_is_new_at_once(history, process):
+    h = history(process('a'))
+    h.supervisor.revise(process('a', respawn=True), at_once=True)
+    h.exit('a', Outcome(code=1))
+    assert h.started() == ['a', 'a']
+    # and no more
+    h.supervisor.revise(process('a'), at_once=True)
+    h.exit('a', Outcome(code=1))
+    assert h.started() == ['a', 'a']
+
+
+def test_a_revision_is_taken_back(history, process):
+    h = history(process('a'))
+    h.supervisor.revise(process('a', respawn=True), at_once=False)
+    h.supervisor.revise(process('a'), at_once=False)
+    restarts(h, 'a')
+    h.exit('a', STOPPED)
+    assert not h.supervisor.task('a').process.respawn
+
+
+def test_what_waits_and_is_said_no_more_is_not_done(history, process):
+    hello, bye = Message('INFO', 'hello'), Message('INFO', 'bye')
+    inner = Timer(1.0, (hello, Shutdown('')))
+    h = history(process('a'), Timer(1.0, (hello, bye, inner)))
+    h.supervisor.forget([hello, Shutdown('')])
+    h.after(5.0)
+    assert [e.text for e in h.happened(Said)] == ['bye', 'hello']
+    assert h.happened(ShuttingDown) == []
+
+
+def test_lifecycle_nodes_get_their_states_back(history, process):
+    h = history(process('a', node_name='/a', is_lifecycle=True))
+    h.ready()
+    says(h, 'unconfigured', None)
+    says(h, 'inactive', 'configuring')
+    says(h, 'active', 'activating')
+    restarts(h, 'a')
+    h.exit('a', STOPPED)
+    says(h, 'unconfigured', None)
+    (request,) = h.open('change_state')
+    assert request['transition'] == 'configure'
+
+
+@pytest.fixture
+def box(history, process):
+    """Return a launch with a container and two components in it."""
+    container = process('box-1', node_name='/box', is_container=True)
+    made = history(container, component('a'), component('b'))
+    made.ready('/box')
+    made.loads(1, 2)
+    return made
+
+
+def component(label, **more):
+    position = Position('/ws/demo.yaml', 7, 9)
+    kind = ('demo', 'demo::A', '/box')
+    return Component(label, *kind, position, name=label, **more)
+
+
+def reloads(h, labels, processes=()):
+    loaded = h.composition.reload_changed(labels, processes)
+    h.turn()
+    return loaded
+
+
+def test_a_component_that_differs_is_loaded_anew(box):
+    box.composition.revise(component('a', namespace='/other'))
+    assert reloads(box, ['a']) == ('a',)
+    assert box.answer('unload')['unique_id'] == 1
+    (load,) = box.open('load')
+    assert (load['name'], load['namespace']) == ('a', '/other')
+
+
+def test_a_container_that_is_started_anew_gets_its_components_back(box):
+    assert restarts(box, 'box-1') == ('box-1',)
+    box.composition.revise(component('a', namespace='/other'))
+    assert reloads(box, ['a'], ['box-1']) == ('a',)
+    assert box.open('unload') == []
+    box.there('/box', there=False)
+    box.exit('box-1', STOPPED)
+    box.there('/box')
+    spaces = {r['name']: r['namespace'] for r in box.open('load')}
+    assert spaces == {'a': '/other', 'b': ''}
+
+
+def test_a_container_that_crashed_is_started_for_its_components(box):
+    assert box.composition.ended_containers(['a']) == set()
+    box.there('/box', there=False)
+    box.exit('box-1', Outcome(code=1))
+    assert box.composition.ended_containers(['b-1']) == set()
+    ended = box.composition.ended_containers(['a'])
+    assert ended == {'box-1'}
+    assert restarts(box, *ended) == ('box-1',)
+    assert reloads(box, ['a'], ['box-1']) == ('a',)
+    box.there('/box')
+    assert {r['name'] for r in box.open('load')} == {'a', 'b'}
+
+
+def test_a_component_that_a_user_unloaded_stays_so(box):
+    box.composition.unload('a')
+    box.turn()
+    box.answer('unload')
+    assert reloads(box, ['a']) == ()

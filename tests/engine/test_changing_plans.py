@@ -1,0 +1,466 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Plans that change while they run, replayed without a process."""
+
+import signal
+
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.events import Dropped
+from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.events import Loaded
+from colcon_yamllaunch.engine.events import LoadFailed
+from colcon_yamllaunch.engine.events import Planned
+from colcon_yamllaunch.engine.events import Said
+from colcon_yamllaunch.engine.events import Signalled
+from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.engine.events import TransitionFailed
+from colcon_yamllaunch.engine.events import Unloaded
+from colcon_yamllaunch.engine.events import Warned
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.tasks import RefusedError
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import HostCall
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import SignalProcess
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.position import Position
+import pytest
+from support.history import History
+
+POSITION = Position('/ws/demo.yaml', 7, 9)
+STOPPED = Outcome(signal=signal.SIGINT)
+
+
+@pytest.fixture
+def history():
+    def begin(*entries):
+        made = History(*entries)
+        made.turn()
+        return made
+
+    return begin
+
+
+@pytest.fixture
+def box(process):
+    return process('box-1', node_name='/box', is_container=True)
+
+
+def component(label='a', **more):
+    more = {'name': label, 'container': '/box', **more}
+    return Component(label, 'demo', 'demo::A', position=POSITION, **more)
+
+
+def arguments(history, label):
+    """Return the first argument of each start of a process."""
+    return [
+        e.process.argv[0]
+        for e in history.happened(Started)
+        if e.process.label == label
+    ]
+
+
+def test_what_comes_later_takes_its_turn_like_what_was_there(history, process):
+    h = history(process('a'))
+    h.extend(
+        process('b'), Message('INFO', 'hello'), Timer(2.0, (process('c'),))
+    )
+    assert h.started() == ['a', 'b']
+    assert [t.process.label for t in h.supervisor.tasks] == ['a', 'b', 'c']
+    kinds = [type(e) for e in h.host.events]
+    assert kinds == [Started, Planned, Started, Said]
+    assert [p.label for p in h.happened(Planned)[0].parts] == ['b', 'c']
+    h.after(2.0)
+    assert h.started() == ['a', 'b', 'c']
+    h.exit('a')
+    h.stop('b')
+    h.exit('b', STOPPED)
+    h.restart('c')
+    h.exit('c', STOPPED)
+    assert h.phases() == ['ended', 'ended', 'running']
+    h.exit('c')
+    assert h.supervisor.done
+
+
+def test_numbers_of_processes_are_used_once(history, process):
+    h = history(process('a'), process('b'))
+    h.supervisor.drop('b')
+    h.exit('b', STOPPED)
+    h.extend(process('b'), process('c'))
+    numbers = [task.number for task in h.supervisor.tasks]
+    assert len({*numbers, 1, h.supervisor.client_number}) == 5
+    assert h.started() == ['a', 'b', 'b', 'c']
+
+
+def test_a_label_is_given_once(history, process):
+    h = history(process('a'))
+    with pytest.raises(ValueError, match='a already'):
+        h.extend(process('a'))
+
+
+def test_a_launch_whose_plan_may_grow_does_not_end(history, process):
+    h = History(process('a'))
+    h.host.waits = True
+    h.turn()
+    h.exit('a')
+    assert not h.supervisor.done
+    assert not h.supervisor.is_stopping
+    h.extend(process('b'))
+    h.host.waits = False
+    h.exit('b')
+    assert h.supervisor.done
+
+
+def test_nothing_is_started_while_everything_is_stopped(history, process):
+    h = history(process('a'))
+    h.supervisor.stop('enough')
+    h.extend(
+        process('b'),
+        Message('INFO', 'bye'),
+        Timer(1.0, (Message('INFO', 'late'),), cancel_on_shutdown=False),
+        Shutdown('more'),
+    )
+    h.exit('a', STOPPED)
+    h.after(1.0)
+    assert h.started() == ['a']
+    assert [e.text for e in h.happened(Said)] == ['bye', 'late']
+    assert not h.happened(Planned)
+    assert h.supervisor.done
+
+
+def test_a_process_becomes_another_one_with_its_next_start(history, process):
+    h = history(process('a', 'old', name='a.py-1', output='screen'))
+    h.supervisor.replace(process('a', 'new', name='a.py-1'))
+    assert h.sent('a') == [signal.SIGINT]
+    assert h.supervisor.task('a').process.argv == ('old',)
+    h.exit('a', STOPPED)
+    assert arguments(h, 'a') == ['old', 'new']
+    ended, planned = h.happened(Exited)[0], h.happened(Planned)[0]
+    assert ended.process.argv == ('old',)
+    assert planned.parts[0].argv == ('new',)
+    assert not ended.failed
+    assert h.supervisor.task('a.py-1').restarts == 1
+
+
+def test_one_that_has_ended_is_started_anew(history, process):
+    h = history(process('a', 'old'), process('b', on_exit_shutdown=True))
+    h.exit('a', Outcome(code=1))
+    h.supervisor.replace(process('a', 'new'))
+    h.supervisor.replace(process('b', 'new'))
+    h.turn()
+    h.exit('b', STOPPED)
+    assert arguments(h, 'a') == ['old', 'new']
+    assert h.phases() == ['running', 'running']
+
+
+def test_one_that_waits_for_its_timer_goes_on_waiting(history, process):
+    h = history(process('a'), Timer(2.0, (process('b', 'old'),)))
+    h.supervisor.replace(process('b', 'new'))
+    assert h.started() == ['a']
+    h.after(2.0)
+    assert arguments(h, 'b') == ['new']
+
+
+def test_a_process_that_is_dropped_is_stopped_and_forgotten(history, process):
+    h = history(process('a'), process('b', respawn=True))
+    h.supervisor.drop('b')
+    assert h.phases() == ['running', 'stopping']
+    h.exit('b', STOPPED)
+    assert [t.process.label for t in h.supervisor.tasks] == ['a']
+    assert [e.process.label for e in h.happened(Dropped)] == ['b']
+    with pytest.raises(RefusedError, match='no process'):
+        h.restart('b')
+    h.exit('a')
+    assert h.supervisor.done
+
+
+def test_one_is_dropped_that_was_never_started_or_has_ended(history, process):
+    h = history(
+        process('a'), process('b'), Timer(1.0, (process('c'), process('d')))
+    )
+    h.exit('b')
+    h.supervisor.drop('b')
+    h.supervisor.drop('c')
+    h.after(1.0)
+    assert h.started() == ['a', 'b', 'd']
+    assert [t.process.label for t in h.supervisor.tasks] == ['a', 'd']
+
+
+def test_who_is_dropped_while_it_restarts_does_not_come_back(history, process):
+    h = history(process('a'), process('b'))
+    h.restart('b')
+    h.supervisor.drop('b')
+    h.exit('b', STOPPED)
+    assert h.started() == ['a', 'b']
+    # and the other way round
+    h.supervisor.drop('a')
+    h.supervisor.replace(process('a', 'new'))
+    h.exit('a', STOPPED)
+    assert arguments(h, 'a') == ['true', 'new']
+    assert not h.happened(Dropped)[1:]
+
+
+def test_a_component_comes_to_a_container_that_runs(history, box):
+    h = history(box)
+    composition = h.compose(Plan((box,)))
+    h.composition = composition
+    h.supervisor.compose(composition)
+    h.extend(component())
+    h.ready('/box')
+    h.loads(1)
+    assert [e.component.label for e in h.happened(Loaded)] == ['a']
+    # the container is known as its own
+    h.exit('box-1', Outcome(signal=signal.SIGSEGV))
+    assert [e.component.label for e in h.happened(Unloaded)] == ['a']
+
+
+def test_a_component_comes_to_a_container_that_has_ended(
+    history, box, process
+):
+    h = history(box, process('other'))
+    h.exit('box-1')
+    h.supervisor.compose(h.compose(Plan((box,))))
+    h.extend(component())
+    (failed,) = h.happened(LoadFailed)
+    assert 'box-1' in failed.reason
+
+
+def test_a_container_comes_with_its_components(history, box, process):
+    h = history(process('lc', is_lifecycle=True, node_name='/lc'))
+    h.ready()
+    h.extend(box, component('a'), component('b', is_lifecycle=True))
+    h.there('/box')
+    h.loads(1, 2)
+    assert h.composition.is_lifecycle('b')
+    assert [t.label for t in h.composition.tasks] == ['a', 'b']
+    with pytest.raises(ValueError, match='a already'):
+        h.extend(component('a'))
+
+
+def test_a_component_is_loaded_anew_as_another_one(history, box):
+    h = history(box, component('a'))
+    h.ready('/box')
+    h.loads(1)
+    h.composition.replace(component('a', name='other'))
+    assert h.composition.task('a').component.name == 'a'
+    h.answer('unload')
+    assert h.loads(2) == ['/other']
+    assert h.happened(Planned)[0].parts[0].name == 'other'
+
+
+def test_a_component_moves_to_another_container(history, box, process):
+    other = process('crate-2', node_name='/crate', is_container=True)
+    h = history(box, other, component('a'))
+    h.ready('/box', '/crate')
+    h.loads(1)
+    h.composition.replace(
+        component('a', container='/crate', is_lifecycle=True)
+    )
+    assert h.answer('unload')['container'] == '/box'
+    assert (
+        h.answer('load', full_name='/a', unique_id=1)['container'] == '/crate'
+    )
+    assert h.composition.is_lifecycle('a')
+
+
+def test_a_component_is_dropped(history, box):
+    h = history(
+        box, component('a'), component('b'), Timer(1.0, (component('c'),))
+    )
+    h.ready('/box')
+    h.loads(1)
+    for label in 'abc':
+        h.composition.drop(label)
+    h.turn()
+    # that is being loaded is unloaded first
+    assert [t.label for t in h.composition.tasks] == ['a', 'b']
+    h.answer('unload')
+    h.loads(2)
+    h.answer('unload')
+    assert h.composition.tasks == []
+    assert {e.process.label for e in h.happened(Dropped)} == set('abc')
+    h.after(1.0)
+    assert not h.open('load')
+
+
+def test_a_container_becomes_another_one_with_what_is_in_it(
+    history, box, process
+):
+    h = history(box, component('a'))
+    h.ready('/box')
+    h.loads(1)
+    h.supervisor.replace(process('box-1', 'new', node_name='/box'))
+    h.exit('box-1', STOPPED)
+    h.there('/box')
+    assert h.loads(2) == ['/a']
+
+
+def test_a_lifecycle_node_becomes_another_one(history, process):
+    node = {'is_lifecycle': True, 'autostart': True, 'node_name': '/lc'}
+    h = history(process('lc', **node))
+    h.ready()
+    h.supervisor.replace(process('lc', 'new', **{**node, 'node_name': '/new'}))
+    h.exit('lc', STOPPED)
+    assert h.open('follow')[-1]['node'] == '/new'
+    h.supervisor.replace(process('lc', 'plain'))
+    h.exit('lc', STOPPED)
+    assert not h.composition.is_lifecycle('lc')
+
+
+def changes(*transitions, node='/lc'):
+    return [ChangeState(node, t, POSITION) for t in transitions]
+
+
+@pytest.fixture
+def lifecycle(process):
+    return process('lc', node_name='/lc', is_lifecycle=True)
+
+
+def test_transitions_of_the_plan_follow_one_another(history, lifecycle):
+    h = history(*changes('configure', 'activate'), lifecycle)
+    h.ready()
+    assert h.answer('change_state')['transition'] == 'configure'
+    assert h.answer('change_state')['transition'] == 'activate'
+    assert not h.open('change_state')
+    h.extend(*changes('deactivate'))
+    assert h.answer('change_state')['transition'] == 'deactivate'
+
+
+def test_a_transition_that_fails_ends_those_behind_it(history, lifecycle):
+    h = history(lifecycle, *changes('configure', 'activate'))
+    h.ready()
+    h.answer('change_state', reason='the callback failed')
+    (failed,) = h.happened(TransitionFailed)
+    assert failed.transition == 'configure'
+    assert 'the callback failed' in failed.reason
+    assert not h.open('change_state')
+
+
+def test_a_transition_of_a_node_that_is_elsewhere(history):
+    h = history(*changes('configure', node='/other'))
+    h.after(2 * limits.PATIENCE)
+    assert 'nothing in this launch provides it' in h.happened(Warned)[0].text
+    h.ready()
+    assert h.answer('change_state', reason='no')['node'] == '/other'
+    warned = h.happened(Warned)[-1]
+    assert '/other failed: no (from /ws/demo.yaml:7:9)' in warned.text
+    assert h.supervisor.done
+
+
+def test_a_node_that_is_elsewhere_gets_a_while_to_come(history, process):
+    h = history(process('a'), process('b', node_name='/b', is_lifecycle=True))
+    h.ready()
+    h.extend(*changes('configure', node='/other'))
+    h.exit('a')
+    h.exit('b')
+    assert not h.supervisor.done
+    h.after(limits.PATIENCE)
+    assert h.supervisor.done
+
+
+def test_the_plan_says_what_becomes_of_a_node_that_starts_itself(
+    history, process
+):
+    h = history(
+        process('lc', node_name='/lc', is_lifecycle=True, autostart=True)
+    )
+    h.ready()
+    h.says(event='state', node='/lc', state='inactive')
+    h.extend(*changes('configure', 'cleanup'))
+    # it is configured already, and not activated
+    (asked,) = h.open('change_state')
+    assert asked['transition'] == 'cleanup'
+
+
+def test_transitions_go_on_with_the_next_client(history, lifecycle):
+    h = history(lifecycle, *changes('configure'))
+    h.ready()
+    h.asked.clear()
+    h.composition.client_died()
+    h.ready()
+    assert h.answer('change_state')['transition'] == 'configure'
+    h.extend(*changes('activate'))
+    h.composition.client_given_up('it crashed')
+    assert [e.transition for e in h.happened(TransitionFailed)] == ['activate']
+    h.extend(*changes('activate'))
+    assert len(h.happened(TransitionFailed)) == 2
+
+
+def test_nobody_waits_for_transitions_of_who_has_ended(history, lifecycle):
+    h = history(lifecycle, *changes('configure', 'activate'))
+    h.ready()
+    h.exit('lc')
+    assert h.supervisor.done
+    assert not h.happened(TransitionFailed)
+
+
+def signalled(name, number):
+    return SignalProcess(name, number, POSITION)
+
+
+def test_a_process_gets_a_signal(history, process):
+    h = history(process('a', name='a.py-1'), process('b', respawn=True))
+    h.extend(signalled('a.py-1', 10), signalled('b', 2))
+    assert h.host.signalled == [(1000, 10), (1001, 2)]
+    assert [e.signal for e in h.happened(Signalled)] == [10, 2]
+    h.exit('b', STOPPED)
+    h.exit('a', Outcome(signal=10))
+    # what the plan itself asked for is no failure; but it is not stopped
+    assert [e.failed for e in h.happened(Exited)] == [False, True]
+    assert h.started() == ['a', 'b', 'b']
+
+
+def test_signal_0_stops_a_process(history, process):
+    h = history(process('a', respawn=True), process('b'), signalled('a', 0))
+    assert h.sent('a') == [signal.SIGINT]
+    h.after(5.0)
+    assert h.sent('a') == [signal.SIGINT, signal.SIGTERM]
+    h.exit('a', Outcome(signal=signal.SIGTERM))
+    assert h.phases() == ['ended', 'running']
+
+
+def test_a_signal_that_nobody_gets_is_told(history, process):
+    h = history(process('a'), process('b'))
+    h.exit('a')
+    h.extend(signalled('a', 2), signalled('c', 0))
+    texts = [e.text for e in h.happened(Warned)]
+    assert texts == [
+        'SIGINT: a does not run (from /ws/demo.yaml:7:9)',
+        "stop: there is no process 'c' (from /ws/demo.yaml:7:9)",
+    ]
+
+
+def test_a_signal_waits_for_the_start(history, process):
+    h = history(signalled('b', 10), Timer(2.0, (process('b'),)))
+    h.extend(signalled('b', 0))
+    assert h.host.signalled == []
+    h.after(2.0)
+    assert h.host.signalled == [(1000, 10)]
+    assert h.sent('b') == [signal.SIGINT]
+
+
+def test_the_host_is_called_when_it_is_due(history, process):
+    call = HostCall(3, 'OpaqueFunction spawn', POSITION)
+    h = history(process('a'), Timer(2.0, (call,)))
+    assert h.host.calls == []
+    h.after(2.0)
+    assert h.host.calls == [3]
+
+
+def test_the_launch_is_not_over_while_the_last_word_is_awaited(
+    history, process
+):
+    h = history(process('a'))
+    h.supervisor.stop('enough')
+    h.host.waits = True
+    h.exit('a', STOPPED)
+    assert not h.supervisor.done
+    h.extend(Message('INFO', 'bye'))
+    h.host.waits = False
+    h.turn()
+    assert h.supervisor.done
+    assert [e.text for e in h.happened(Said)] == ['bye']

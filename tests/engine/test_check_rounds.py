@@ -1,0 +1,154 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What `--watch --until` says after each change, from replayed events."""
+
+from colcon_yamllaunch.engine.check_rounds import CheckRounds
+from colcon_yamllaunch.engine.events import Changed
+from colcon_yamllaunch.engine.events import Checked
+from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.events import Output
+from colcon_yamllaunch.engine.events import Restarted
+from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.engine.events import Watched
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.output.line_pattern import LinePattern
+import pytest
+
+
+class Replay:
+    def __init__(self, process, *until, timeout=None):
+        self.now = 100.0
+        self.process = process
+        self.told = []
+        self.rounds = CheckRounds(
+            map(LinePattern, until), timeout, lambda: self.now
+        )
+        self.rounds.tell = self.told.append
+        self.rounds.begin()
+
+    def after(self, seconds):
+        self.now += seconds
+        return self.hears()
+
+    def hears(self, *events):
+        for event in events:
+            self.rounds.handle(event)
+        assert self.rounds.reason_to_stop() is None
+        told, self.told[:] = list(self.told), []
+        return [line for event in told for line in event.lines()]
+
+    def starts(self, label):
+        return self.hears(Started(self.process(label), 7))
+
+    def says(self, label, text):
+        data = f'{text}\n'.encode()
+        return self.hears(Output(self.process(label), 'stdout', data))
+
+    def ends(self, label, code, asked=False):
+        failed = bool(code) and not asked
+        event = Exited(
+            self.process(label), 7, Outcome(code), 1.0, asked, failed
+        )
+        return self.hears(event)
+
+    def changes(self, *labels, failed=False):
+        self.hears(Changed(('/ws/a.py',)))
+        for label in labels:
+            self.ends(label, 0, asked=True)
+            self.hears(Started(self.process(label), 8))
+            self.hears(Restarted(self.process(label), 0.1))
+        return self.hears(Watched('a.py changed', failed))
+
+
+@pytest.fixture
+def replay(process):
+    def begin(*until, **settings):
+        made = Replay(process, *until, **settings)
+        made.starts('a')
+        made.starts('b')
+        return made
+
+    return begin
+
+
+def test_a_round_is_green_when_all_was_seen(replay):
+    r = replay('one', 'two')
+    assert r.says('a', 'one') == []
+    r.now += 0.5
+    assert r.says('b', 'two') == ['green: all was seen (0.50 s)']
+    assert r.says('b', 'two') == []
+
+
+def test_only_what_was_started_anew_has_to_prove_itself(replay):
+    r = replay('one', 'two')
+    r.says('a', 'one')
+    r.says('b', 'two')
+    assert r.changes('b') == []
+    assert r.says('b', 'two') == ['green: all was seen (0.00 s)']
+    assert r.changes() == ['green: all was seen (0.00 s)']
+
+
+def test_what_an_old_process_says_at_its_end_does_not_count(replay):
+    r = replay('bye')
+    r.hears(Changed(('/ws/a.py',)))
+    assert r.says('a', 'bye') == []
+    assert r.changes('a') == []
+    assert r.says('a', 'bye') == ['green: all was seen (0.00 s)']
+
+
+def test_a_round_is_red_when_the_time_is_over(replay):
+    r = replay('one', 'two', timeout=5.0)
+    r.says('a', 'one')
+    assert r.rounds.due() == 105.0
+    assert r.after(5.0) == ["red: 'two' was not seen (5.00 s)"]
+    assert r.rounds.due() is None
+    assert r.changes('b') == []
+    assert r.says('b', 'two') == ['green: all was seen (0.00 s)']
+
+
+def test_a_round_is_red_when_something_failed(replay):
+    r = replay('one')
+    (line,) = r.ends('b', 3)
+    assert line == "red: b exited with code 3, 'one' was not seen (0.00 s)"
+
+
+def test_a_round_is_red_when_everything_has_ended(replay):
+    r = replay('one')
+    assert r.ends('a', 0) == []
+    assert r.ends('b', 0) == ["red: 'one' was not seen (0.00 s)"]
+
+
+def test_nothing_is_judged_of_a_change_that_came_to_nothing(replay):
+    r = replay('one')
+    assert r.changes(failed=True) == []
+    assert r.says('a', 'one') == []
+    assert r.changes() == ['green: all was seen (0.00 s)']
+
+
+def test_the_verdict_at_the_end_is_the_last_one(replay):
+    r = replay('one')
+    r.says('a', 'one')
+    assert r.rounds.failures() == ()
+    r.changes('a')
+    assert r.rounds.failures() == (
+        "'one' was not seen after the last change (--until)",
+    )
+
+
+def test_without_an_expression_nothing_is_said(process):
+    r = Replay(process)
+    assert r.starts('a') == []
+    assert r.ends('a', 1) == []
+
+
+def test_checks_are_recorded():
+    event = Checked(False, ('one',), (), 0.25)
+    assert event.record() == {
+        'event': 'checked',
+        'passed': False,
+        'missing': ['one'],
+        'failures': [],
+        'seconds': 0.25,
+    }
+    assert event.severity == 'ERROR'

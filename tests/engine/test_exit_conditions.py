@@ -1,0 +1,239 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What a launch is to achieve, decided from replayed events."""
+
+import signal
+
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.events import LoadFailed
+from colcon_yamllaunch.engine.events import Output
+from colcon_yamllaunch.engine.events import RosLost
+from colcon_yamllaunch.engine.events import ShuttingDown
+from colcon_yamllaunch.engine.events import StartFailed
+from colcon_yamllaunch.engine.events import TransitionFailed
+from colcon_yamllaunch.engine.exit_conditions import ExitConditions
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.output.line_pattern import LinePattern
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.position import Position
+import pytest
+
+
+class Replay:
+    def __init__(self, *until, **settings):
+        self.now = 100.0
+        patterns = [LinePattern(text) for text in until]
+        self.conditions = ExitConditions(
+            patterns, clock=lambda: self.now, **settings
+        )
+        self.now = 200.0
+        self.conditions.begin()
+
+    def after(self, seconds):
+        self.now += seconds
+        return self
+
+    def hears(self, *events):
+        for event in events:
+            self.conditions.handle(event)
+        return self.conditions.reason_to_stop()
+
+    @property
+    def reason(self):
+        return self.conditions.reason_to_stop()
+
+    def ends(self):
+        self.conditions.end()
+        return self.conditions.failures()
+
+
+@pytest.fixture
+def says(process):
+    def say(text, **more):
+        return Output(process('a', **more), 'stdout', text.encode())
+
+    return say
+
+
+@pytest.fixture
+def fails(process):
+    def fail(respawn_delay=None, asked=False):
+        outcome = Outcome(signal=signal.SIGSEGV)
+        return Exited(
+            process('a'), 9, outcome, 1.0, asked, True, respawn_delay
+        )
+
+    return fail
+
+
+def test_nothing_to_achieve(says, fails):
+    replay = Replay()
+    assert replay.conditions.due() is None
+    assert replay.hears(says('ready\n'), fails()) is None
+    assert replay.ends() == ()
+    assert replay.conditions.verdicts() == ()
+
+
+def test_a_line_ends_it_once(says):
+    replay = Replay('read[y]')
+    assert replay.hears(says('starting\n')) is None
+    assert replay.conditions.due() is None
+    assert replay.hears(says('now\nready\n')) == "'read[y]' was seen"
+    assert replay.reason is None
+    assert replay.ends() == ()
+
+
+def test_colours_and_output_modes_do_not_matter(says):
+    replay = Replay('which double is 8$')
+    line = '\x1b[32mwhich double\x1b[0m is \x1b[1;31m8\x1b[0m\r\n'
+    assert replay.hears(says(line, output='own_log')) is not None
+
+
+def test_all_must_match_in_any_order(says):
+    replay = Replay('one', 'two', 'one')
+    assert replay.hears(says('two\n')) is None
+    assert replay.hears(says('one\n')) == (
+        'all 2 that --until waits for were seen'
+    )
+
+
+def test_the_time_is_over_and_what_is_missing_is_named(says):
+    replay = Replay('one', 'two', timeout=5)
+    assert replay.conditions.due() == 205.0
+    replay.after(4.9).hears(says('one\n'))
+    assert replay.reason is None
+    assert replay.after(0.1).reason == '5 s are over'
+    # too late
+    assert replay.hears(says('two\n')) is None
+    assert replay.ends() == ("'two' was not seen in 5 s (--until)",)
+
+
+def test_a_launch_that_ends_before_all_was_seen_fails(says):
+    replay = Replay('one', 'two')
+    replay.hears(says('one\n'), ShuttingDown('interrupted'))
+    replay.after(2.0)
+    assert replay.ends() == (
+        "'two' was not seen before the launch ended after 2.0 s (--until)",
+    )
+
+
+def test_last_lines_count_while_the_launch_stops(says):
+    replay = Replay('bye')
+    assert replay.hears(ShuttingDown('a ended'), says('bye\n')) is None
+    assert replay.ends() == ()
+
+
+def test_a_time_out_without_patterns_is_about_the_end():
+    replay = Replay(timeout=5)
+    assert replay.after(5.0).reason == '5 s are over'
+    assert replay.ends() == ('the launch did not end in 5 s (--timeout)',)
+    replay = Replay(timeout=5)
+    replay.after(4.0)
+    assert replay.ends() == ()
+
+
+def test_a_time_out_leaves_a_launch_alone_that_stops_already():
+    replay = Replay(timeout=5)
+    replay.hears(ShuttingDown('a ended'))
+    assert replay.conditions.due() is None
+    assert replay.after(9.0).reason is None
+    assert replay.ends() == ()
+
+
+def test_it_runs_for_a_time():
+    replay = Replay(duration=10)
+    assert replay.conditions.due() == 210.0
+    assert replay.reason is None
+    assert replay.after(10.0).reason == 'it ran for 10 s'
+    assert replay.ends() == ()
+
+
+def test_the_time_starts_when_all_was_seen(says):
+    replay = Replay('ready', timeout=5, duration=10)
+    replay.after(4.0).hears(says('ready\n'))
+    assert replay.conditions.due() == 214.0
+    assert replay.after(9.9).reason is None
+    assert replay.after(0.2).reason == 'it ran for 10 s'
+    assert replay.ends() == ()
+
+
+def test_a_failure_ends_the_wait(fails):
+    replay = Replay('ready')
+    assert replay.hears(fails()) == 'a failed'
+    assert replay.ends() != ()
+
+
+def test_what_cannot_be_started_ends_the_wait(process):
+    replay = Replay('ready')
+    replay.conditions.handle(StartFailed(process('a'), 'no such file'))
+    assert replay.conditions.due() <= replay.now
+    assert replay.reason == 'a failed'
+
+
+def test_a_respawn_may_mend_a_failure_while_something_is_waited_for(
+    says, fails
+):
+    replay = Replay('ready')
+    assert replay.hears(fails(respawn_delay=0.0)) is None
+    assert replay.hears(says('ready\n')) == "'ready' was seen"
+
+
+def test_no_failure_is_mended_while_it_runs_for_a_time(says, fails):
+    replay = Replay(duration=10)
+    assert replay.hears(fails(respawn_delay=0.0)) == 'a failed'
+    replay = Replay('ready', duration=10)
+    assert replay.hears(fails(respawn_delay=0.0)) is None
+    replay.hears(says('ready\n'))
+    assert replay.hears(fails(respawn_delay=0.0)) == 'a failed'
+
+
+def test_a_failure_leaves_a_time_out_alone(fails):
+    replay = Replay(timeout=5)
+    assert replay.hears(fails()) is None
+
+
+def test_verdicts_say_when(says):
+    replay = Replay('one', 'two', timeout=5)
+    replay.after(1.5).hears(says('one\n'))
+    assert replay.after(3.5).reason is not None
+    replay.after(1.0).ends()
+    one, two = replay.conditions.verdicts()
+    assert (one.name, one.seconds, one.failure) == ('--until one', 1.5, None)
+    assert (two.name, two.seconds) == ('--until two', 6.0)
+    assert two.failure is not None
+
+
+@pytest.mark.hostile
+def test_an_expression_that_takes_too_long_is_given_up(says, monkeypatch):
+    monkeypatch.setattr(limits, 'SLOW_SEARCHES', 2)
+    replay = Replay('(a+)+$', 'one')
+    slow = says('a' * 40 + 'b\n')
+    assert replay.hears(slow) is None
+    assert replay.hears(says('one\n')) is None
+    assert replay.hears(slow) == "to search for '(a+)+$' takes too long"
+    (failure,) = replay.ends()
+    assert "'(a+)+$' was not seen" in failure
+    assert 'use a simpler expression' in failure
+
+
+@pytest.mark.hostile
+def test_a_line_that_takes_too_long_is_passed_over(says):
+    replay = Replay('[a-z]+ready')
+    assert replay.hears(says('x' * 300_000 + '\n')) is None
+    assert replay.hears(says('already\n')) == "'[a-z]+ready' was seen"
+    assert replay.ends() == ()
+
+
+def test_what_fails_in_ros_decides_as_a_failed_process(process):
+    position = Position('/ws/demo.yaml', 7, 9)
+    component = Component('a', 'demo', 'demo::A', '/box', position)
+    failed = LoadFailed(component, 'reason')
+    assert Replay('ready').hears(failed) == 'a failed'
+    assert Replay().hears(failed) is None
+    again = LoadFailed(component, 'reason', again=True)
+    assert Replay('ready').hears(again) is None
+    node = TransitionFailed(process('lc-1'), '/lc', 'configure', 'reason')
+    assert Replay('ready').hears(node) == 'lc-1 failed'
+    assert 'ROS' in Replay('ready').hears(RosLost('reason'))

@@ -1,0 +1,79 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+import os
+import signal
+
+from colcon_yamllaunch.engine.outcome import after_exit
+from colcon_yamllaunch.engine.outcome import is_failure
+from colcon_yamllaunch.engine.outcome import Outcome
+import pytest
+
+
+@pytest.mark.parametrize(
+    ('outcome', 'text'),
+    [
+        (Outcome(code=0), 'exited with code 0'),
+        (Outcome(code=3), 'exited with code 3'),
+        (
+            Outcome(signal=signal.SIGSEGV),
+            'died by SIGSEGV (segmentation fault)',
+        ),
+        (
+            Outcome(signal=signal.SIGABRT, core_dumped=True),
+            'died by SIGABRT (aborted), core dumped',
+        ),
+    ],
+)
+def test_an_outcome_names_code_or_signal(outcome, text):
+    assert str(outcome) == text
+
+
+def test_a_real_time_signal_has_a_number_at_least():
+    assert '40' in str(Outcome(signal=40))
+
+
+def test_an_outcome_is_read_from_a_wait_status():
+    pid = os.posix_spawn('/bin/sh', ['sh', '-c', 'exit 7'], {})
+    assert Outcome.from_status(os.waitpid(pid, 0)[1]) == Outcome(code=7)
+    pid = os.posix_spawn('/bin/sh', ['sh', '-c', 'kill -TERM $$'], {})
+    ended = Outcome.from_status(os.waitpid(pid, 0)[1])
+    assert ended == Outcome(signal=signal.SIGTERM)
+
+
+@pytest.mark.parametrize(
+    ('outcome', 'asked', 'failed'),
+    [
+        (Outcome(code=0), False, False),
+        (Outcome(code=1), False, True),
+        (Outcome(signal=signal.SIGTERM), False, True),
+        (Outcome(code=1), True, False),
+        (Outcome(code=130), True, False),
+        (Outcome(signal=signal.SIGINT), True, False),
+        (Outcome(signal=signal.SIGKILL), True, False),
+        (Outcome(signal=signal.SIGSEGV), True, True),
+    ],
+)
+def test_a_failure_is_what_nobody_asked_for(outcome, asked, failed):
+    assert is_failure(outcome, asked) is failed
+
+
+@pytest.mark.parametrize(
+    ('attributes', 'respawns', 'stopping', 'expected'),
+    [
+        ({}, 0, False, 'nothing'),
+        ({'respawn': True}, 1000, False, 'respawn'),
+        ({'respawn': True, 'respawn_max_retries': 2}, 1, False, 'respawn'),
+        ({'respawn': True, 'respawn_max_retries': 2}, 2, False, 'nothing'),
+        ({'respawn': True, 'respawn_max_retries': 0}, 0, False, 'nothing'),
+        ({'respawn': True}, 0, True, 'nothing'),
+        ({'on_exit_shutdown': True}, 0, False, 'shutdown'),
+        ({'on_exit_shutdown': True}, 0, True, 'nothing'),
+        ({'on_exit_shutdown': True, 'respawn': True}, 0, False, 'shutdown'),
+    ],
+)
+def test_what_follows_an_exit(
+    process, attributes, respawns, stopping, expected
+):
+    described = process(**attributes)
+    assert after_exit(described, respawns, stopping) == expected

@@ -1,0 +1,576 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Histories of launches, replayed without a process and without waiting."""
+
+import signal
+
+from colcon_yamllaunch.common.escalation import Orphan
+from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.events import LeftBehind
+from colcon_yamllaunch.engine.events import Respawned
+from colcon_yamllaunch.engine.events import Said
+from colcon_yamllaunch.engine.events import ShuttingDown
+from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.engine.events import StartFailed
+from colcon_yamllaunch.engine.events import StillRunning
+from colcon_yamllaunch.engine.events import Warned
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.tasks import RefusedError
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import Timer
+import pytest
+from support.history import History
+
+INT, TERM, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
+
+
+@pytest.fixture
+def history():
+    def begin(*entries, refused=()):
+        made = History(*entries)
+        made.host.refused.update(refused)
+        made.turn()
+        return made
+
+    return begin
+
+
+def test_an_empty_plan_ends_at_once(history):
+    assert history().supervisor.done
+
+
+def test_entries_take_their_turn_in_order(history, process):
+    h = history(process('a'), Message('INFO', 'between'), process('b'))
+    kinds = [type(e) for e in h.host.events]
+    assert kinds == [Started, Said, Started]
+    assert h.started() == ['a', 'b']
+
+
+def test_the_launch_ends_when_the_last_process_does(history, process):
+    h = history(process('a'), process('b'))
+    h.exit('a')
+    assert not h.supervisor.done
+    h.exit('b')
+    assert h.supervisor.done
+    assert h.host.sent == []
+
+
+def test_many_starts_leave_turns_for_others(history, process):
+    h = History(*(process(f'p{n}') for n in range(50)))
+    h.supervisor.advance()
+    assert 0 < len(h.started()) < 10
+    assert h.supervisor.seconds_to_wait() == 0.0
+    assert h.supervisor.is_starting
+    h.turn()
+    assert not h.supervisor.is_starting
+
+
+def test_a_process_that_cannot_be_started_leaves_the_others_alone(
+    history, process
+):
+    h = history(process('bad'), process('good'), refused=['bad'])
+    assert [e.process.label for e in h.happened(StartFailed)] == ['bad']
+    assert h.started() == ['good']
+    assert not h.supervisor.is_stopping
+
+
+def test_a_required_process_that_cannot_be_started_ends_the_launch(
+    history, process
+):
+    h = history(
+        process('good'),
+        process('bad', on_exit_shutdown=True),
+        process('never'),
+        refused=['bad'],
+    )
+    assert h.started() == ['good']
+    assert h.sent('good') == [INT]
+
+
+def test_on_exit_shutdown_stops_the_others(history, process):
+    h = history(process('a'), process('b', on_exit_shutdown=True))
+    h.exit('b')
+    assert h.sent('a') == [INT]
+    assert 'b ended' in h.happened(ShuttingDown)[0].reason
+    h.exit('a', Outcome(signal=INT))
+    assert h.supervisor.done
+    assert [e.failed for e in h.happened(Exited)] == [False, False]
+
+
+def test_a_shutdown_skips_what_follows_and_stops_what_runs(history, process):
+    h = history(process('a'), Shutdown('enough'), process('b'))
+    assert h.started() == ['a']
+    assert h.happened(ShuttingDown)[0].reason == 'enough'
+    assert h.sent('a') == [INT]
+
+
+def test_a_process_is_respawned_after_its_delay(history, process):
+    h = history(process('a', respawn=True, respawn_delay=2.0))
+    h.exit('a')
+    assert h.happened(Exited)[0].respawn_delay == 2.0
+    h.after(1.9)
+    assert h.started() == ['a']
+    assert not h.supervisor.done
+    h.after(0.2)
+    assert h.started() == ['a', 'a']
+    assert h.happened(Respawned)[0].attempt == 1
+
+
+def test_respawning_ends_after_the_retries(history, process):
+    h = history(process('a', respawn=True, respawn_max_retries=2))
+    for _ in range(3):
+        h.exit('a', Outcome(code=3))
+    assert h.started() == ['a', 'a', 'a']
+    assert h.supervisor.done
+    assert [e.respawn_delay for e in h.happened(Exited)] == [0.0, 0.0, None]
+
+
+@pytest.mark.hostile
+def test_a_failed_start_counts_as_an_end(history, process):
+    h = history(
+        process('a', respawn=True, respawn_delay=2.0, respawn_max_retries=3)
+    )
+    h.host.refused.add('a')
+    h.exit('a')
+    h.after(2.0)
+    assert [e.respawn_delay for e in h.happened(StartFailed)] == [2.0]
+    assert not h.supervisor.done
+    assert h.state('a').phase == 'respawn'
+    h.host.refused.clear()
+    h.after(2.0)
+    assert h.started() == ['a', 'a']
+    assert h.state('a').restarts == 2
+    h.host.refused.add('a')
+    h.exit('a')
+    assert h.happened(Exited)[-1].respawn_delay == 2.0
+    h.after(2.0)
+    assert h.happened(StartFailed)[-1].respawn_delay is None
+    assert h.supervisor.done
+
+
+@pytest.mark.hostile
+def test_a_first_start_that_fails_is_tried_again(history, process):
+    h = history(process('a', respawn=True, respawn_delay=1.0), refused=['a'])
+    h.after(2.5)
+    assert len(h.happened(StartFailed)) == 3
+    h.host.refused.clear()
+    h.after(1.0)
+    assert h.started() == ['a']
+    h.supervisor.stop('enough')
+    h.exit('a')
+    assert h.supervisor.done
+
+
+@pytest.mark.hostile
+def test_without_a_delay_quick_ends_cost_a_pause_that_grows(history, process):
+    h = history(process('a', respawn=True))
+    for _ in range(10):
+        h.exit('a', Outcome(code=1))
+    assert len(h.started()) == 11
+    delays = []
+    for _ in range(9):
+        h.exit('a', Outcome(code=1))
+        delays.append(h.happened(Exited)[-1].respawn_delay)
+        h.after(delays[-1])
+    assert delays == [0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 5.0, 5.0, 5.0]
+    assert len(h.started()) == 20
+    assert len(h.happened(Warned)) == 1
+    # a run that lasts makes all good
+    h.after(1.0)
+    for _ in range(11):
+        h.exit('a', Outcome(code=1))
+    assert len(h.started()) == 31
+    h.exit('a', Outcome(code=1))
+    assert h.happened(Exited)[-1].respawn_delay == 0.1
+    assert len(h.happened(Warned)) == 1
+
+
+@pytest.mark.hostile
+def test_starts_that_fail_for_ever_cost_a_pause_too(history, process):
+    h = history(process('a', respawn=True), refused=['a'])
+    h.after(600.0)
+    assert 100 < len(h.happened(StartFailed)) < 150
+
+
+def test_the_delay_of_the_launch_file_is_kept_to(history, process):
+    h = history(process('a', respawn=True, respawn_delay=0.01))
+    for _ in range(30):
+        h.exit('a', Outcome(code=1))
+        h.after(0.02)
+    assert len(h.started()) == 31
+    assert h.happened(Warned) == []
+
+
+@pytest.mark.hostile
+def test_what_the_former_one_left_is_stopped_before_the_next(history, process):
+    h = history(
+        process('a', respawn=True, respawn_delay=2.0, sigterm_timeout=5.0),
+        process('b'),
+    )
+    child = Orphan(pid=7, birth=1, group=7, number=0)
+    other = Orphan(pid=8, birth=1, group=8, number=1)
+    h.host.left = [child, other]
+    h.exit('a')
+    assert h.host.sent == [(7, INT)]
+    h.after(4.9)
+    assert h.started() == ['a', 'b']
+    assert h.state('a').phase == 'respawn'
+    h.after(0.2)
+    assert h.host.sent == [(7, INT), (7, TERM)]
+    h.host.left = [other]
+    h.after(0.1)
+    assert h.started() == ['a', 'b', 'a']
+    assert not h.happened(LeftBehind)
+
+
+@pytest.mark.hostile
+def test_what_the_former_one_left_costs_no_more_than_the_delay(
+    history, process
+):
+    h = history(process('a', respawn=True, respawn_delay=2.0))
+    h.host.left = [Orphan(pid=7, birth=1, group=7, number=0)]
+    h.exit('a')
+    h.host.left = []
+    h.after(1.9)
+    assert h.started() == ['a']
+    h.after(0.1)
+    assert h.started() == ['a', 'a']
+
+
+@pytest.mark.hostile
+def test_what_cannot_be_stopped_does_not_keep_the_next_for_ever(
+    history, process
+):
+    h = history(
+        process('a', respawn=True, sigterm_timeout=1.0, sigkill_timeout=1.0)
+    )
+    h.host.left = [Orphan(pid=7, birth=1, group=7, number=0)]
+    h.exit('a')
+    h.after(7.1)
+    assert h.host.sent == [(7, INT), (7, TERM), (7, KILL)]
+    assert [e.pid for e in h.happened(LeftBehind)] == [7]
+    assert h.started() == ['a', 'a']
+
+
+@pytest.mark.hostile
+def test_many_respawns_do_not_search_all_the_time(history, process):
+    h = history(*(process(f'p{n}', respawn=True) for n in range(3)))
+    searches = []
+
+    def orphans(groups, led):
+        searches.append(h.now)
+        h.now += 0.01
+        return []
+
+    h.host.orphans = orphans
+    begin = h.now
+    while h.now < begin + 1.0:
+        for n in range(3):
+            if h.state(f'p{n}').pid is not None:
+                h.exit(f'p{n}')
+        h.after(0.01)
+    assert 5 < len(searches) < 15
+    assert len(h.started()) > 20
+
+
+@pytest.mark.parametrize('way', ['stop', 'restart'])
+def test_a_request_takes_over_what_the_former_one_left(history, process, way):
+    h = history(process('a', respawn=True), process('b'))
+    h.host.left = [Orphan(pid=7, birth=1, group=7, number=0)]
+    h.exit('a')
+    getattr(h, way)('a')
+    assert h.started() == ['a', 'b']
+    h.host.left = []
+    h.after(0.1)
+    assert h.started() == ['a', 'b', *(['a'] if way == 'restart' else [])]
+
+
+def test_the_end_of_the_launch_takes_over_what_a_former_one_left(
+    history, process
+):
+    h = history(process('a', respawn=True, respawn_delay=2.0))
+    h.host.left = [Orphan(pid=7, birth=1, group=7, number=0)]
+    h.exit('a')
+    h.supervisor.stop('enough')
+    h.host.left = []
+    h.after(9.0)
+    assert h.supervisor.done
+    assert h.started() == ['a']
+
+
+def test_stopping_wins_over_a_respawn_that_is_due(history, process):
+    h = history(process('a', respawn=True, respawn_delay=2.0))
+    h.exit('a')
+    h.supervisor.stop('enough')
+    h.after(5.0)
+    assert h.started() == ['a']
+    assert h.supervisor.done
+
+
+def test_stopping_wins_over_the_respawn_of_a_process_that_it_ends(
+    history, process
+):
+    h = history(process('a', respawn=True))
+    h.supervisor.stop('enough')
+    h.exit('a', Outcome(signal=INT))
+    assert h.started() == ['a']
+    assert h.supervisor.done
+
+
+def test_signals_follow_each_other_until_the_process_ends(history, process):
+    h = history(
+        process('a', sigterm_timeout=1.0, sigkill_timeout=2.0),
+        process('b'),
+    )
+    h.supervisor.stop('enough')
+    h.after(0.9)
+    assert h.sent('a') == [INT]
+    h.after(0.2)
+    assert h.sent('a') == [INT, TERM]
+    h.after(2.0)
+    assert h.sent('a') == [INT, TERM, KILL]
+    assert h.sent('b') == [INT]
+
+
+def test_to_hurry_goes_one_step_further(history, process):
+    h = history(process('a'))
+    h.supervisor.stop('enough')
+    h.supervisor.hurry()
+    assert h.sent('a') == [INT, TERM]
+    h.supervisor.hurry()
+    assert h.sent('a') == [INT, TERM, KILL]
+
+
+def test_a_slow_stop_is_told_with_its_next_step(history, process):
+    h = history(process('a'), process('b', sigterm_timeout=3.0))
+    h.supervisor.stop('enough')
+    h.after(2.5)
+    assert h.happened(StillRunning) == [
+        StillRunning(('a', 'b'), 0, INT, TERM, 2.0)
+    ]
+    h.exit('b')
+    h.after(3.5)
+    assert h.happened(StillRunning)[1:] == [
+        StillRunning(('a',), 0, INT, TERM, 2.0),
+        StillRunning(('a',), 0, TERM, KILL, 5.0),
+    ]
+    h.after(5.0)
+    assert h.happened(StillRunning)[3:] == [StillRunning(('a',), 0, KILL)]
+
+
+def test_a_very_slow_stop_is_told_again(history, process):
+    h = history(process('a', sigterm_timeout=100.0))
+    h.supervisor.stop('enough')
+    h.after(25.0)
+    seconds = [e.seconds for e in h.happened(StillRunning)]
+    assert seconds == [99.0, 89.0, 79.0]
+
+
+def test_to_hurry_is_told_at_once(history, process):
+    h = history(process('a'))
+    h.supervisor.stop('enough')
+    h.supervisor.hurry()
+    assert h.happened(StillRunning) == [
+        StillRunning(('a',), 0, TERM, KILL, 5.0)
+    ]
+
+
+def test_a_process_that_survives_sigkill_is_given_up(history, process):
+    h = history(process('a', sigterm_timeout=1.0, sigkill_timeout=1.0))
+    h.supervisor.stop('enough')
+    h.after(60.0)
+    assert h.supervisor.done
+    pid = h.host.by_label['a']
+    assert [(e.process.label, e.pid) for e in h.happened(LeftBehind)] == [
+        ('a', pid)
+    ]
+
+
+def test_a_launch_that_ends_by_itself_stops_what_processes_left(
+    history, process
+):
+    h = history(process('a'))
+    orphan = Orphan(pid=7, birth=1, group=7, number=0)
+    h.host.left = [orphan]
+    h.exit('a')
+    assert not h.supervisor.done
+    assert h.host.sent == [(7, INT)]
+    h.after(5.0)
+    assert h.host.sent == [(7, INT), (7, TERM)]
+    h.host.left = []
+    h.after(1.0)
+    assert h.supervisor.done
+
+
+def test_what_a_running_process_left_its_group_is_stopped_with_it(
+    history, process
+):
+    h = history(process('a'))
+    pid = h.host.by_label['a']
+    inside = Orphan(pid=pid + 1, birth=1, group=pid, number=0)
+    outside = Orphan(pid=7, birth=1, group=7, number=0)
+    h.host.left = [inside, outside]
+    h.supervisor.stop('enough')
+    assert h.host.sent == [(pid, INT), (7, INT)]
+
+
+def test_a_timer_is_due_after_its_period(history, process):
+    h = history(Timer(2.0, (process('late'),)), process('early'))
+    assert h.started() == ['early']
+    h.exit('early')
+    assert not h.supervisor.done
+    h.after(2.0)
+    assert h.started() == ['early', 'late']
+    h.exit('late')
+    assert h.supervisor.done
+
+
+def test_a_nested_timer_counts_from_its_own_turn(history, process):
+    h = history(Timer(1.0, (Timer(1.0, (process('late'),)),)))
+    h.after(1.9)
+    assert h.started() == []
+    h.after(0.2)
+    assert h.started() == ['late']
+
+
+def test_the_same_timer_may_occur_twice(history):
+    timer = Timer(1.0, (Message('INFO', 'tick'),))
+    h = history(timer, timer)
+    h.after(1.0)
+    assert len(h.happened(Said)) == 2
+    assert h.supervisor.done
+
+
+def test_a_shutdown_drops_timers(history, process):
+    h = history(Timer(9.0, (process('late'),)), process('a'))
+    h.supervisor.stop('enough')
+    h.exit('a')
+    assert h.supervisor.done
+
+
+def test_a_timer_that_outlasts_a_shutdown_speaks_but_starts_nothing(
+    history, process
+):
+    entries = (process('late'), Message('INFO', 'fired'), Shutdown(''))
+    h = history(Timer(9.0, entries, cancel_on_shutdown=False))
+    h.supervisor.stop('enough')
+    h.after(8.0)
+    assert not h.supervisor.done
+    assert h.happened(StillRunning)[-1].timers == 1
+    h.after(1.0)
+    assert h.supervisor.done
+    assert h.started() == []
+    assert h.happened(Said) == [Said('INFO', 'fired')]
+    assert len(h.happened(ShuttingDown)) == 1
+
+
+@pytest.mark.parametrize('way', ['hurry', 'drop_timers'])
+def test_a_timer_that_outlasts_a_shutdown_can_be_dropped(history, way):
+    h = history(Timer(900.0, (), cancel_on_shutdown=False))
+    h.supervisor.stop('enough', drop_timers=way == 'drop_timers')
+    if way == 'hurry':
+        h.supervisor.hurry()
+    h.turn()
+    assert h.supervisor.done
+
+
+def test_a_process_that_was_asked_to_stop_did_not_fail(history, process):
+    h = history(process('a'), process('b'))
+    h.supervisor.stop('enough')
+    h.exit('a', Outcome(code=1))
+    h.exit('b', Outcome(signal=KILL))
+    assert [e.failed for e in h.happened(Exited)] == [False, False]
+    assert all(e.asked for e in h.happened(Exited))
+
+
+def test_an_exit_tells_how_long_the_process_ran(history, process):
+    h = history(process('a'))
+    h.after(2.5)
+    h.exit('a')
+    assert h.happened(Exited)[0].seconds == 2.5
+
+
+def test_a_launch_that_ends_by_itself_is_searched_once(history, process):
+    h = history(process('a'))
+    looks = []
+    h.host.orphans = lambda groups, led: looks.append(1) or []
+    h.exit('a')
+    assert h.supervisor.done
+    assert len(looks) == 1
+
+
+def test_a_stop_costs_in_proportion_to_the_processes(history, process):
+    h = history(*(process(f'p{n}') for n in range(500)))
+    while len(h.started()) < 500:
+        h.turn()
+    looks = []
+    orphans = h.host.orphans
+    h.host.orphans = lambda *args: looks.append(1) or orphans(*args)
+    h.supervisor.stop('enough')
+    for pid in list(h.host.by_label.values()):
+        h.supervisor.exited(pid, Outcome(signal=INT))
+        h.supervisor.advance()
+    assert h.supervisor.done
+    assert len(h.host.sent) == 500
+    assert len(looks) == 2
+
+
+def test_a_process_is_asked_for_by_each_of_its_names(history, process):
+    h = history(process('kitchen', name='talker-1'))
+    tasks = [h.supervisor.task(name) for name in ('kitchen', 'talker-1')]
+    assert tasks[0] is tasks[1]
+    h.stop('talker-1')
+    h.exit('kitchen')
+    assert [e.asked for e in h.happened(Exited)] == [True]
+
+
+def test_a_process_is_killed_at_once_and_did_not_fail(history, process):
+    h = history(
+        process('a', respawn=True, on_exit_shutdown=True), process('b')
+    )
+    h.turn()
+    h.supervisor.kill_process('a')
+    assert h.sent('a') == [KILL]
+    # and all that it started
+    assert h.host.killed == [0]
+    assert h.state('a').phase == 'stopping'
+    h.exit('a', Outcome(signal=KILL))
+    assert h.phases() == ['ended', 'running']
+    (exited,) = h.happened(Exited)
+    assert exited.asked
+    assert not exited.failed
+
+
+def test_a_stop_that_takes_long_ends_by_a_kill(history, process):
+    h = history(process('a'), process('b'))
+    h.turn()
+    h.restart('a')
+    h.supervisor.kill_process('a')
+    assert h.sent('a') == [INT, KILL]
+    h.exit('a', Outcome(signal=KILL))
+    assert h.started() == ['a', 'b']
+    with pytest.raises(RefusedError, match="no process 'x'"):
+        h.supervisor.kill_process('x')
+
+
+def test_a_process_is_started_as_something_else_once(history, process):
+    h = history(process('a'), process('b'))
+    h.turn()
+    begun = []
+    start = h.host.start
+    h.host.start = lambda n, p: begun.append(p.argv) or start(n, p)
+    h.supervisor.restart_process('a', once=process('a', 'gdb'))
+    h.exit('a')
+    assert begun == [('gdb',)]
+    assert h.state('a').restarts == 1
+    h.restart('a')
+    h.exit('a')
+    assert begun == [('gdb',), ('true',)]
+    # who stops it instead wants it as ever afterwards
+    h.supervisor.restart_process('a', once=process('a', 'gdb'))
+    h.stop('a')
+    h.exit('a')
+    h.restart('a')
+    assert begun[-1] == ('true',)

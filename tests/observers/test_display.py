@@ -1,0 +1,62 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Which streams are terminals that something may stay at the end of."""
+
+import os
+
+from colcon_yamllaunch.observers.display import can_have_status
+from colcon_yamllaunch.observers.display import Display
+from colcon_yamllaunch.observers.display import is_same_terminal
+import pytest
+
+
+@pytest.fixture
+def terminals():
+    """Return two terminals, as text streams."""
+    pairs = os.openpty(), os.openpty()
+    streams = [os.fdopen(one, 'w', encoding='utf-8') for _, one in pairs]
+    yield streams
+    for stream in streams:
+        stream.close()
+    for one, _ in pairs:
+        os.close(one)
+
+
+@pytest.mark.parametrize(
+    ('environment', 'expected'),
+    [
+        ({'TERM': 'xterm-256color'}, True),
+        ({'TERM': 'vt100', 'NO_COLOR': '1'}, True),
+        ({'TERM': 'xterm', 'CI': ''}, True),
+        ({'TERM': 'xterm', 'CI': 'true'}, False),
+        ({'TERM': 'dumb'}, False),
+        ({'TERM': ''}, False),
+        ({}, False),
+    ],
+)
+def test_what_the_environment_says(terminals, environment, expected):
+    assert can_have_status(terminals[0], environment) is expected
+
+
+def test_a_file_is_no_terminal(tmp_path):
+    with (tmp_path / 'screen').open('w') as stream:
+        assert not can_have_status(stream, {'TERM': 'xterm'})
+        assert not is_same_terminal(stream, stream.fileno())
+
+
+def test_the_keyboard_of_another_terminal(terminals):
+    one, other = terminals
+    assert is_same_terminal(one, one.fileno())
+    assert not is_same_terminal(one, other.fileno())
+    assert not is_same_terminal(None, one.fileno())
+
+
+@pytest.mark.parametrize(
+    ('terminal', 'expected'),
+    [('xterm', False), ('vte', False), ('linux', True), ('vt220', True)],
+)
+def test_who_has_only_ascii(terminals, terminal, expected):
+    display = Display(terminals[0], None, {'TERM': terminal})
+    display.writer.close()
+    assert display.is_ascii is expected

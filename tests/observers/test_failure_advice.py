@@ -1,0 +1,148 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The way out that the last words of a process tell."""
+
+import signal
+
+from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.observers.failure_advice import Advisor
+from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.position import Position
+import pytest
+
+MISSING = "ModuleNotFoundError: No module named 'mission.plan'"
+
+
+@pytest.fixture
+def machine(tmp_path):
+    """Return a folder with a script and two interpreters, one in the PATH."""
+    for name in ('venv/bin/python3', 'old/bin/python3', 'node.py', 'driver'):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text('')
+        path.chmod(0o755)
+    (tmp_path / 'node.py').write_text(f'#!{tmp_path}/old/bin/python3\n')
+    return tmp_path
+
+
+@pytest.fixture
+def advice(machine, process):
+    """Return a function that tells the advice for an end."""
+
+    def advise(*tail, program='node.py', owner=None, **outcome):
+        advisor = Advisor(
+            {'PATH': f'{machine}/venv/bin'}, lambda _module, _user: owner
+        )
+        ended = process('node.py-1', f'{machine}/{program}')
+        outcome = outcome or {'code': 1}
+        event = Exited(ended, 9, Outcome(**outcome), 1.0, False, True)
+        return advisor.advise(event, tail)
+
+    return advise
+
+
+def test_most_failures_have_none(advice):
+    assert advice('Traceback:', 'ValueError: 5') is None
+    assert advice('EOFError: EOF when reading a line', code=0) is not None
+    assert advice(f'nothing like {MISSING}') is None
+
+
+@pytest.mark.parametrize(
+    'line',
+    [
+        'EOFError: EOF when reading a line',
+        "termios.error: (25, 'Inappropriate ioctl for device')",
+    ],
+)
+def test_a_node_that_reads_the_keyboard(advice, line):
+    assert advice(line, 'bye').endswith('by --attach node.py-1')
+
+
+def test_a_module_that_another_interpreter_has(advice, machine):
+    library = machine / 'venv/lib/python3.12/site-packages'
+    (library / 'mission').mkdir(parents=True)
+    text = advice(MISSING)
+    used, other = f'{machine}/old/bin/python3', f'{machine}/venv/bin/python3'
+    assert f"it ran with {used}, which has no module 'mission'" in text
+    assert f'; {other} has it: ' in text
+    assert text.endswith(f'{machine}/node.py be #!/usr/bin/env python3')
+
+
+def test_the_file_to_edit_is_the_source_that_is_linked(advice, machine):
+    library = machine / 'venv/lib/python3.12/site-packages'
+    (library / 'mission').mkdir(parents=True)
+    (machine / 'installed.py').symlink_to(machine / 'node.py')
+    text = advice(MISSING, program='installed.py')
+    assert f'let the first line of {machine}/node.py be ' in text
+
+
+def test_a_module_that_nobody_has(advice):
+    assert 'install it there, or source the setup.bash' in advice(MISSING)
+
+
+def test_a_module_whose_name_is_misspelt(advice, machine):
+    library = machine / 'old/lib/python3/dist-packages'
+    (library / 'missions').mkdir(parents=True)
+    text = advice(MISSING)
+    assert text.endswith("has no module 'mission'; did you mean 'missions'?")
+
+
+def test_a_module_of_a_package_that_is_not_declared(advice):
+    text = advice(MISSING, owner='mission_planner')
+    assert '<exec_depend>mission_planner</exec_depend>' in text
+
+
+@pytest.mark.parametrize('program', ['driver', 'node.py'])
+def test_a_crash_is_for_the_debugger(advice, machine, program):
+    text = advice(program=program, signal=int(signal.SIGSEGV))
+    # a debugger cannot read a script
+    is_script = program.endswith('.py')
+    python = f' {machine}/old/bin/python3' if is_script else ''
+    assert f"--launch-prefix 'gdb -ex run --args{python}'" in text
+    assert text.endswith(f'--launch-prefix-filter {program}')
+    assert '--attach node.py-1' in text
+    assert advice(program=program, signal=int(signal.SIGKILL)) is None
+
+
+def test_a_program_behind_a_prefix_is_the_one_to_look_at(machine, process):
+    (machine / 'lib/cpp').mkdir(parents=True)
+    program = machine / 'lib/cpp/driver'
+    (machine / 'driver').rename(program)
+    advisor = Advisor({'PATH': '/usr/bin'}, lambda _module, _user: None)
+    node = process('a', 'nice', '-n', '1', str(program), package='cpp')
+    outcome = Outcome(signal=int(signal.SIGSEGV))
+    event = Exited(node, 9, outcome, 1.0, False, True)
+    text = advisor.advise(event, ())
+    assert text.endswith('--launch-prefix-filter driver')
+
+
+def test_what_a_crash_may_have_lost(machine, process):
+    advisor = Advisor({}, lambda _module, _user: None, lambda _process: True)
+    node = process('a', f'{machine}/driver')
+    outcome = Outcome(signal=int(signal.SIGSEGV))
+    event = Exited(node, 9, outcome, 1.0, False, True)
+    assert '--tty prevents; to see where: ' in advisor.advise(event, ())
+
+
+def test_a_sanitizer_that_wants_to_be_first(advice):
+    text = advice(
+        '==7==ASan runtime does not come first in initial library list; you'
+    )
+    assert text == 'let it start with COLCON_LAUNCH_LINE_BUFFERED=0'
+
+
+def test_a_refused_parameter_counts_more_than_the_crash(machine, process):
+    place = Position('/ws/a.yaml', 7, 9)
+    advisor = Advisor(
+        {},
+        lambda _module, _user: None,
+        parameters_of=lambda _process: [SetParameter('rate', '1', place)],
+    )
+    outcome = Outcome(signal=int(signal.SIGABRT))
+    node = process('a', f'{machine}/driver')
+    event = Exited(node, 9, outcome, 1.0, False, True)
+    line = "parameter 'rate' has invalid type: expected [double] got [integer]"
+    text = advisor.advise(event, ('terminate called', line))
+    assert text.endswith('give it 1.0 instead of 1, at /ws/a.yaml:7:9')

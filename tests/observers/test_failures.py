@@ -1,0 +1,280 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+from pathlib import Path
+import signal
+
+from colcon_yamllaunch.engine.events import Dropped
+from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.events import HostLost
+from colcon_yamllaunch.engine.events import LeftBehind
+from colcon_yamllaunch.engine.events import LinkBack
+from colcon_yamllaunch.engine.events import Loaded
+from colcon_yamllaunch.engine.events import LoadFailed
+from colcon_yamllaunch.engine.events import MachineGone
+from colcon_yamllaunch.engine.events import Output
+from colcon_yamllaunch.engine.events import PlanFailed
+from colcon_yamllaunch.engine.events import RosLost
+from colcon_yamllaunch.engine.events import ShuttingDown
+from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.engine.events import StartFailed
+from colcon_yamllaunch.engine.events import StateChanged
+from colcon_yamllaunch.engine.events import TransitionFailed
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.observers.failures import Failures
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.position import Position
+import pytest
+
+
+def exited(process, **outcome):
+    failed = outcome.get('code') != 0
+    return Exited(process, 9, Outcome(**outcome), 1.25, False, failed)
+
+
+def heard(*events, log_files=None):
+    failures = Failures(log_files or {})
+    for event in events:
+        failures.handle(event)
+    return failures
+
+
+def test_nothing_failed(process):
+    failures = heard(Started(process(), 9), exited(process(), code=0))
+    assert failures.exit_code == 0
+    assert failures.summary() == ()
+
+
+def test_the_first_failure_is_told_at_length_and_others_briefly(process):
+    first, second = process('first'), process('second')
+    failures = heard(
+        Started(first, 8),
+        Started(second, 9),
+        Output(second, 'stdout', b'of no interest\n'),
+        Output(first, 'stdout', b'one\n'),
+        Output(first, 'stderr', b'\x1b[31mtwo\x1b[0m\npartial'),
+        exited(first, signal=signal.SIGSEGV),
+        exited(second, code=3),
+        Output(process('third'), 'stdout', b'something else\n'),
+        log_files={'first': Path('/log/first/stdout_stderr.log')},
+    )
+    assert failures.exit_code == 1
+    assert failures.summary() == (
+        'failed: first died by SIGSEGV (segmentation fault) after 1.2 s '
+        '(from /ws/demo.yaml:14:5)',
+        '  the last lines of first:',
+        '  | one',
+        '  | two',
+        '  | partial',
+        '  all of its output: /log/first/stdout_stderr.log',
+        'then failed: second exited with code 3 after 1.2 s '
+        '(from /ws/demo.yaml:14:5)',
+    )
+
+
+def test_a_file_below_the_current_folder_is_named_briefly(
+    process, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    place = Position(str(tmp_path / 'launch/demo.yaml'), 3, 5)
+    failures = heard(exited(process(position=place), code=3))
+    assert '(from launch/demo.yaml:3:5)' in failures.summary()[0]
+
+
+def test_only_the_last_ten_lines_are_told(process):
+    lines = [f'line {n}' for n in range(5000)]
+    failures = heard(
+        *(Output(process(), 'stdout', f'{t}\n'.encode()) for t in lines),
+        exited(process(), code=3),
+        Output(process('other'), 'stdout', b'something else\n'),
+    )
+    told = [t for t in failures.summary() if t.startswith('  | ')]
+    assert told == [f'  | {t}' for t in lines[-10:]]
+
+
+def test_a_huge_line_is_told_in_part(process):
+    failures = heard(
+        Output(process(), 'stdout', b'x' * 10_000_000),
+        exited(process(), code=3),
+    )
+    assert sum(map(len, failures.summary())) < 10_000
+
+
+def test_a_failure_that_a_respawn_mended_is_forgotten(process):
+    failures = heard(
+        Started(process(), 8),
+        exited(process(), code=3),
+        Started(process(), 9),
+        exited(process(), code=0),
+    )
+    assert failures.exit_code == 0
+
+
+def test_the_last_run_counts(process):
+    failures = heard(
+        Started(process(), 8),
+        exited(process(), code=0),
+        Started(process(), 9),
+        exited(process(), code=3),
+    )
+    assert failures.exit_code == 1
+
+
+def test_a_process_that_did_not_start_failed(process):
+    failed = StartFailed(process('bad'), 'there is no such thing')
+    other = Output(process('other'), 'stdout', b'something else\n')
+    failures = heard(failed, other)
+    assert failures.exit_code == 1
+    assert failures.summary() == (
+        'failed: bad could not be started: there is no such thing '
+        '(from /ws/demo.yaml:14:5)',
+    )
+
+
+def test_to_leave_a_process_behind_is_a_failure(process):
+    assert heard(LeftBehind(process('a'), 9)).exit_code == 1
+
+
+def test_what_stands_right_above_is_not_shown_again(process):
+    first, second = process('first'), process('second')
+    told = [Output(first, 'stderr', b'one\n'), exited(first, code=3)]
+    assert '  | one' not in heard(*told).summary()
+    (report,) = heard(*told).reports()
+    assert report.tail == ('one',)
+    # others said something after it
+    told.append(Output(second, 'stdout', b'two\n'))
+    assert '  | one' in heard(*told).summary()
+
+
+def test_a_reason_that_stands_right_above_is_not_told_again(process):
+    first = StartFailed(process('first'), 'no: such thing')
+    second = StartFailed(process('second'), 'no: such thing')
+    assert heard(first, second).summary() == (
+        'failed: first could not be started (from /ws/demo.yaml:14:5)',
+        'then failed: second could not be started (from /ws/demo.yaml:14:5)',
+    )
+    (report,) = heard(first).reports()
+    assert report.text == 'first could not be started: no: such thing'
+    others = [exited(process(f'p{n}'), code=0) for n in range(20)]
+    (line,) = heard(first, *others).summary()
+    assert line.startswith('failed: first could not be started: no: such ')
+
+
+def test_what_was_not_shown_or_is_far_above_is_told(process):
+    quiet = process('quiet', output='own_log')
+    told = [Output(quiet, 'stderr', b'one\n'), exited(quiet, code=3)]
+    assert '  | one' in heard(*told).summary()
+    first = process('first')
+    told = [Output(first, 'stderr', b'one\n'), exited(first, code=3)]
+    told += [exited(process(f'p{n}'), code=0) for n in range(20)]
+    assert '  | one' in heard(*told).summary()
+
+
+def test_a_component_that_was_loaded_after_all_is_no_failure(process):
+    position = Position('/ws/demo.yaml', 7, 9)
+    component = Component('a', 'demo', 'demo::A', '/box', position)
+    refused = LoadFailed(component, 'no such plugin')
+    said = Output(process(), 'stdout', b'something else\n')
+    failures = heard(refused, said)
+    assert failures.exit_code == 1
+    assert failures.summary() == (
+        'failed: a could not be loaded into /box: no such plugin '
+        '(from /ws/demo.yaml:7:9)',
+    )
+    (report,) = failures.reports()
+    assert report.process is component
+    failures = heard(refused, Loaded(component, '/a', 1, 0.1))
+    assert failures.exit_code == 0
+
+
+def test_a_node_that_was_activated_after_all_is_no_failure(process):
+    node = process('lc-1')
+    failed = TransitionFailed(node, '/lc', 'configure', 'it would not')
+    said = Output(process('other'), 'stdout', b'something else\n')
+    assert heard(failed, said).summary() == (
+        "failed: lc-1: the transition 'configure' of /lc failed: "
+        'it would not (from /ws/demo.yaml:14:5)',
+    )
+    active = StateChanged(node, '/lc', 'active', 'activating')
+    assert heard(failed, active).exit_code == 0
+    # the end of its process says more
+    (report,) = heard(exited(node, code=3), failed).reports()
+    assert 'exited with code 3' in report.text
+
+
+def test_that_nobody_speaks_with_ros_is_a_failure_of_the_launch():
+    failures = heard(RosLost('it died'))
+    assert failures.exit_code == 1
+    assert failures.summary() == ('failed: it died',)
+    assert [r.process for r in failures.reports()] == [None]
+
+
+def test_what_is_no_part_of_the_launch_any_more_did_not_fail(process):
+    a = process('a')
+    failures = heard(exited(a, code=3), Dropped(a))
+    assert failures.exit_code == 0
+    assert failures.summary() == ()
+
+
+def test_a_machine_that_is_gone_is_one_failure(process):
+    lost = [process('arm│a'), process('arm│b')]
+    failures = heard(
+        MachineGone('arm', 'it was started anew', ('arm│a', 'arm│b')),
+        *(Exited(p, 7, Outcome(lost='arm'), 2.0, False, True) for p in lost),
+    )
+    assert failures.exit_code == 1
+    assert failures.summary() == ('failed: arm is gone: it was started anew',)
+    # each of them has its place in a report
+    assert [(r.process, r.text) for r in failures.reports()] == [
+        (lost[0], 'arm│a was lost with arm'),
+        (lost[1], 'arm│b was lost with arm'),
+        (None, 'arm is gone: it was started anew'),
+    ]
+
+
+def test_no_core_dump_is_looked_for_on_another_machine(
+    process, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(
+        'colcon_yamllaunch.observers.failures.find_core_dump',
+        lambda *_: pytest.fail('it is not here'),
+    )
+    failures = Failures({}, is_elsewhere=lambda label: label == 'arm│a')
+    crash = Outcome(signal=11, core_dumped=True)
+    failures.handle(Exited(process('arm│a'), 7, crash, 2.0, False, True))
+    assert failures.exit_code == 1
+
+
+def test_launch_files_in_python_fail(process):
+    failures = heard(
+        exited(process('a'), code=3),
+        PlanFailed(('a.launch.py:7: error: no', '  return no')),
+        HostLost('died by SIGKILL (killed)'),
+    )
+    assert failures.exit_code == 1
+    assert failures.summary()[1:] == (
+        'failed: a.launch.py:7: error: no',
+        'failed: the host of launch files in Python died by SIGKILL (killed)',
+    )
+    assert [r.process for r in failures.reports()[1:]] == [None, None]
+
+
+def test_failure_that_ends_the_launch_outlasts_a_late_respawn(process):
+    # a machine starts it again before it is told to stop
+    failures = heard(
+        Started(process(), 8),
+        exited(process(), code=3),
+        ShuttingDown('counter failed'),
+        Started(process(), 9),
+        Exited(process(), 9, Outcome(code=3), 0.1, asked=True, failed=False),
+    )
+    assert failures.exit_code == 1
+
+
+def test_machine_that_is_back_is_no_failure(process):
+    gone = MachineGone('arm', 'it was started anew')
+    lost = Exited(process(), 8, Outcome(lost='arm'), 1.0, False, True)
+    assert heard(gone, lost).exit_code == 1
+    failures = heard(gone, lost, LinkBack('arm', 1.0), Started(process(), 9))
+    assert failures.exit_code == 0
+    assert failures.reports() == ()

@@ -1,0 +1,88 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Tracebacks of nodes that are stopped."""
+
+import signal
+
+from colcon_yamllaunch.engine.events import Signalled
+from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.observers.interrupt_folding import InterruptFolding
+from colcon_yamllaunch.observers.interrupt_folding import LONGEST
+import pytest
+
+START = b'Traceback (most recent call last):\n'
+BODY = b'  File "node.py", line 5, in <module>\n    main()\n    ~~~~^^\n'
+LINK = (
+    b'\nDuring handling of the above exception, another exception occurred:'
+    b'\n\n'
+)
+INTERRUPTED = START + BODY + b'KeyboardInterrupt\n'
+
+
+@pytest.fixture
+def folding(process):
+    """Return a folding that knows that `a` is asked to stop."""
+    found = InterruptFolding()
+    found.note(Signalled(process('a'), 9, signal.SIGINT, True))
+    return found
+
+
+def folded(folding, *chunks, label='a'):
+    shown = b''.join(folding.fold(label, 'stderr', c) for c in chunks)
+    return shown + b''.join(data for _, data in folding.rest(label))
+
+
+def test_a_traceback_that_ends_in_keyboard_interrupt_is_one_line(folding):
+    shown = folded(folding, b'bye\n' + INTERRUPTED + b'gone\n')
+    assert shown == (
+        b'bye\nKeyboardInterrupt (after a traceback of 4 lines)\ngone\n'
+    )
+
+
+def test_it_may_come_line_by_line(folding):
+    lines = INTERRUPTED.splitlines(keepends=True)
+    assert folded(folding, *lines).count(b'\n') == 1
+
+
+def test_one_that_follows_from_it_is_folded_too(folding):
+    shown = folded(folding, INTERRUPTED + LINK + INTERRUPTED)
+    assert shown.count(b'\n') == 2
+    assert b'File' not in shown
+
+
+def test_another_error_is_shown_whole(folding):
+    other = START + BODY + b'ValueError: 5\n'
+    assert folded(folding, other) == other
+    shown = folded(folding, INTERRUPTED + LINK + other)
+    assert shown.endswith(LINK + other)
+
+
+def test_the_end_of_the_context_counts_as_well(folding):
+    end = b'rclpy.executors.ExternalShutdownException\n'
+    assert folded(folding, START + BODY + end).count(b'\n') == 1
+
+
+def test_endless_tracebacks_are_not_held_back(folding):
+    endless = START + b'  x\n' * LONGEST
+    assert folding.fold('a', 'stderr', endless) == endless
+
+
+def test_nothing_is_folded_before_the_stop(folding, process):
+    assert folded(folding, INTERRUPTED, label='b') == INTERRUPTED
+    folding.note(Started(process('a'), 10))
+    assert folded(folding, INTERRUPTED) == INTERRUPTED
+
+
+@pytest.mark.parametrize(
+    'data',
+    [
+        START,
+        START + BODY,
+        START + START + BODY + b'x\n',
+        BODY + LINK + START + b'end',
+        LINK + b'\n' + START + LINK + b'ValueError\n\n',
+    ],
+)
+def test_nothing_else_is_lost(folding, data):
+    assert folded(folding, data) == data

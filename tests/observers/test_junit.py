@@ -1,0 +1,203 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""JUnit reports of replayed launches."""
+
+from pathlib import Path
+import re
+from xml.etree import ElementTree
+
+from colcon_yamllaunch.engine.events import Dropped
+from colcon_yamllaunch.engine.events import Ended
+from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.events import FailureReport
+from colcon_yamllaunch.engine.events import Loaded
+from colcon_yamllaunch.engine.events import Planned
+from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.engine.events import Verdict
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.observers.junit import JUnitReport
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.position import Position
+import pytest
+
+# what both schemas ask for, see the module's docstring
+SUITE = {
+    'name': r'.+',
+    'package': r'.+',
+    'id': r'\d+',
+    'timestamp': r'\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d',
+    'hostname': r'.+',
+    'tests': r'\d+',
+    'failures': r'\d+',
+    'errors': r'\d+',
+    'skipped': r'\d+',
+    'time': r'\d{1,3}\.\d{3}',
+}
+CASE = {'name': r'.+', 'classname': r'.+', 'time': r'\d{1,3}\.\d{3}'}
+OUTCOMES = {
+    'failure': {'message': '.+', 'type': '.+'},
+    'error': {'message': '.+', 'type': '.+'},
+    'skipped': {'message': '.+'},
+}
+
+
+def check(element, attributes):
+    assert set(element.attrib) == set(attributes)
+    for name, value in element.attrib.items():
+        assert re.fullmatch(attributes[name], value), (name, value)
+
+
+@pytest.fixture
+def report():
+    """Return a function that replays events, and returns a checked suite."""
+
+    def make(*events, processes=(), name='my_pkg demo.yaml'):
+        junit = JUnitReport(name, 'my_pkg.demo', 1_732_000_000.5)
+        junit.expect(processes)
+        for event in events:
+            junit.handle(event)
+        root = ElementTree.fromstring(junit.document(12.3456))
+        assert root.tag == 'testsuites'
+        (suite,) = root
+        check(suite, SUITE)
+        tags = [child.tag for child in suite]
+        cases = len(tags) - 3
+        assert tags == [
+            'properties',
+            *['testcase'] * cases,
+            'system-out',
+            'system-err',
+        ]
+        assert suite.get('tests') == str(cases)
+        for case in suite.iter('testcase'):
+            check(case, CASE)
+            assert len(case) <= 1
+            for outcome in case:
+                check(outcome, OUTCOMES[outcome.tag])
+        return suite
+
+    return make
+
+
+def exited(process, seconds=1.25):
+    return Exited(process, 9, Outcome(code=0), seconds, False, False)
+
+
+def test_one_case_a_process(report, process):
+    good, bad, late = process('good'), process('bad'), process('late')
+    failure = FailureReport(
+        bad,
+        'bad exited with code 3 after 1.2 s',
+        ('one', 'two'),
+        Path('/log/bad/stdout_stderr.log'),
+    )
+    suite = report(
+        Started(good, 8),
+        Started(bad, 9),
+        exited(good),
+        exited(bad),
+        Ended(1, (), (failure,)),
+        processes=(good, bad, late),
+    )
+    assert suite.get('timestamp') == '2024-11-19T07:06:40'
+    assert suite.get('time') == '12.346'
+    counts = [suite.get(n) for n in ('failures', 'errors', 'skipped')]
+    assert counts == ['1', '0', '1']
+    first, second, third = suite.iter('testcase')
+    assert first.attrib == {
+        'name': 'good',
+        'classname': 'my_pkg.demo',
+        'time': '1.250',
+    }
+    assert len(first) == 0
+    assert second[0].get('message') == 'bad exited with code 3 after 1.2 s'
+    assert second[0].text.splitlines() == [
+        'bad exited with code 3 after 1.2 s',
+        'from /ws/demo.yaml:14:5',
+        '',
+        'the last lines of its output:',
+        'one',
+        'two',
+        '',
+        'all of its output: /log/bad/stdout_stderr.log',
+    ]
+    assert third[0].tag == 'skipped'
+
+
+def test_what_was_to_be_achieved_is_a_case(report):
+    verdicts = (
+        Verdict('--until a', 1.0),
+        Verdict('--until b', 2.0, "'b' was not seen"),
+    )
+    suite = report(Ended(1, (), (), verdicts))
+    first, second = suite.iter('testcase')
+    assert (first.get('name'), len(first)) == ('--until a', 0)
+    assert second[0].get('message') == "'b' was not seen"
+
+
+def test_a_launch_that_came_to_nothing_is_an_error(report, process):
+    suite = report(processes=(process('a'),))
+    assert suite.get('errors') == '1'
+
+
+def test_runs_add_up(report, process):
+    a = process('a')
+    events = (Started(a, 8), exited(a), Started(a, 9), exited(a), Ended(0))
+    suite = report(*events, processes=(a,))
+    assert next(suite.iter('testcase')).get('time') == '2.500'
+
+
+def test_what_xml_cannot_say_is_left_out(report, process):
+    odd = process('od\x00d\x1b\ud800')
+    failure = FailureReport(odd, 'a\x01b', ('<c> & \x07"d"\uffff',))
+    suite = report(
+        Ended(1, (), (failure,)), processes=(odd,), name='a\x0bb.yaml'
+    )
+    assert suite.get('name') == 'ab.yaml'
+    (case,) = suite.iter('testcase')
+    assert case.get('name') == 'odd'
+    assert case[0].get('message') == 'ab'
+    assert '<c> & "d"\n' in case[0].text + '\n'
+
+
+def test_one_case_a_component(report):
+    good, bad, late = (
+        Component(label, 'demo', 'It', '/box', Position('/ws/a.yaml', 1, 1))
+        for label in ('good', 'bad', 'late')
+    )
+    suite = report(
+        Loaded(good, '/good', 1, 0.25),
+        Ended(
+            1,
+            (),
+            (
+                FailureReport(bad, 'bad could not be loaded'),
+                FailureReport(None, 'ROS is lost'),
+            ),
+        ),
+        processes=(good, bad, late),
+    )
+    cases = {case.get('name'): case for case in suite.iter('testcase')}
+    assert list(cases) == ['good', 'bad', 'late', 'launch']
+    assert cases['good'].get('time') == '0.250'
+    assert cases['bad'][0].tag == 'failure'
+    assert '/ws/a.yaml:1:1' in cases['bad'][0].text
+    assert cases['late'][0].get('message') == 'it was never loaded'
+    assert cases['launch'][0].get('message') == 'ROS is lost'
+
+
+def test_what_came_while_the_launch_ran(report, process):
+    a, b, c = process('a'), process('b'), process('c')
+    suite = report(
+        Started(a, 9),
+        Planned((b, c)),
+        Planned((b,)),
+        Started(c, 9),
+        Dropped(c),
+        Ended(0),
+        processes=[a],
+    )
+    cases = {c.get('name'): c for c in suite.iter('testcase')}
+    assert list(cases) == ['a', 'b']
+    assert cases['b'].find('skipped').get('message') == 'it was never started'

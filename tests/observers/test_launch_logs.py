@@ -1,0 +1,260 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+import fcntl
+import json
+import os
+import shutil
+
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.events import Output
+from colcon_yamllaunch.engine.events import Planned
+from colcon_yamllaunch.engine.events import Said
+from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.observers.launch_logs import folder_names
+from colcon_yamllaunch.observers.launch_logs import Logs
+from colcon_yamllaunch.observers.log_files import lock_folder
+import pytest
+
+
+@pytest.fixture
+def logged(process, tmp_path):
+    """Return a function that logs events and returns the folder."""
+
+    def log(*events, complaints=None, **attributes):
+        folder = tmp_path / 'log'
+        logs = Logs(
+            folder,
+            [process('counter', **attributes)],
+            (complaints if complaints is not None else []).append,
+            now=lambda: 1732000000.25,
+        )
+        for event in events:
+            if isinstance(event, Output):
+                logs.record(event.process, event.stream, event.data)
+            logs.handle(event)
+        logs.close()
+        return folder
+
+    return log
+
+
+def output_of(process):
+    return (
+        Started(process, 12),
+        Output(process, 'stdout', b'one\r\n\xff\n'),
+        Output(process, 'stderr', b'two\n'),
+        Output(process, 'stdout', b'partial'),
+    )
+
+
+def test_own_logs_hold_exactly_what_was_written(logged, process):
+    folder = logged(*output_of(process('counter'))) / 'counter'
+    assert (folder / 'stdout.log').read_bytes() == b'one\r\n\xff\npartial'
+    assert (folder / 'stderr.log').read_bytes() == b'two\n'
+    assert (folder / 'stdout_stderr.log').read_bytes() == (
+        b'one\r\n\xff\ntwo\npartial'
+    )
+
+
+def test_the_common_log_has_a_time_and_a_label_in_each_line(logged, process):
+    folder = logged(*output_of(process('counter')), Said('INFO', 'hello'))
+    assert (folder / 'launch.log').read_bytes().splitlines() == [
+        b'1732000000.250000 [launch] counter: started, pid 12',
+        b'1732000000.250000 [counter] one',
+        b'1732000000.250000 [counter] \xff',
+        b'1732000000.250000 [counter] two',
+        b'1732000000.250000 [counter] partial',
+        b'1732000000.250000 [INFO] [launch.user]: hello',
+    ]
+
+
+@pytest.mark.parametrize(
+    ('mode', 'own', 'common'),
+    [
+        ('both', True, True),
+        ('full', True, True),
+        ('log', True, True),
+        ('own_log', True, False),
+        ('screen', False, False),
+    ],
+)
+def test_the_output_mode_says_what_is_logged(
+    logged, process, mode, own, common
+):
+    folder = logged(*output_of(process('counter', output=mode)), output=mode)
+    assert (folder / 'counter').exists() is own
+    text = (folder / 'launch.log').read_bytes()
+    assert (b'[counter] one' in text) is common
+    assert b'started' in text
+
+
+def test_events_are_json_objects(logged, process):
+    counter = process('counter', name='talker-1')
+    folder = logged(
+        Started(counter, 12),
+        Exited(counter, 12, Outcome(signal=11), 0.5, False, True, 2.0),
+    )
+    lines = (folder / 'events.jsonl').read_text().splitlines()
+    assert [json.loads(line) for line in lines] == [
+        {
+            'time': 1732000000.25,
+            'event': 'started',
+            'label': 'counter',
+            'name': 'talker-1',
+            'pid': 12,
+        },
+        {
+            'time': 1732000000.25,
+            'event': 'exited',
+            'label': 'counter',
+            'name': 'talker-1',
+            'pid': 12,
+            'exit_code': None,
+            'signal': 'SIGSEGV',
+            'core_dumped': False,
+            'seconds': 0.5,
+            'asked': False,
+            'failed': True,
+            'respawn_delay': 2.0,
+        },
+    ]
+
+
+def test_a_second_run_of_a_process_appends(logged, process):
+    folder = logged(
+        *output_of(process('counter')), *output_of(process('counter'))
+    )
+    assert (folder / 'counter/stderr.log').read_bytes() == b'two\ntwo\n'
+
+
+def test_pieces_of_a_line_are_logged_at_once(process, tmp_path):
+    one = process('one')
+    logs = Logs(tmp_path, [one], pytest.fail)
+    folder = tmp_path / 'one'
+    try:
+        logs.record(one, 'stdout', b'pie')
+        assert (folder / 'stdout.log').read_bytes() == b'pie'
+        # what goes on at once is not mixed with the other stream
+        logs.record(one, 'stderr', b'error\n')
+        logs.record(one, 'stdout', b'ce\nprompt: ')
+        logs.flush()
+        both = b'error\npiece\n'
+        assert (folder / 'stdout_stderr.log').read_bytes() == both
+        # and what waits longer is not held back
+        logs.flush()
+        both += b'prompt: '
+        assert (folder / 'stdout_stderr.log').read_bytes() == both
+        assert not logs.flush()
+        logs.record(one, 'stdout', b'x' * (limits.READ_SIZE + 1))
+        both += b'x' * (limits.READ_SIZE + 1)
+        assert (folder / 'stdout_stderr.log').read_bytes() == both
+    finally:
+        logs.close()
+
+
+def test_files_are_opened_when_there_is_time_or_output(process, tmp_path):
+    quiet, loud = process('quiet'), process('loud')
+    logs = Logs(tmp_path, [quiet, loud], pytest.fail)
+    try:
+        logs.handle(Started(quiet, 12))
+        logs.handle(Started(loud, 13))
+        logs.record(loud, 'stdout', b'one\n')
+        assert (tmp_path / 'loud/stdout.log').read_bytes() == b'one\n'
+        assert not (tmp_path / 'quiet').exists()
+        logs.flush()
+        assert (tmp_path / 'quiet/stdout_stderr.log').exists()
+    finally:
+        logs.close()
+
+
+def test_the_files_of_many_processes_are_opened_some_at_a_time(
+    process, tmp_path
+):
+    many = [process(f'p{n}') for n in range(3 * limits.OPENED_PER_TURN)]
+    logs = Logs(tmp_path, many, pytest.fail)
+    try:
+        for one in many:
+            logs.handle(Started(one, 12))
+        counts = [2]
+        while logs.flush():
+            counts.append(len(list(tmp_path.iterdir())))
+    finally:
+        logs.close()
+    assert len(counts) == 3
+    assert counts == sorted(set(counts))
+    assert len(list(tmp_path.iterdir())) == 2 + len(many)
+
+
+def test_a_folder_that_cannot_be_made_is_said_once(logged, process, tmp_path):
+    (tmp_path / 'log').write_text('in the way')
+    complaints = []
+    logged(*output_of(process('counter')), complaints=complaints)
+    assert len(complaints) == 1
+    assert str(tmp_path / 'log') in complaints[0]
+
+
+@pytest.mark.hostile
+def test_a_folder_that_was_deleted_is_locked_again(process, tmp_path):
+    one = process('one')
+    folder = tmp_path / 'log'
+    logs = Logs(folder, [one], pytest.fail)
+    exclusive = fcntl.LOCK_EX | fcntl.LOCK_NB
+    try:
+        shutil.rmtree(folder)
+        logs.flush()
+        assert not folder.exists()
+        logs.handle(Said('INFO', 'on'))
+        logs.flush()
+        assert b'on' in (folder / 'launch.log').read_bytes()
+        assert b'on' in (folder / 'events.jsonl').read_bytes()
+        assert lock_folder(folder, exclusive) is None
+    finally:
+        logs.close()
+    descriptor = lock_folder(folder, exclusive)
+    assert descriptor is not None
+    os.close(descriptor)
+
+
+def test_any_label_gets_a_folder_of_its_own(process):
+    labels = ['a/b', 'a_b', '.', '..', 'launch.log', 'ä ö', 'x' * 400]
+    labels += ['y' * 300 + '1', 'y' * 300 + '2', 'line\nend', '']
+    names = folder_names(map(process, labels))
+    assert len(set(names.values())) == len(labels)
+    for name in names.values():
+        assert '/' not in name
+        assert name not in ('.', '..', 'launch.log', 'events.jsonl', '')
+        assert len(name.encode()) < 255
+        assert name.isprintable()
+    assert names['ä ö'] == 'ä ö'
+
+
+def test_the_folder_of_a_node_is_none_of_a_package(process):
+    nodes = [
+        process('talker', name='talker-1'),
+        process('left/camera', name='driver.py-2'),
+        process('driver.py-3', name='driver.py-3'),
+    ]
+    assert folder_names(nodes) == {
+        'talker': 'talker-1',
+        'left/camera': 'left.camera-2',
+        'driver.py-3': 'driver.py-3',
+    }
+
+
+def test_what_comes_later_has_files_of_its_own(logged, process):
+    later = process('talker', name='talker-2')
+    other = process('talker.2', name='talker.2')
+    unlogged = process('counter', output='screen')
+    folder = logged(
+        Planned((later, other)),
+        *output_of(later),
+        Planned((unlogged,)),
+        *output_of(unlogged),
+    )
+    assert (folder / 'talker-2/stderr.log').read_bytes() == b'two\n'
+    assert sorted(p.name for p in folder.iterdir() if p.is_dir()) == [
+        'talker-2'
+    ]

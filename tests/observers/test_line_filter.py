@@ -1,0 +1,253 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What of the output is shown."""
+
+from colcon_yamllaunch.engine.events import Output
+from colcon_yamllaunch.observers.line_filter import FEW
+from colcon_yamllaunch.observers.line_filter import Filtering
+from colcon_yamllaunch.observers.line_filter import LineFilter
+from colcon_yamllaunch.observers.line_filter import MAXIMUM_LIVE
+from colcon_yamllaunch.observers.log_levels import Level
+from hypothesis import given
+from hypothesis import settings
+from hypothesis import strategies as st
+import pytest
+
+
+@pytest.fixture
+def made(process):
+    """Return a function that makes outputs."""
+    processes = {}
+
+    def make(text, label='a', stream='stdout'):
+        if label not in processes:
+            processes[label] = process(label)
+        data = text.encode() if isinstance(text, str) else text
+        return Output(processes[label], stream, data)
+
+    return make
+
+
+def line_filter(filtering=None, *, color=False, form=None):
+    result = LineFilter(
+        color=color, is_ascii=False, form_of=lambda _process: form
+    )
+    result.filtering = filtering or Filtering()
+    return result
+
+
+def texts(outputs):
+    return [(o.process.label, o.data.decode()) for o in outputs]
+
+
+def shown(one, *outputs):
+    """Return all that is shown of outputs, as one text."""
+    parts = [part for output in outputs for part in one.take(output)]
+    return ''.join(o.data.decode() for o in (*parts, *one.end()))
+
+
+def test_all_passes_as_it_is(made):
+    output = made('one\ntwo\n')
+    assert line_filter().take(output) == [output]
+    assert line_filter().take(output)[0] is output
+    many = made(''.join(f'{n}\n' for n in range(2 * FEW)))
+    assert line_filter(color=True).take(many)[0] is many
+
+
+def test_what_goes_to_the_log_only_is_left_to_it(made, process):
+    one = line_filter()
+    quiet = Output(process('a', output='own_log'), 'stdout', b'x\n' * 3)
+    assert not list(one.take(quiet))
+    assert not one.is_changing
+
+
+@pytest.mark.parametrize(
+    ('filtering', 'labels'),
+    [
+        (Filtering(), 'abc'),
+        (Filtering(muted=frozenset('b')), 'ac'),
+        (Filtering(only=frozenset('b')), 'b'),
+        (Filtering(muted=frozenset('a'), only=frozenset('ab')), 'b'),
+    ],
+)
+def test_who_is_shown(made, filtering, labels):
+    one = line_filter(filtering)
+    assert [n for n in 'abc' if one.take(made('x\n', n))] == list(labels)
+
+
+def test_a_search(made):
+    text = 'Hello\nothers\n\x1b[31mHE\x1b[0mLLO\nshell\n'
+    assert shown(line_filter(Filtering(search='hello')), made(text)) == (
+        'Hello\n\x1b[31mHE\x1b[0mLLO\n'
+    )
+    # upper case is meant
+    one = line_filter(Filtering(search='Hello'))
+    assert shown(one, made(text)) == 'Hello\n'
+    assert shown(line_filter(Filtering(search='[x')), made(text)) == ''
+
+
+def test_a_level_and_what_belongs_to_its_lines(made):
+    one = line_filter(Filtering(level=Level.WARN))
+    assert shown(
+        one,
+        made('printed\n[INFO] a\n  more of a\n[WARN] b\n'),
+        made('  more of b\n[ERROR] [1.2] [n]: c\n[DEBUG] d\nmore of d\n'),
+        made('noise\n', stream='stderr', label='b'),
+        made('Traceback (most recent call last):\n  x\nE: y\n'),
+        made('[INFO] e\n'),
+    ) == (
+        '[WARN] b\n  more of b\n[ERROR] [1.2] [n]: c\nnoise\n'
+        'Traceback (most recent call last):\n  x\nE: y\n'
+    )
+
+
+def test_a_level_in_a_form_of_its_own(made):
+    one = line_filter(
+        Filtering(level=Level.ERROR), form='{name} ({severity}) {message}'
+    )
+    text = 'a.b (WARN) x\na.b (ERROR) y\n'
+    assert shown(one, made(text)) == 'a.b (ERROR) y\n'
+
+
+def test_a_level_and_a_search(made):
+    one = line_filter(Filtering(level=Level.WARN, search='low'))
+    text = '[INFO] low\n[WARN] low\n[WARN] high\n low, too\n'
+    assert shown(one, made(text)) == '[WARN] low\n low, too\n'
+    assert shown(one, made('[ERROR] high\n')) == ''
+    # what follows goes with that all the same
+    assert shown(one, made(' low\n[INFO] x\n'), made(' low\n')) == ' low\n'
+
+
+def test_two_bars_keep_their_places(made):
+    one = line_filter()
+    for count in range(1, 4):
+        for label in 'ab':
+            assert not one.take(made(f'{count}0%\r', label))
+    assert texts(one.live) == [('a', '30%'), ('b', '30%')]
+    for label in 'cd':
+        assert not one.take(made('10%\r', label))
+    assert not one.take(made('40%\r', 'b'))
+    assert texts(one.live) == [('b', '40%'), ('c', '10%'), ('d', '10%')]
+
+
+def test_the_same_line_is_counted(made):
+    one = line_filter()
+    assert texts(one.take(made('low\n'))) == [('a', 'low\n')]
+    assert not list(one.live)
+    assert not one.take(made('low\nlow\n'))
+    assert texts(one.live) == [('a', 'low ×3\n')]
+    assert not one.take(made('low\n' * 2 * FEW))
+    assert texts(one.live) == [('a', f'low ×{3 + 2 * FEW}\n')]
+    # somebody else wrote something
+    assert texts(one.take(made('low\n', 'b'))) == [
+        ('a', f'low ×{3 + 2 * FEW}\n'),
+        ('b', 'low\n'),
+    ]
+    assert texts(one.settle()) == []
+    # and so it is a first one again
+    assert texts(one.take(made('low\n', 'b'))) == [('b', 'low\n')]
+
+
+def test_the_same_line_at_another_time_is_counted(made):
+    one = line_filter()
+    lines = [f'[WARN] [17320000{n}.123] [n]: low\n' for n in range(10, 15)]
+    assert shown(one, *map(made, lines)) == (
+        f'{lines[0]}{lines[-1][:-1]} ×5\n'
+    )
+
+
+def test_two_of_a_line_are_two_lines(made):
+    text = 'a\nb\nb\nc\n\n\n\n\nc\nc\nc\n'
+    assert shown(line_filter(), made(text)) == (
+        'a\nb\nb\nc\n\n\n\n\nc\nc ×3\n'
+    )
+
+
+def test_a_progress_bar_is_one_line(made):
+    one = line_filter()
+    for percent in (10, 20, 30):
+        assert not one.take(made(f'\rload {percent}%\r'))
+        assert texts(one.live) == [('a', f'load {percent}%')]
+    assert texts(one.take(made('other\n', 'b'))) == [('b', 'other\n')]
+    assert one.is_changing
+    assert texts(one.take(made('load 90%\rload 100%\r\nready\r\n'))) == [
+        ('a', 'load 100%\nready\n')
+    ]
+    assert not one.is_changing
+    # erased with blanks
+    assert not one.take(made('almost\r'))
+    assert not one.take(made('      \r'))
+    assert not one.is_changing
+
+
+def test_a_progress_bar_stays_when_its_process_ends(made):
+    one = line_filter()
+    for label in 'abcde':
+        assert not one.take(made(f'{label} 1%\r', label))
+    assert not one.take(made('a 2%\r'))
+    # the last ones that have changed
+    assert [t for _, t in texts(one.live)] == ['d 1%', 'e 1%', 'a 2%'][
+        -MAXIMUM_LIVE:
+    ]
+    assert texts(one.end('d')) == [('d', 'd 1%\n')]
+    one.filtering = Filtering(muted=frozenset('a'), search='1')
+    assert 'a 2%' not in dict(texts(one.live)).values()
+    assert [n for n, _ in texts(one.end())] == ['b', 'c', 'e']
+
+
+def test_a_bad_line_is_coloured(made):
+    one = line_filter(color=True)
+    text = (
+        '[INFO] a\n[WARN] b\n more\n\x1b[1m[ERROR] c\x1b[0m\n[ERROR] d\n'
+        'no WARN, no ERROR\n[FATAL] e\n'
+    )
+    assert shown(one, made(text)) == (
+        '[INFO] a\n\x1b[33m[WARN] b\x1b[0m\n more\n'
+        '\x1b[1m[ERROR] c\x1b[0m\n\x1b[31m[ERROR] d\x1b[0m\n'
+        'no WARN, no ERROR\n\x1b[1;31m[FATAL] e\x1b[0m\n'
+    )
+    # the traceback of a node that is stopped is folded later
+    text = 'Traceback (most recent call last):\n  ERROR\nKeyboardInterrupt\n'
+    assert '\x1b' not in shown(one, made(text)).partition('\n')[0]
+
+
+def test_the_filter_in_short():
+    assert Filtering(times=True).text == ''
+    assert Filtering(
+        frozenset('ab'), frozenset('c'), 'low', Level.ERROR
+    ).text == ('/low, level ERROR, only c, 2 muted')
+
+
+LINES = st.lists(
+    st.sampled_from(['', 'a', 'b', '[WARN] a', '\x1b[1ma', 'ä']), max_size=30
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(LINES, max_size=5))
+def test_nothing_else_is_lost(chunks):
+    one = line_filter()
+    outputs = []
+    for lines in chunks:
+        data = ''.join(f'{line}\n' for line in lines).encode()
+        output = Output(_Shown(), 'stdout', data)
+        outputs += [output] if data else []
+    wanted = [line for lines in chunks for line in lines]
+    got = []
+    for line in shown(one, *outputs).splitlines():
+        text, _, count = line.partition(' ×')
+        # the first of those that are counted was shown, too
+        got += [text] * (int(count) - 1 if count else 1)
+    assert got == wanted
+
+
+class _Shown:
+    label = 'a'
+    output = 'screen'
+
+
+def test_carriage_returns_without_end(made):
+    # what looks at a run of them from each of its bytes takes a minute
+    run = '\r' * 2**18
+    assert shown(line_filter(), made(f'{run}a\n{run}')) == 'a\n'

@@ -1,0 +1,128 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+import io
+
+from colcon_yamllaunch.engine.events import Output
+from colcon_yamllaunch.engine.output.writer import TextWriter
+from colcon_yamllaunch.observers.launch_logs import Logs
+from colcon_yamllaunch.observers.line_formats import Layout
+from colcon_yamllaunch.observers.line_formats import layout_of
+from colcon_yamllaunch.observers.line_formats import SCREEN_FORMAT
+from colcon_yamllaunch.observers.screen import Screen
+from hypothesis import given
+from hypothesis import strategies as st
+import pytest
+
+
+def laid_out(value):
+    """Return the layout for a value of the variable, and the complaints."""
+    complaints = []
+    environment = {SCREEN_FORMAT: value}
+    return layout_of(SCREEN_FORMAT, environment, complaints.append), complaints
+
+
+@pytest.mark.parametrize(
+    ('text', 'line'),
+    [
+        ('[{levelname}] [{name}]: {msg}', '[INFO] [launch]: hello'),
+        ('{message}', 'hello'),
+        ('{created:.3f} {message}', '1732000000.250 hello'),
+        ('{msecs:03.0f} {levelno} {message:>7}', '250 20   hello'),
+        ('{name!r:.4} {{{message}}}', "'lau {hello}"),
+    ],
+)
+def test_a_format_has_the_fields_of_a_log_record(text, line):
+    layout = Layout(text, now=lambda: 1732000000.25)
+    assert layout('launch', 'INFO', 'hello') == line
+
+
+def test_a_text_is_not_taken_for_a_format():
+    line = Layout('{name}: {message}')('launch', 'WARNING', '100 %s {name}')
+    assert line == 'launch: 100 %s {name}'
+
+
+def test_asctime_is_the_time_of_day():
+    line = Layout('{asctime}', now=lambda: 1732000000.25)('n', 'INFO', 'm')
+    assert line.endswith(',250')
+
+
+def test_backslashes_stand_for_characters():
+    layout, complaints = laid_out(r'\x1b[1m{message}\033[0m\t\u2192 ä→')
+    assert complaints == []
+    assert layout('n', 'INFO', 'm') == '\x1b[1mm\x1b[0m\t→ ä→'
+
+
+def test_a_time_stamp_has_an_alias():
+    layout, complaints = laid_out('default_with_timestamp')
+    assert complaints == []
+    stamp, _, rest = layout('launch', 'ERROR', 'text').partition(' ')
+    assert float(stamp) > 1e9
+    assert rest == '[ERROR] [launch]: text'
+
+
+@pytest.mark.parametrize('value', ['', 'default'])
+def test_the_usual_form_needs_no_layout(value):
+    assert laid_out(value) == (None, [])
+
+
+def test_a_variable_that_is_not_set_needs_no_layout():
+    assert layout_of(SCREEN_FORMAT, {}, pytest.fail) is None
+
+
+@pytest.mark.parametrize(
+    'value',
+    [
+        '{message',
+        'message}',
+        '{no_such_field}',
+        '{created:d}',
+        '{message.no_such}',
+        '{}',
+        '{0}',
+        '%(message)s',
+        'no field',
+        'open escape \\',
+        '\\xZZ {message}',
+    ],
+)
+def test_what_is_no_format_is_said_and_ignored(value):
+    layout, (complaint,) = laid_out(value)
+    assert layout is None
+    assert SCREEN_FORMAT in complaint
+    assert value in complaint
+    assert '\n' not in complaint
+
+
+PIECES = ['{message}', '{name}', '{', '}', '{{', '{msecs:', '!r', ':>9', '[0]']
+
+
+@given(st.lists(st.sampled_from([*PIECES, '.a', 'ä', '%s', '\\', 'x41', ' '])))
+def test_any_text_makes_a_layout_or_a_complaint(pieces):
+    text = ''.join(pieces)
+    layout, complaints = laid_out(text)
+    if text:
+        assert (layout is None) == (len(complaints) == 1)
+    if layout is not None:
+        assert isinstance(layout('launch', 'INFO', 'text'), str)
+
+
+@pytest.mark.parametrize(
+    ('layout', 'name'), [(None, 'kitchen'), (Layout('{message}'), 'talker-1')]
+)
+def test_lines_of_ros_2_begin_with_its_names(process, tmp_path, layout, name):
+    kitchen = process('kitchen', name='talker-1')
+    said = Output(kitchen, 'stdout', b'hello\n')
+    stream = io.StringIO()
+    writer = TextWriter(stream)
+    screen = Screen(
+        writer, [kitchen], color=False, terminal=False, layout=layout
+    )
+    screen.handle(said)
+    writer.flush()
+    assert stream.getvalue().startswith(f'[{name}] ')
+    logs = Logs(tmp_path, [kitchen], pytest.fail, layout=layout)
+    logs.handle(said)
+    logs.close()
+    text = (tmp_path / 'launch.log').read_text()
+    assert text.endswith(f' [{name}] hello\n')

@@ -1,0 +1,249 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+import errno
+import os
+import shutil
+
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.observers.log_files import LogFile
+from colcon_yamllaunch.observers.log_files import Quota
+from colcon_yamllaunch.observers.log_files import size_text
+import pytest
+
+LINE = b'x' * 999 + b'\n'
+LIMIT = 2_000_000
+
+
+@pytest.fixture
+def complaints():
+    return []
+
+
+@pytest.fixture
+def open_log(tmp_path):
+    """Return a function that opens log files, which are closed at the end."""
+    files = []
+
+    def open_one(name, quota):
+        files.append(LogFile(tmp_path / name, quota))
+        return files[-1]
+
+    yield open_one
+    for file in files:
+        file.close()
+
+
+def parts(folder, name):
+    """Return the paths of a log file, the oldest first."""
+    found = [p for p in folder.iterdir() if p.name.startswith(f'{name}.')]
+    found.sort(key=lambda p: -int(p.suffix[1:]))
+    return [*found, folder / name]
+
+
+def content(folder, name):
+    return b''.join(p.read_bytes() for p in parts(folder, name))
+
+
+def size_of(folder):
+    return sum(p.stat().st_size for p in folder.iterdir())
+
+
+def numbered(first, last, times=100):
+    return [b'%09d\n' % n * times for n in range(first, last)]
+
+
+def test_below_the_limit_nothing_is_lost(tmp_path, open_log, complaints):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+    for data in numbered(0, LIMIT // 1000):
+        file.write(data)
+    assert content(tmp_path, 'stdout.log') == b''.join(
+        numbered(0, LIMIT // 1000)
+    )
+    assert complaints == []
+    names = [p.name for p in parts(tmp_path, 'stdout.log')]
+    assert len(names) > 8
+    assert names[-3:] == ['stdout.log.2', 'stdout.log.1', 'stdout.log']
+
+
+def test_above_the_limit_the_newest_stays(tmp_path, open_log, complaints):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+    everything = numbered(0, 2000, times=500)
+    for data in everything:
+        file.write(data)
+        assert size_of(tmp_path) <= LIMIT
+    kept = content(tmp_path, 'stdout.log')
+    assert b''.join(everything).endswith(kept)
+    assert len(kept) > LIMIT * 3 / 4
+    (complaint,) = complaints
+    assert '2 MB' in complaint
+
+
+def test_a_flood_does_not_take_the_place_of_others(
+    tmp_path, open_log, complaints
+):
+    quota = Quota(10 * LIMIT, 200, complaints.append)
+    quiet = [open_log(f'quiet{n}', quota) for n in range(100)]
+    flood = open_log('flood', quota)
+    for file in quiet:
+        file.write(LINE * 40)
+    for _ in range(300):
+        flood.write(LINE * 100)
+    assert size_of(tmp_path) <= 10 * LIMIT
+    assert len(complaints) == 1
+    for number in range(100):
+        assert content(tmp_path, f'quiet{number}') == LINE * 40
+
+
+def test_one_flood_among_many_files_has_few_parts(
+    tmp_path, open_log, complaints
+):
+    file = open_log('flood', Quota(10 * LIMIT, 40, complaints.append))
+    for _ in range(250):
+        file.write(LINE * 100)
+    assert 9 * LIMIT < size_of(tmp_path) <= 10 * LIMIT
+    assert len(parts(tmp_path, 'flood')) < 50
+
+
+def test_without_a_limit_nothing_rotates(tmp_path, open_log, complaints):
+    file = open_log('stdout.log', Quota(None, 1, complaints.append))
+    for _ in range(3000):
+        file.write(LINE)
+    assert parts(tmp_path, 'stdout.log') == [tmp_path / 'stdout.log']
+
+
+def test_a_line_is_never_torn(tmp_path, open_log, complaints):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+    long = b'y' * LIMIT + b'\n'
+    for data in (LINE, long, LINE):
+        file.write(data)
+    found = parts(tmp_path, 'stdout.log')
+    assert [p.read_bytes() for p in found] in ([long, LINE], [LINE])
+
+
+def test_the_share_of_many_files_is_not_tiny():
+    quota = Quota(LIMIT, 1000, pytest.fail)
+    assert quota.share == limits.LOG_PART
+
+
+def test_old_parts_may_be_deleted_meanwhile(tmp_path, open_log, complaints):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+    for data in numbered(0, 1500):
+        file.write(data)
+    (tmp_path / 'stdout.log.2').unlink()
+    for data in numbered(1500, 9000):
+        file.write(data)
+    assert size_of(tmp_path) <= LIMIT
+    assert content(tmp_path, 'stdout.log').endswith(numbered(8999, 9000)[0])
+
+
+def test_pieces_of_lines_are_put_together_before_a_rotation(
+    tmp_path, open_log, complaints
+):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+    lines = b''.join(b'%d ' % n * (n % 300) + b'\n' for n in range(3000))
+    pieces = [lines[n : n + 4096] for n in range(0, len(lines), 4096)]
+    for piece in pieces:
+        file.write(piece)
+    found = parts(tmp_path, 'stdout.log')
+    assert len(found) > 5
+    assert lines.endswith(content(tmp_path, 'stdout.log'))
+    for part in found[:-1]:
+        assert part.read_bytes().endswith(b'\n')
+
+
+@pytest.mark.hostile
+def test_a_line_without_end_keeps_to_the_limit(tmp_path, open_log, complaints):
+    file = open_log('stdout.log', Quota(4 * LIMIT, 1, complaints.append))
+    for _ in range(400):
+        file.write(b'x' * limits.READ_SIZE)
+        assert size_of(tmp_path) <= 4 * LIMIT
+    assert len(parts(tmp_path, 'stdout.log')) > 2
+
+
+@pytest.mark.hostile
+def test_a_deleted_file_is_made_anew_and_counts(
+    tmp_path, open_log, complaints
+):
+    folder = tmp_path / 'log'
+    folder.mkdir()
+    quota = Quota(LIMIT, 1, complaints.append)
+    file = open_log('log/stdout.log', quota)
+    for _ in range(1000):
+        file.write(LINE)
+    shutil.rmtree(folder)
+    file.write(b'after\n')
+    assert content(folder, 'stdout.log') == b'after\n'
+    assert quota.used == len(b'after\n')
+    for _ in range(3000):
+        file.write(LINE)
+        assert size_of(folder) <= LIMIT
+    assert quota.used == size_of(folder)
+    assert content(folder, 'stdout.log').endswith(LINE * 1500)
+
+
+@pytest.mark.hostile
+def test_a_file_that_alone_was_deleted_is_made_anew(tmp_path, open_log):
+    file = open_log('stdout.log', Quota(LIMIT, 1, pytest.fail))
+    for _ in range(200):
+        file.write(LINE)
+    (tmp_path / 'stdout.log').unlink()
+    file.write(LINE)
+    assert (tmp_path / 'stdout.log').read_bytes() == LINE
+
+
+@pytest.mark.hostile
+def test_a_rotation_that_failed_is_tried_again(
+    tmp_path, open_log, complaints, monkeypatch
+):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+
+    def refused(*_):
+        raise PermissionError
+
+    monkeypatch.setattr('os.rename', refused)
+    for _ in range(500):
+        file.write(LINE)
+    assert size_of(tmp_path) == 500 * len(LINE)
+    monkeypatch.undo()
+    for _ in range(4000):
+        file.write(LINE)
+    assert size_of(tmp_path) <= LIMIT
+    assert len(parts(tmp_path, 'stdout.log')) > 2
+
+
+@pytest.mark.hostile
+def test_a_file_that_cannot_be_made_after_a_rotation_is_made_later(
+    tmp_path, open_log, complaints, monkeypatch
+):
+    file = open_log('stdout.log', Quota(LIMIT, 1, complaints.append))
+
+    def refused(*_):
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    monkeypatch.setattr('os.open', refused)
+    for data in numbered(0, 200):
+        file.write(data)
+    assert not (tmp_path / 'stdout.log').exists()
+    monkeypatch.undo()
+    for data in numbered(200, 1000):
+        file.write(data)
+    assert content(tmp_path, 'stdout.log') == b''.join(numbered(0, 1000))
+    for data in numbered(1000, 4000):
+        file.write(data)
+        assert size_of(tmp_path) <= LIMIT
+
+
+@pytest.mark.parametrize(
+    ('size', 'text'),
+    [
+        (0, '0 bytes'),
+        (999, '999 bytes'),
+        (1500, '1.5 kB'),
+        (2_000_000_000, '2 GB'),
+        (1 << 30, '1.074 GB'),
+        (5_000_000_000_000, '5000 GB'),
+    ],
+)
+def test_sizes_are_written_for_people(size, text):
+    assert size_text(size) == text

@@ -1,0 +1,152 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""docs/logs.md says what the code does."""
+
+import json
+from pathlib import Path
+import re
+
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.output_modes import IN_COMMON_LOG
+from colcon_yamllaunch.engine.output_modes import IN_OWN_LOG
+from colcon_yamllaunch.engine.output_modes import SHOWN
+from colcon_yamllaunch.observers.launch_logs import Logs
+from colcon_yamllaunch.observers.log_files import size_text
+from colcon_yamllaunch.observers.log_store import INDEX_NAME
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.verb.cli.environment_variables import ALL_LOGS_LIMIT
+from colcon_yamllaunch.verb.cli.environment_variables import KEPT_LOG_FOLDERS
+import pytest
+
+TEXT = (Path(__file__).parents[2] / 'docs/logs.md').read_text()
+LINES = TEXT.partition('```json\n')[2].partition('```')[0].splitlines()
+EXAMPLES = {record['event']: record for record in map(json.loads, LINES)}
+
+
+def kinds():
+    """Return all classes of events."""
+    return {
+        kind
+        for kind in vars(events).values()
+        if isinstance(kind, type) and issubclass(kind, events.Event)
+    } - {events.Event}
+
+
+@pytest.fixture
+def records(process, tmp_path):
+    """Return what is written about one event of each type."""
+    talker = process('kitchen', name='talker-1')
+    component = Component(
+        'talker', 'demo', 'demo::Talker', '/box', talker.position
+    )
+    crash = Outcome(signal=11, core_dumped=True)
+    happened = [
+        events.Planned((talker, component)),
+        events.Dropped(talker),
+        events.Started(talker, 4711),
+        events.StartFailed(talker, 'reason'),
+        events.Output(talker, 'stdout', b'text'),
+        events.Exited(talker, 4711, crash, 3.25, False, True, 1.0),
+        events.Respawned(talker, 1),
+        events.Suspended(talker, 4711, 20),
+        events.Suspended(talker, 4711, None),
+        events.Silent(talker, 10.0),
+        events.Requested(talker, 'restart'),
+        events.Attached(talker),
+        events.Detached(talker),
+        events.Signalled(talker, 4711, 2, True),
+        events.ShuttingDown('interrupted'),
+        events.StillRunning(('kitchen',), 0, 2),
+        events.LeftBehind(talker, 4711),
+        events.Said('INFO', 'hello'),
+        events.Warned('trouble'),
+        events.Loaded(component, '/demo/talker', 1, 0.05),
+        events.LoadFailed(component, 'reason'),
+        events.Unloaded(component, 'requested'),
+        events.StateChanged(talker, '/lc', 'inactive', 'configuring'),
+        events.TransitionFailed(talker, '/lc', 'configure', 'reason'),
+        events.RosLost('reason'),
+        events.LinkLost('arm', 'reason', False),
+        events.LinkBack('arm', 2.5),
+        events.MachineGone('arm', 'reason', ('arm│driver',)),
+        events.Changed(('/ws/a.py',)),
+        events.Built(('flow',), 1.0),
+        events.Replanned(('a',), (), ('b',)),
+        events.Restarted(talker, 0.5),
+        events.Watched('a.py changed'),
+        events.Checked(False, ('one',), (), 0.5),
+        events.PlanFailed(('error: oh', '  no')),
+        events.HostLost('reason'),
+        events.Ended(1),
+    ]
+    assert {type(event) for event in happened} == kinds()
+    logs = Logs(tmp_path / 'log', [talker], pytest.fail)
+    for event in happened:
+        logs.handle(event)
+    logs.close()
+    lines = (tmp_path / 'log/events.jsonl').read_text().splitlines()
+    recorded = [event for event in happened if event.record()]
+    assert {type(e) for e in happened} - {type(e) for e in recorded} == {
+        events.Output,
+        events.StillRunning,
+    }
+    assert len(lines) == len(recorded)
+    return {r['event']: r for r in map(json.loads, lines)}
+
+
+def row_of(name):
+    """Return the row of a table about a value."""
+    (row,) = re.findall(rf'^\| `{name}` \|.*$', TEXT, re.MULTILINE)
+    return row
+
+
+def test_there_is_an_example_of_each_event(records):
+    assert EXAMPLES.keys() == records.keys()
+    for name, record in records.items():
+        example = EXAMPLES[name]
+        assert list(example) == list(record)
+        for key, value in record.items():
+            assert type(example[key]) is type(value), (name, key)
+
+
+def test_each_field_is_explained(records):
+    for name, record in records.items():
+        row = row_of(name)
+        for key in record.keys() - {'time', 'event', 'label', 'name', 'pid'}:
+            assert f'`{key}`' in row
+    assert '| `time` |' in TEXT
+    assert '| `label`, `name`, `pid` |' in TEXT
+
+
+def test_each_event_says_what_is_shown_and_recorded():
+    for kind in kinds():
+        assert {'lines', 'record'} <= vars(kind).keys(), kind
+
+
+@pytest.mark.parametrize('mode', sorted(SHOWN))
+def test_the_output_modes_are_explained(mode):
+    (row,) = (
+        line
+        for line in TEXT.splitlines()
+        if line.startswith('|') and f'`{mode}`' in line.split('|')[1]
+    )
+    shown, common, own = (cell.strip() for cell in row.split('|')[2:5])
+    assert {'yes': 2, 'standard error only': 1, 'no': 0}[shown] == len(
+        SHOWN[mode]
+    )
+    assert (common == 'yes') is (mode in IN_COMMON_LOG)
+    assert (own == 'yes') is (mode in IN_OWN_LOG)
+
+
+def test_the_limits_are_those_of_the_code():
+    assert f'take at most {size_text(limits.LOG_LIMIT)};' in TEXT
+    assert f'each file may have {limits.LOG_PART // 1024} KiB' in TEXT
+    assert limits.LOG_PARTS * 2 == 16
+    assert f'the latest {KEPT_LOG_FOLDERS} launches are kept' in TEXT
+    assert f'together take at most {size_text(ALL_LOGS_LIMIT)}' in TEXT
+    assert f'{100 // limits.SPARE_PART} %, or half' in TEXT
+    assert f'it may have {size_text(limits.LOG_MINIMUM)}' in TEXT
+    assert f'`{INDEX_NAME}` beside them' in TEXT

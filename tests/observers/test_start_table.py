@@ -1,0 +1,183 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The table of what was started."""
+
+import io
+import os
+
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.events import Dropped
+from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.events import MachineGone
+from colcon_yamllaunch.engine.events import Output
+from colcon_yamllaunch.engine.events import ShuttingDown
+from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.engine.events import StartFailed
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.output.writer import TextWriter
+from colcon_yamllaunch.observers.screen import Screen
+from colcon_yamllaunch.observers.start_table import Row
+from colcon_yamllaunch.observers.start_table import row_of
+from colcon_yamllaunch.observers.start_table import start_table_lines
+from colcon_yamllaunch.observers.start_table import StartTable
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Timer
+import pytest
+
+
+def size(columns=80, lines=24):
+    return os.terminal_size((columns, lines))
+
+
+@pytest.fixture
+def table():
+    """Return a function that shows events of a plan and returns the text."""
+
+    def show(entries, *events, columns=80):
+        stream = io.StringIO()
+        plan = Plan(tuple(entries))
+        screen = Screen(
+            TextWriter(stream), plan.processes(), color=False, terminal=True
+        )
+        shown = StartTable(plan, size(columns), screen)
+        for event in events:
+            shown.handle(event)
+        return stream.getvalue().replace('\r', '').splitlines()
+
+    return show
+
+
+def test_a_row_says_where_a_process_comes_from(process):
+    node = process('counter', package='my_pkg', node_name='/demo/counter')
+    assert row_of(node, 7) == (
+        'counter',
+        'my_pkg',
+        '/demo/counter',
+        '7',
+        'true',
+    )
+    plain = process('echo-1', '/bin/echo', 'hello')
+    assert row_of(plain, 7) == ('echo-1', '', '', '7', 'echo')
+
+
+def test_columns_are_aligned():
+    rows = [
+        Row('counter', 'my_pkg', '/demo/counter', '4329', 'counter.py'),
+        Row('pump-2', '', '', '12', 'pump'),
+    ]
+    assert start_table_lines(rows, size()) == [
+        'NAME     PACKAGE  NODE           PID',
+        'counter  my_pkg   /demo/counter  4329',
+        'pump-2                           12',
+    ]
+
+
+def test_a_column_without_anything_is_left_out():
+    assert start_table_lines([Row('a', 'sh', '', '1', 'a')], size()) == [
+        'NAME  PACKAGE  PID',
+        'a     sh       1',
+    ]
+
+
+@pytest.mark.parametrize('columns', [40, 41, 60, 79])
+def test_it_fits_the_width(columns):
+    rows = [
+        Row('a' * 50, '/ws/' + 'b' * 60 + '/end', '/n' * 20, '123456', 'a'),
+        Row('short', 'pkg', '/', '1', 'b'),
+    ]
+    lines = start_table_lines(rows, size(columns))
+    assert len(lines) == 3
+    assert max(map(len, lines)) <= columns
+    assert '…' in lines[1]
+    assert '123456' in lines[1]
+    assert 'end' in lines[1]
+
+
+def test_a_terminal_may_be_too_narrow():
+    assert start_table_lines([Row('a', 'b', '/', '1', 'c')], size(20)) == []
+    assert start_table_lines([], size()) == []
+
+
+def test_a_hundred_nodes_are_told_by_package():
+    rows = [
+        Row(f'node-{n}', f'pkg{n % 3}', f'/r{n}', str(1000 + n), 'node')
+        for n in range(100)
+    ]
+    lines = start_table_lines(rows, size())
+    assert len(lines) == 4
+    assert lines[1].split('  ') == [
+        'node-0 … node-99',
+        'pkg0 (34)',
+        '/r0 … /r99',
+        '1000 … 1099',
+    ]
+    # a higher terminal has room for all of them
+    assert len(start_table_lines(rows, size(lines=200))) == 101
+
+
+def test_processes_of_no_package_are_told_by_program():
+    rows = [Row(f'p{n}', '', '', str(n), 'sleep') for n in range(1, 100)]
+    rows.append(Row('p100', '', '', '100', 'echo'))
+    assert start_table_lines(rows, size()) == [
+        'NAME      PACKAGE  PID',
+        'p1 … p99  (99)     1 … 99',
+        'p100               100',
+    ]
+
+
+def test_it_comes_first_when_all_were_started(table, process):
+    a, b, late = process('a'), process('b'), process('late')
+    shown = table(
+        [a, Timer(5.0, (late,)), b],
+        Started(a, 1),
+        Output(a, 'stdout', b'hello\n'),
+        Exited(a, 1, Outcome(code=0), 0.1, asked=False, failed=False),
+        Started(b, 2),
+        Started(late, 3),
+        Started(a, 4),
+    )
+    assert shown == [
+        'NAME  PID',
+        'a     1',
+        'b     2',
+        '[a]      hello',
+        '[launch] a: finished after 0.1 s',
+        '[launch] late: started, pid 3',
+        '[launch] a: started, pid 4',
+    ]
+
+
+def test_much_output_does_not_wait_for_it(table, process):
+    a, b = process('a'), process('b')
+    much = b'x' * limits.HELD_FOR_TABLE + b'\n'
+    shown = table([a, b], Started(a, 1), Output(a, 'stdout', much))
+    assert shown[:2] == ['NAME  PID', 'a     1']
+    assert len(shown) == 3
+
+
+def test_what_is_never_started_is_not_waited_for(table, process):
+    a, b = process('a'), process('b')
+    for event in (Dropped(b), MachineGone('arm', 'it is off', ('b',))):
+        assert table([a, b], Started(a, 1), event)[1] == 'a     1'
+
+
+def test_what_could_not_be_started_is_told_beside(table, process):
+    a, b = process('a'), process('b')
+    shown = table([a, b], Started(a, 1), StartFailed(b, 'no such file'))
+    assert shown[:2] == ['NAME  PID', 'a     1']
+    assert 'no such file' in shown[2]
+
+
+def test_a_launch_that_is_stopped_early_shows_what_there_is(table, process):
+    a, b = process('a'), process('b')
+    shown = table([a, b], Started(a, 1), ShuttingDown('interrupted'))
+    assert shown[1].startswith('a ')
+    assert 'stopping' in shown[2]
+
+
+def test_a_narrow_terminal_gets_lines(table, process):
+    a = process('a')
+    assert table([a], Started(a, 1), columns=20) == [
+        '[launch] a: started, pid 1'
+    ]

@@ -1,0 +1,119 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What processes are called."""
+
+from dataclasses import replace
+
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.plan.labels import labels_of
+from colcon_yamllaunch.plan.labels import RESERVED
+from colcon_yamllaunch.plan.labels import Unlabelled
+from colcon_yamllaunch.plan.labels import with_labels
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.position import Position
+from hypothesis import given
+from hypothesis import strategies as st
+import pytest
+from support.language_fixtures import Launcher
+
+
+def labels(*nodes: str | None, taken: tuple[str, ...] = ()) -> list[str]:
+    """Return the labels of nodes of one program."""
+    things = [Unlabelled(f'a.py-{n}', node) for n, node in enumerate(nodes, 1)]
+    return labels_of(things, taken)
+
+
+@pytest.mark.parametrize(
+    ('nodes', 'expected'),
+    [
+        (['/kitchen', '/cellar'], ['kitchen', 'cellar']),
+        (['/home/kitchen', '/cellar'], ['kitchen', 'cellar']),
+        (['/kitchen', None], ['kitchen', 'a.py-2']),
+        (['/left/camera', '/right/camera'], ['left/camera', 'right/camera']),
+        (['/left/camera', '/camera'], ['left/camera', 'camera']),
+        (['/camera', '/camera'], ['a.py-1', 'a.py-2']),
+        (
+            ['/l/camera', '/camera', '/camera'],
+            ['l/camera', 'a.py-2', 'a.py-3'],
+        ),
+        (['/launch'], ['a.py-1']),
+        (['/up/launch'], ['up/launch']),
+        ([], []),
+    ],
+)
+def test_labels_are_names_of_nodes(nodes, expected) -> None:
+    assert labels(*nodes) == expected
+
+
+def test_what_runs_already_keeps_its_label() -> None:
+    running = tuple(labels('/camera'))
+    assert running == ('camera',)
+    assert labels('/right/camera', taken=running) == ['right/camera']
+    assert labels('/camera', taken=running) == ['a.py-1']
+
+
+def test_a_node_is_not_taken_for_another_process() -> None:
+    things = [Unlabelled('talker', None), Unlabelled('echo', '/talker')]
+    assert labels_of(things) == ['talker', 'echo']
+
+
+def test_no_node_is_taken_for_the_launcher() -> None:
+    assert events.LAUNCHER in RESERVED
+
+
+parts = st.sampled_from(['', '/a', '/b', '/a/b', '/launch'])
+nodes = st.none() | st.builds('{}{}'.format, parts, parts.filter(bool))
+
+
+@given(st.lists(nodes))
+def test_labels_are_unique(nodes: list[str | None]) -> None:
+    found = labels(*nodes)
+    assert len(set(found)) == len(nodes)
+    assert '' not in found
+
+
+def test_processes_behind_timers_have_labels_too(launcher: Launcher) -> None:
+    text = (
+        'launch:\n- node: {pkg: alpha, exec: talker, name: kitchen}\n'
+        '- timer:\n    period: 1\n    children:\n'
+        '    - node: {pkg: alpha, exec: talker, name: cellar}\n'
+        '    - timer: {period: 1, children: [executable: {cmd: echo}]}\n'
+    )
+    found = [(p.label, p.name) for p in launcher.processes(text)]
+    assert found == [
+        ('kitchen', 'talker-1'),
+        ('cellar', 'talker-2'),
+        ('echo-3', 'echo-3'),
+    ]
+
+
+def test_nothing_but_labels_changes() -> None:
+    here = Position('/ws/demo.yaml', 14, 9)
+    a = Process('a-1', ('a',), '/', here, 'a-1', node_name='/one')
+    b = Process('b-2', ('b',), '/', here, 'b-2')
+    late = Timer(1.0, (b,), cancel_on_shutdown=False)
+    labelled = with_labels(Plan((late, a)))
+    assert labelled == Plan((late, replace(a, label='one')))
+    assert with_labels(Plan()) == Plan()
+
+
+def test_a_component_keeps_its_label() -> None:
+    position = Position('/demo.yaml', 1, 1)
+    talker = Process('a.py-1', (), '/', position, node_name='/talker')
+    component = Component('talker', 'demo', 'demo::T', '/box', position)
+    plan = with_labels(Plan((talker, component)))
+    assert [p.label for p in plan.processes()] == ['a.py-1']
+    assert [c.label for c in plan.components()] == ['talker']
+
+
+def test_what_comes_later_leaves_others_their_labels() -> None:
+    position = Position('/demo.yaml', 1, 1)
+    talker = Process('a.py-3', (), '/', position, node_name='/talker')
+    component = Component('talker', 'demo', 'demo::T', '/box', position)
+    more = with_labels(Plan((talker, component)), ['talker', 'a.py-1'])
+    assert [p.label for p in more.processes()] == ['a.py-3']
+    assert [c.label for c in more.components()] == ['talker-2']

@@ -1,0 +1,104 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A connection that dies before the launch is noticed and given up."""
+
+import os
+from pathlib import Path
+import select
+import time
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.remote.connection import machine_connection
+from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
+from colcon_yamllaunch.remote.link.machine_contact import MachineContact
+from colcon_yamllaunch.remote.wire.part_settings import PartSettings
+import pytest
+from support.hostile_machine import hostile_machine
+from support.linked_part import PlainMachine
+
+pytestmark = pytest.mark.hostile
+
+
+@pytest.mark.parametrize(
+    'way, reason',
+    [
+        ('silent after have', 'the connection broke off'),
+        ('silent after hello', 'the connection broke off'),
+        ('silent after start', 'the connection broke off'),
+        ('starts nothing', 'it does not tell what it has started'),
+    ],
+)
+def test_silent_machine_is_dropped(
+    way: str, reason: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert machine_connection.SILENCE < 5
+    monkeypatch.setattr(machine_connection, 'SILENCE', 1.5)
+    contact = MachineContact(hostile_machine(way))
+    with pytest.raises(ConnectError, match=reason):
+        contact.connect()
+        contact.start(Plan(), PartSettings('arm'))
+    contact.close()
+
+
+def test_endless_heartbeats_are_no_answer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    contact = MachineContact(hostile_machine('reads nothing'))
+    contact.connect()
+    monkeypatch.setattr(machine_connection, 'CONNECT_TIMEOUT', 1.0)
+    with pytest.raises(ConnectError, match="answer 'start' within 1 s"):
+        contact.start(Plan(), PartSettings('arm'))
+    contact.close()
+
+
+def test_connection_that_takes_nothing_is_closed() -> None:
+    contact = MachineContact(hostile_machine('reads nothing'))
+    contact.connect()
+    program = contact.stream(['cat'])
+    # more than all pipes hold
+    data, sent = bytes(1 << 20), 0
+    os.set_blocking(program.stdin, False)
+    while select.select([], [program.stdin], [], 1)[1]:
+        sent += os.write(program.stdin, data)
+    contact.close()
+    program.close()
+    with pytest.raises(UserError, match='the connection broke off'):
+        program.wait()
+
+
+def test_machine_at_work_gives_heartbeats(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(machine_connection, 'SILENCE', 3.0)
+    plain = PlainMachine(tmp_path)
+    contact = MachineContact(plain.machine())
+    contact.connect()
+    begin = time.monotonic()
+    # neither reads nor writes
+    program = contact.stream(['sleep', '5'])
+    assert program.wait() == 0
+    assert time.monotonic() - begin >= 5
+    program.close()
+    contact.close()
+    plain.wait_until_empty()
+
+
+def test_function_that_takes_long_gives_heartbeats(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(machine_connection, 'SILENCE', 3.0)
+    plain = PlainMachine(tmp_path)
+    contact = MachineContact(plain.machine())
+    contact.connect()
+    agents = plain.home.glob('.cache/colcon-launch/program/*/*/remote/agent')
+    (next(agents) / 'slow_there.py').write_text(
+        'import time\ndef wait(arguments, say):\n    time.sleep(5)\n'
+        '    say("x" * 100_000)\n    return {"slept": True}\n'
+    )
+    lines: list[str] = []
+    assert contact.ask('slow_there.wait', {}, lines.append) == {'slept': True}
+    assert lines == ['x' * 100_000]
+    contact.close()
+    plain.wait_until_empty()

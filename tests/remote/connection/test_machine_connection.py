@@ -1,0 +1,245 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Machines are connected with and asked, or it is said why not."""
+
+from collections.abc import Iterator
+import os
+from pathlib import Path
+import platform
+import threading
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.remote.connection import machine_connection
+from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
+from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.link.machine_contact import MachineContact
+import pytest
+from support.linked_part import LinkedPart
+from support.linked_part import PlainMachine
+from support.linked_part import process
+from support.sshd import ASKING
+from support.sshd import IMPOSTOR
+from support.sshd import LOCKED
+from support.sshd import OFF
+from support.sshd import Sshd
+from support.sshd import STRANGER
+from support.time_limits import within
+
+
+@pytest.fixture
+def plain(tmp_path: Path) -> Iterator[PlainMachine]:
+    """Return a machine; nothing runs there at the end."""
+    machine = PlainMachine(tmp_path)
+    yield machine
+    machine.clear()
+
+
+def ssh(sshd: Sshd, name: str, **more: object) -> MachineContact:
+    """Return what connects with a machine of `sshd`."""
+    machine = Machine('arm', 'ssh', (name,), **more)  # type: ignore[arg-type]
+    return MachineContact(machine, (), sshd.environment(dict(os.environ)))
+
+
+def failed(contact: MachineContact) -> ConnectError:
+    """Return why a machine cannot be connected with."""
+    with pytest.raises(ConnectError) as caught:
+        contact.connect()
+    return caught.value
+
+
+def test_what_a_machine_is_like(sshd: Sshd) -> None:
+    (sshd['arm'].home / 'ws').mkdir()
+    machine = Machine('arm', 'ssh', ('arm',))
+    environment = sshd.environment(dict(os.environ))
+    contact = MachineContact(machine, ('/none', '~/ws'), environment)
+    facts = contact.connect()
+    assert facts.home == str(sshd['arm'].home)
+    assert facts.workspace == str(sshd['arm'].home / 'ws')
+    assert facts.has_workspace
+    assert facts.architecture == platform.machine()
+    assert abs(facts.ahead) < 5
+    contact.close()
+    sshd.wait_until_empty()
+
+
+def test_connection_closed_before_it_begins_does_not_stay(
+    plain: PlainMachine,
+) -> None:
+    contact = MachineContact(plain.machine())
+    # as by a launch that turns out not to need the machine
+    contact.close()
+    failed(contact)
+    plain.wait_until_empty()
+
+
+def test_functions_are_asked_for(plain: PlainMachine) -> None:
+    contact = MachineContact(plain.machine())
+    contact.connect()
+    (plain.home / 'there').touch()
+    answer = contact.ask(
+        'paths_there.look', {'paths': ['~/there', '~/missing']}
+    )
+    assert answer == {'missing': ['~/missing']}
+    with pytest.raises(UserError, match=r'arm: there is no request'):
+        contact.ask('a_there.b', {})
+    with pytest.raises(UserError, match=r'arm: paths_there.look failed: KeyE'):
+        contact.ask('paths_there.look', {})
+    contact.close()
+    plain.wait_until_empty()
+
+
+def test_a_program_there_is_spoken_with(plain: PlainMachine) -> None:
+    contact = MachineContact(plain.machine())
+    contact.connect()
+    program = contact.stream(
+        ['sh', '-c', 'cat; pwd; echo oh $A >&2; exit 3'], env={'A': 'no'}
+    )
+    data = os.urandom(3_000_000)
+    writer = threading.Thread(target=_write, args=(program.stdin, data))
+    writer.start()
+    got = b''
+    while len(got) < len(data):
+        got += os.read(program.stdout, 1 << 16)
+    assert got == data
+    writer.join()
+    program.end_input()
+    assert os.read(program.stdout, 1000).decode() == f'{plain.home}\n'
+    assert program.wait() == 3
+    assert program.errors == 'oh no\n'
+    program.close()
+    with pytest.raises(UserError, match='no-such-program: No such file'):
+        contact.stream(['no-such-program']).wait()
+    # and others after it
+    assert contact.ask('paths_there.look', {'paths': []}) == {'missing': []}
+    contact.close()
+    plain.wait_until_empty()
+
+
+def _write(descriptor: int, data: bytes) -> None:
+    while data:
+        data = data[os.write(descriptor, data) :]
+
+
+def test_a_program_there_is_ended(plain: PlainMachine) -> None:
+    contact = MachineContact(plain.machine())
+    contact.connect()
+    program = contact.stream(['sh', '-c', 'echo begun; exec sleep 99'])
+    assert os.read(program.stdout, 6) == b'begun\n'
+    program.close()
+    assert contact.ask('paths_there.look', {'paths': []}) == {'missing': []}
+    contact.close()
+    plain.wait_until_empty()
+
+
+def test_another_thread_ends_a_connection(plain: PlainMachine) -> None:
+    contact = MachineContact(plain.machine())
+    contact.connect()
+    agents = plain.home.glob('.cache/colcon-launch/program/*/*/remote/agent')
+    (next(agents) / 'slow_there.py').write_text(
+        'import time\ndef wait(arguments, say):\n    say("")\n'
+        '    time.sleep(99)\n'
+    )
+    begun = threading.Event()
+    errors: list[Exception] = []
+
+    def ask() -> None:
+        try:
+            contact.ask('slow_there.wait', {}, lambda _: begun.set())
+        except UserError as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    begun.wait()
+    contact.close()
+    thread.join()
+    assert 'the connection broke off' in str(errors[0])
+    plain.wait_until_empty()
+
+
+def test_a_shell_that_prints_is_tolerated(sshd: Sshd) -> None:
+    sshd['arm'].shell_reads('echo "Welcome to arm!"; echo more >&2')
+    machine = Machine('arm', 'ssh', ('arm',))
+    with LinkedPart(
+        machine,
+        [process('arm│a', 'echo a')],
+        sshd.environment(dict(os.environ)),
+    ) as part:
+        part.wait_for(part.out)
+        assert part.out() == 'a\n'
+        part.finish()
+    sshd.wait_until_empty()
+
+
+def test_a_shell_that_starts_something_else_is_told(sshd: Sshd) -> None:
+    sshd['arm'].shell_reads('while :; do echo "Press any key to begin"; done')
+    text = str(failed(ssh(sshd, 'arm')))
+    assert text.startswith('arm (ssh arm): something else answers than a')
+    assert 'Press any key' in text
+    assert "'.bashrc'" in text
+
+
+def test_no_python_is_told(sshd: Sshd) -> None:
+    sshd['arm'].lacks_all_but('sh')
+    assert str(failed(ssh(sshd, 'arm'))) == (
+        'arm (ssh arm): there is no python3 on its PATH: install Python 3.10 '
+        "or later there, or name it with 'python:'"
+    )
+
+
+def test_a_python_that_is_named_is_taken(sshd: Sshd) -> None:
+    text = str(failed(ssh(sshd, 'arm', python='/opt/none')))
+    assert 'there is no /opt/none on its PATH' in text
+
+
+@pytest.mark.parametrize(
+    ('name', 'reason', 'cure', 'asks'),
+    [
+        (OFF, 'nothing listens for ssh there', 'start its ssh server', False),
+        (STRANGER, 'its host key is not known', 'by hand', True),
+        (IMPOSTOR, 'its host key is another one', 'ssh-keygen -R', False),
+        (LOCKED, 'it does not let us in', 'ssh-add', True),
+        (ASKING, 'it does not let us in', 'ssh-copy-id', True),
+        ('nowhere.invalid', 'its name is not known', 'correct', False),
+    ],
+)
+def test_why_ssh_fails(
+    sshd: Sshd,
+    name: str,
+    reason: str,
+    cure: str,
+    asks: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(machine_connection, 'has_terminal', lambda: True)
+    contact = ssh(sshd, name)
+    error = failed(contact)
+    assert str(error).startswith(f'arm (ssh {name}): {reason}')
+    assert cure in str(error)
+    assert error.may_be_asked == contact.must_ask == asks
+
+
+def test_a_machine_that_does_not_answer_is_told(
+    sshd: Sshd, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(machine_connection, 'CONNECT_TIMEOUT', 1.0)
+    sshd['arm'].link.hold()
+    with within(30):
+        text = str(failed(ssh(sshd, 'arm')))
+    assert text.startswith('arm (ssh arm): no answer within 1 s')
+
+
+def test_a_command_that_is_missing_is_told() -> None:
+    machine = Machine('edge', 'connect', ('dokker', 'exec', '-i', 'edge'))
+    assert str(failed(MachineContact(machine))) == (
+        "edge (dokker exec -i edge): the program 'dokker' is not on the "
+        'PATH; install it'
+    )
+
+
+def test_a_command_that_fails_is_told() -> None:
+    words = 'sh', '-c', 'echo no such container: edge >&2; exit 1'
+    text = str(failed(MachineContact(Machine('edge', 'connect', words))))
+    assert 'the connection ended before it stood (exit code 1)' in text
+    assert text.endswith('\n  no such container: edge')

@@ -1,0 +1,230 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What of a plan runs where."""
+
+from colcon_yamllaunch.plan.plan import Block
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import HostCall
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import SignalProcess
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.remote.deployment.deployment import Deployment
+from colcon_yamllaunch.remote.deployment.deployment import Rule
+from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.deployment.placement import place
+from colcon_yamllaunch.remote.deployment.placement import Placer
+from colcon_yamllaunch.remote.deployment.placement import rules_in_vain
+import pytest
+
+AT = Position('a.yaml', 1, 1)
+ARM = Machine('arm', 'ssh', ('robot@arm',))
+GPU = Machine('gpu', 'slurm', ('--gres=gpu:1',))
+MACHINES = {'arm': ARM, 'gpu': GPU}
+
+
+def process(label, **fields):
+    fields = {'name': f'{label}-1', **fields}
+    return Process(label, (f'/bin/{label}',), '/', AT, **fields)
+
+
+def component(label, container, **fields):
+    return Component(label, 'pkg', 'pkg::Class', container, AT, **fields)
+
+
+def deployment(*rules, **fields):
+    return Deployment(MACHINES, rules, **fields)
+
+
+def to(machine, name=None, **match):
+    return Rule(machine, AT, name, **match)
+
+
+def on(machine):
+    return deployment(everything_on=machine)
+
+
+DRIVER = process('driver', node_name='/base/driver', package='arm_driver')
+CAMERA = process('camera', node_name='/perception/camera')
+BOX = process('box', node_name='/perception/box', is_container=True)
+FILTER = component('filter', '/perception/box', name='filter')
+
+
+def labels(plan):
+    return [p.label for p in (*plan.processes(), *plan.components())]
+
+
+def test_what_no_rule_means_runs_here():
+    plan = Plan((DRIVER, CAMERA))
+    placed = place(plan, deployment(to('arm', 'other')))
+    assert placed.local == placed.whole == plan
+    assert not placed.parts
+
+
+@pytest.mark.parametrize(
+    'rule',
+    [
+        to('arm', 'driver'),
+        to('arm', 'driver-1'),
+        to('arm', '/base/*'),
+        to('arm', '/base'),
+        to('arm', 'dri*'),
+        to('arm', package='arm_driver'),
+        to('arm', package='arm_*'),
+        to('arm', executable='driver'),
+        to('arm', 'driver', package='arm_driver', executable='d*'),
+    ],
+    ids=str,
+)
+def test_what_a_rule_means_runs_on_its_machine(rule):
+    placed = place(Plan((DRIVER, CAMERA)), deployment(rule))
+    assert labels(placed.local) == ['camera']
+    assert labels(placed.parts['arm']) == ['arm│driver']
+    assert labels(placed.whole) == ['arm│driver', 'camera']
+    assert placed.machines == {'arm│driver': 'arm'}
+
+
+def test_all_that_a_rule_says_must_hold():
+    rule = to('arm', 'driver', package='other')
+    assert not place(Plan((DRIVER,)), deployment(rule)).parts
+
+
+def test_the_first_rule_counts():
+    rules = [to('gpu', 'driver'), to('arm', '*')]
+    placed = place(Plan((DRIVER, CAMERA)), deployment(*rules))
+    assert labels(placed.parts['gpu']) == ['gpu│driver']
+    assert labels(placed.parts['arm']) == ['arm│camera']
+
+
+def test_a_rule_can_keep_a_process_here():
+    rules = [to('here', 'driver'), to('arm', '*')]
+    placed = place(Plan((DRIVER, CAMERA)), deployment(*rules))
+    assert labels(placed.local) == ['driver']
+
+
+def test_a_label_means_that_process_only():
+    # as with --stop
+    other = process('x', node_name='/other/driver')
+    placed = place(Plan((DRIVER, other)), deployment(to('arm', 'driver')))
+    assert labels(placed.local) == ['x']
+
+
+def test_what_ros_calls_a_process_stays():
+    bare = process('thing', name=None)
+    part = place(Plan((bare,)), deployment(to('arm', '*'))).parts['arm']
+    assert [p.ros_name for p in part.processes()] == ['thing']
+
+
+def test_a_component_runs_where_its_container_does():
+    # it may stand in front of it
+    foreign = component('alien', '/somewhere/else')
+    placed = place(Plan((FILTER, foreign, BOX)), deployment(to('arm', 'box')))
+    assert labels(placed.parts['arm']) == ['arm│box', 'arm│filter']
+    assert labels(placed.local) == ['alien']
+
+
+def test_signals_and_transitions_go_where_the_process_is():
+    entries = (
+        DRIVER,
+        FILTER,
+        BOX,
+        SignalProcess('driver-1', 2, AT),
+        ChangeState('/base/driver', 'activate', AT),
+        ChangeState('/filter', 'activate', AT),
+        ChangeState('/unknown', 'activate', AT),
+    )
+    rules = [to('arm', 'driver'), to('gpu', 'box')]
+    placed = place(Plan(entries), deployment(*rules))
+    assert placed.parts['arm'].entries[1:] == (entries[3], entries[4])
+    assert placed.parts['gpu'].entries[2:] == (entries[5],)
+    assert placed.local.entries == (entries[6],)
+
+
+def test_a_timer_is_where_what_it_starts_is():
+    inner = Timer(2.0, (DRIVER,), cancel_on_shutdown=False)
+    timer = Timer(1.0, (Message('INFO', 'hello'), CAMERA, inner, Shutdown('')))
+    placed = place(Plan((timer,)), deployment(to('arm', 'driver')))
+    (here,) = placed.local.entries
+    assert here.entries == (timer.entries[0], CAMERA, timer.entries[3])
+    (there,) = placed.parts['arm'].entries
+    assert there.period == 1.0
+    assert there.entries[0].period == 2.0
+    assert not there.entries[0].cancel_on_shutdown
+    assert labels(placed.parts['arm']) == ['arm│driver']
+    # and its order is kept as it is shown
+    assert labels(placed.whole) == ['camera', 'arm│driver']
+
+
+def test_an_empty_timer_stays_here():
+    plan = Plan((Timer(1.0, ()),))
+    assert place(plan, on('arm')).local == plan
+
+
+def test_blocks_are_in_all_parts():
+    blocks = (Block('file', 'a.yaml', AT, None),)
+    placed = place(Plan((DRIVER,), blocks), deployment(to('arm', '*')))
+    assert placed.local.blocks == placed.parts['arm'].blocks == blocks
+
+
+def test_all_of_it_elsewhere_keeps_its_labels():
+    plan = Plan(
+        (DRIVER, FILTER, BOX, Message('INFO', 'a'), HostCall(1, 'call', AT))
+    )
+    placed = place(plan, on('arm'))
+    assert placed.whole == plan
+    assert placed.local.entries == plan.entries[3:]
+    assert placed.parts['arm'].entries == plan.entries[:3]
+    assert placed.machines == dict.fromkeys(['driver', 'filter', 'box'], 'arm')
+
+
+def test_what_is_not_in_the_plan_is_there_too_if_everything_is():
+    change = ChangeState('/unknown', 'activate', AT)
+    assert place(Plan((change,)), on('arm')).parts['arm'].entries == (change,)
+
+
+def test_what_comes_later_is_placed_by_what_was_there():
+    placer = Placer(deployment(to('arm', '/perception/*'), to('gpu', 'late')))
+    placer.place(Plan((BOX,)))
+    late = process('late', node_name='/late')
+    placed = placer.place_more((FILTER, late, CAMERA))
+    assert labels(placed.parts['arm']) == ['arm│camera', 'arm│filter']
+    assert labels(placed.parts['gpu']) == ['gpu│late']
+
+
+def test_what_has_the_name_of_a_machine_already_keeps_it():
+    placer = Placer(deployment(to('arm', 'driver')))
+    first = placer.place(Plan((DRIVER, CAMERA)))
+    assert placer.place(first.whole) == first
+    fresh = Placer(deployment(to('arm', 'driver')))
+    assert fresh.place(first.whole) == first
+
+
+def warnings(plan, *rules):
+    found = rules_in_vain(plan, deployment(*rules))
+    return [f'{d.severity}: {d.message}: {d.hint}' for d in found]
+
+
+def test_a_rule_that_means_nothing_is_told():
+    plan = Plan((DRIVER, BOX, FILTER))
+    assert warnings(plan, to('arm', 'driver'), to('arm', 'drivr')) == [
+        "warning: no process of the launch is meant by 'drivr': did you mean "
+        "'driver'?"
+    ]
+    assert warnings(plan, to('arm', package='arm-driver')) == [
+        "warning: no process of the launch is meant by 'package: "
+        "arm-driver': did you mean 'arm_driver'?"
+    ]
+    assert warnings(plan, to('arm', 'filter')) == [
+        "warning: no process of the launch is meant by 'filter': filter is a "
+        'component: it runs where its container /perception/box does'
+    ]
+
+
+def test_a_rule_may_be_for_what_comes_while_it_runs():
+    plan = Plan((HostCall(1, 'call', AT),))
+    assert warnings(plan, to('arm', 'late')) == []

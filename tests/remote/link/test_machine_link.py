@@ -1,0 +1,437 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A part runs, and the launcher has all of it, whatever the link does."""
+
+import base64
+from collections.abc import Iterator
+import contextlib
+import os
+from pathlib import Path
+import signal
+import time
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.control.client import LaunchEndedError
+from colcon_yamllaunch.control.client import running_launches
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan_json import plan_to_json
+from colcon_yamllaunch.remote.connection import bootstrap
+from colcon_yamllaunch.remote.connection.connection_errors import ConnectError
+from colcon_yamllaunch.remote.link import machine_link
+import pytest
+from support.linked_part import LinkedPart
+from support.linked_part import PlainMachine
+from support.linked_part import process
+from support.marked_processes import command_of
+from support.time_limits import within
+
+# writes 20,000 lines in a second or more
+MANY_LINES = """\
+i=0
+while [ $i -lt 20000 ]; do
+  echo line $i; i=$((i+1)); [ $((i%200)) != 0 ] || sleep 0.01
+done
+"""
+LINES = [f'line {i}' for i in range(20_000)]
+
+
+@pytest.fixture
+def plain(tmp_path: Path) -> Iterator[PlainMachine]:
+    """Return a machine; nothing runs there at the end."""
+    machine = PlainMachine(tmp_path)
+    yield machine
+    machine.clear()
+
+
+def test_a_part_runs_and_is_stopped(plain: PlainMachine) -> None:
+    script = 'echo hello; echo oh >&2; sleep 1000'
+    with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
+        before = time.time()
+        part.wait_for(lambda: part.out() and part.out(stream='stderr'))
+        assert part.out() == 'hello\n'
+        assert part.out(stream='stderr') == 'oh\n'
+        assert all(before - 10 < t < time.time() + 10 for t in part.times)
+        assert part.told.index('Started') < part.told.index('output')
+        part.finish()
+        assert part.gone_for == 'it has ended'
+        assert {'Signalled', 'Exited', 'ended'} <= set(part.told)
+    plain.wait_until_empty()
+    logs = plain.home / '.ros' / 'log' / 'launch_test'
+    assert 'hello' in (logs / 'launch.log').read_text()
+
+
+def test_a_part_waits_until_its_launch_is_over(plain: PlainMachine) -> None:
+    with LinkedPart(plain.machine(), [process('arm│a', 'exit 3')]) as part:
+        part.wait_for_told('Exited')
+        part.wait_for(lambda: any(m.get('idle') for m in part.messages))
+        exited = part.messages[part.told.index('Exited')]['event']
+        assert exited['outcome'][0] == 3
+        part.link.send({'do': 'finish'})
+        part.wait_for_told('ended')
+    plain.wait_until_empty()
+
+
+def test_the_variables_that_go_along_are_there(plain: PlainMachine) -> None:
+    script = 'echo $ROS_DOMAIN_ID-$OWN-$HOME'
+    one = process('arm│a', script, environment=(('OWN', 'mine'),))
+    with LinkedPart(
+        plain.machine(), [one], variables={'ROS_DOMAIN_ID': '7'}
+    ) as part:
+        part.wait_for(part.out)
+        assert part.out() == f'7-mine-{plain.home}\n'
+        part.finish()
+
+
+def test_a_workspace_is_sourced_there(plain: PlainMachine) -> None:
+    install = plain.home / 'ws' / 'install'
+    install.mkdir(parents=True)
+    (install / 'setup.bash').write_text('export FOUND="it is $HOME"\n')
+    with LinkedPart(
+        plain.machine(),
+        [process('arm│a', 'echo $FOUND')],
+        workspace=str(plain.home / 'ws'),
+    ) as part:
+        part.wait_for(part.out)
+        assert part.out() == f'it is {plain.home}\n'
+        part.finish()
+    assert (plain.home / 'ws' / 'log' / 'launch_test').is_dir()
+
+
+def test_a_workspace_without_a_setup_script_is_told(
+    plain: PlainMachine,
+) -> None:
+    with pytest.raises(UserError, match=r'^arm: there is no .*setup.bash'):
+        LinkedPart(plain.machine(), [], workspace=str(plain.home / 'ws'))
+    plain.wait_until_empty()
+
+
+def test_acts_are_done_and_answered(plain: PlainMachine) -> None:
+    script = 'echo begun; sleep 1000'
+    with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
+        part.wait_for(part.out)
+        usage = part.answer('usage')
+        assert usage['usage']['arm│a'][1] > 0
+        described = part.answer('describe', name='arm│a')['description']
+        assert described['label'] == 'arm│a'
+        refused = part.answer('act', action='kill', name='nobody')
+        assert refused['error'] == "there is no process 'nobody'"
+        assert part.answer('nonsense')['error']
+        assert not part.answer('act', action='restart', name='arm│a')['error']
+        part.wait_for(lambda: part.out() == 'begun\nbegun\n')
+        states = [m['states'] for m in part.messages if 'states' in m]
+        rows = [r for s in states for r in s.get('processes', ())]
+        assert {'running', 'stopping'} <= {row['phase'] for row in rows}
+        part.finish()
+    plain.wait_until_empty()
+
+
+def test_somebody_types_at_a_process(plain: PlainMachine) -> None:
+    script = 'read line; echo got $line; stty -echo; sleep 1000'
+    one = process('arm│a', script, emulate_tty=True)
+    with LinkedPart(plain.machine(), [one], rows=30, columns=90) as part:
+        part.wait_for_told('Started')
+        part.link.send({'do': 'attach', 'label': 'arm│a'})
+        part.wait_for(lambda: _modes(part)[:1] == [(True, True)])
+        keys = base64.b64encode(b'me\n').decode()
+        part.link.send({'do': 'type', 'label': 'arm│a', 'keys': keys})
+        part.wait_for(lambda: 'got me' in part.out())
+        part.wait_for(lambda: part.echoed)
+        assert b'me' in part.echoed
+        part.wait_for(lambda: (True, False) in _modes(part))
+        part.finish()
+
+
+def _modes(part: LinkedPart) -> list[tuple[bool, bool]]:
+    found = [m['modes'] for m in part.messages if 'modes' in m]
+    return [(m['lines'], m['echo']) for m in found]
+
+
+def test_nothing_is_lost_or_twice_when_the_link_is(
+    plain: PlainMachine,
+) -> None:
+    machine = plain.machine(on_lost='keep')
+    with LinkedPart(machine, [process('arm│a', MANY_LINES)]) as part:
+        for count in (1, 2, 3):
+            size = len(part.out())
+            part.wait_for(lambda size=size: len(part.out()) > size)
+            part.cut()
+            part.wait_for_told('back', count)
+        part.wait_for_told('Exited')
+        assert part.out().splitlines() == LINES
+        assert part.told.count('Exited') == part.told.count('Started') == 1
+        assert part.told.index('Exited') > part.told.index('back')
+        part.finish()
+    plain.wait_until_empty()
+
+
+def test_a_kept_part_goes_on_while_nobody_hears_of_it(
+    plain: PlainMachine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine = plain.machine(on_lost='keep')
+    with LinkedPart(machine, [process('arm│a', MANY_LINES)]) as part:
+        part.wait_for(part.out)
+        connect = machine_link.connect_command
+        monkeypatch.setattr(
+            machine_link, 'connect_command', lambda *_, **__: ['false']
+        )
+        part.cut()
+        part.wait_for_told('lost')
+        # it has ended long before
+        until = time.monotonic() + 12
+        part.wait_for(lambda: time.monotonic() > until)
+        assert 'gone' not in part.told
+        monkeypatch.setattr(machine_link, 'connect_command', connect)
+        part.wait_for_told('Exited')
+        assert part.out().splitlines() == LINES
+        part.finish()
+    plain.wait_until_empty()
+
+
+def test_ended_connection_stops_the_part_at_once(
+    plain: PlainMachine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = 'echo begun; sleep 1000'
+    # the machine is told another time
+    monkeypatch.setattr(machine_link, 'LOST_AFTER', 2)
+    monkeypatch.setattr(machine_link, 'STOPPED_AFTER', 2)
+    with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
+        part.wait_for(part.out)
+        monkeypatch.setattr(
+            machine_link, 'connect_command', lambda *_, **__: ['false']
+        )
+        part.cut()
+        part.wait_for_told('lost')
+        plain.wait_until_empty()
+        logs = plain.home / '.ros/log/launch_test/launch.log'
+        assert 'the connection to the launcher has ended' in logs.read_text()
+        part.wait_for_told('gone')
+        assert part.gone_for is not None
+        assert 'its part has stopped itself' in part.gone_for
+
+
+def test_part_stopped_for_a_lost_link_says_so(plain: PlainMachine) -> None:
+    script = "trap 'sleep 1; exit' INT; echo begun; sleep 1000 & wait"
+    with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
+        part.wait_for(part.out)
+        part.cut()
+        part.wait_for_told('gone')
+        # what ends it is not the end of the launch
+        assert 'ShuttingDown' not in part.told
+        ends = [m for m in part.messages if 'ended' in m]
+        assert all(end['lost'] for end in ends)
+    plain.wait_until_empty()
+
+
+@pytest.mark.parametrize('victim', ['engine', 'launcher'])
+def test_silence_counts_from_lost_after(
+    plain: PlainMachine, victim: str
+) -> None:
+    machine = plain.machine(lost_after=0.5)
+    script = 'echo begun; sleep 1000'
+    with LinkedPart(machine, [process('arm│a', script)]) as part:
+        part.wait_for(part.out)
+        if victim == 'engine':
+            os.kill(part.engine, signal.SIGSTOP)
+            part.wait_for_told('lost')
+            assert part.reason == 'nothing was heard of it for 0.5 s'
+            os.kill(part.engine, signal.SIGCONT)
+        else:
+            # no turn, so no heartbeat
+            begin = time.monotonic()
+            while 'sleep 1000' in map(command_of, plain.pids()):
+                time.sleep(0.05)
+            assert time.monotonic() - begin < 8
+            part.wait_for_told('gone')
+    plain.wait_until_empty()
+
+
+@pytest.mark.parametrize('on_lost', ['stop', 'keep'])
+def test_part_without_launcher_is_listed_on_its_machine(
+    plain: PlainMachine, monkeypatch: pytest.MonkeyPatch, on_lost: str
+) -> None:
+    def phases(engine: int) -> list[str]:
+        found: list[str] = []
+        variables = {'XDG_RUNTIME_DIR': str(plain.home)}
+        for launch in running_launches(variables, print):
+            # it may end as it is asked
+            with contextlib.suppress(LaunchEndedError):
+                if launch.pid == engine:
+                    states = launch.status().processes
+                    found = [state.phase for state in states]
+            launch.close()
+        return found
+
+    script = "trap '' INT; echo begun; while :; do sleep 1; done"
+    one = process('arm│a', script, sigterm_timeout=3.0)
+    with LinkedPart(plain.machine(on_lost=on_lost), [one]) as part:
+        part.wait_for(part.out)
+        engine = part.engine
+        assert phases(engine) == []
+        monkeypatch.setattr(
+            machine_link, 'connect_command', lambda *_, **__: ['false']
+        )
+        part.cut()
+        expected = ['running' if on_lost == 'keep' else 'stopping']
+        part.wait_for(lambda: phases(engine) == expected)
+        if on_lost == 'keep':
+            # what `--stop` there asks for
+            variables = {'XDG_RUNTIME_DIR': str(plain.home)}
+            for launch in running_launches(variables, print):
+                if launch.pid == engine:
+                    launch.request('shutdown')
+                launch.close()
+            part.wait_for(lambda: not phases(engine))
+    plain.clear()
+
+
+def test_new_part_is_started_on_a_machine_that_is_gone(
+    plain: PlainMachine,
+) -> None:
+    script = 'echo begun; sleep 1000'
+    with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
+        part.wait_for(part.out)
+        first = part.identity
+        part.cut()
+        part.wait_for_told('gone')
+        plan = Plan((process('arm│a', 'echo again; sleep 1000'),))
+        part.link.start_again(lambda: plan_to_json(plan), at_once=True)
+        part.wait_for(lambda: 'again' in part.out())
+        assert part.told[part.told.index('gone') :].count('back') == 1
+        assert part.identity != first
+        part.gone_for = None
+        part.finish()
+    plain.wait_until_empty()
+
+
+def test_silence_is_a_loss(plain: PlainMachine) -> None:
+    script = 'echo begun; sleep 1000'
+    with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
+        part.wait_for(part.out)
+        os.kill(part.engine, signal.SIGSTOP)
+        begin = time.monotonic()
+        with within(10):
+            part.wait_for_told('lost')
+        assert time.monotonic() - begin > 2
+        assert part.reason == 'nothing was heard of it for 4.5 s'
+        os.kill(part.engine, signal.SIGCONT)
+        part.wait_for_told('back')
+        part.finish()
+    plain.wait_until_empty()
+
+
+def test_a_held_link_passes_nothing_on(plain: PlainMachine) -> None:
+    script = 'echo first; sleep 1; yes abcdefgh | head -c 50000000'
+    with LinkedPart(plain.machine(), [process('arm│a', script)]) as part:
+        part.wait_for(part.out)
+        part.link.hold(True)
+        until = time.monotonic() + 7
+        part.wait_for(lambda: time.monotonic() > until)
+        assert part.out() == 'first\n'
+        assert 'lost' not in part.told
+        part.link.hold(False)
+        part.wait_for_told('Exited')
+        assert len(part.out()) == 50_000_006
+        part.finish()
+
+
+def test_a_slow_loop_is_no_loss(plain: PlainMachine) -> None:
+    with LinkedPart(plain.machine(), [process('arm│a', 'sleep 99')]) as part:
+        part.wait_for_told('Started')
+        time.sleep(machine_link.SILENCE + 1)
+        part.turn()
+        part.turn()
+        assert 'lost' not in part.told
+        part.finish()
+
+
+def test_closing_the_link_stops_the_part(plain: PlainMachine) -> None:
+    with LinkedPart(plain.machine(), [process('arm│a', 'sleep 99')]) as part:
+        part.wait_for_told('Started')
+    # and not by its silence
+    with within(8):
+        while 'sleep 99' in map(command_of, plain.pids()):
+            time.sleep(0.05)
+    plain.wait_until_empty()
+
+
+def test_a_part_that_was_never_begun_ends(plain: PlainMachine) -> None:
+    part = LinkedPart(plain.machine(), [process('arm│a', 'sleep 99')])
+    assert plain.pids()
+    part.__exit__()
+    plain.wait_until_empty()
+
+
+HOSTILE = {
+    'noise': "os.write(1, b'x' * 100_000)",
+    'length': "os.write(1, frames._FIELDS.pack(b'cl', 1, 0, 1 << 31, 1))",
+    'too long': (
+        "fields = frames._FIELDS.pack(b'cl', 1, 0, 1 << 31, 1)\n"
+        'os.write(1, fields + zlib.crc32(fields).to_bytes(4, "big"))'
+    ),
+    'bomb': (
+        "body = zlib.compress(b'0' * (1 << 25), 1)\n"
+        "fields = frames._FIELDS.pack(b'cl', 1, 1, len(body), 1)\n"
+        "c = zlib.crc32(fields).to_bytes(4, 'big')\n"
+        "launcher_channel.write(fields + c + body + b'\\n')"
+    ),
+    'missing': "os.write(1, frames.message({'a': 1}, frames.MESSAGE, 7))",
+    'no object': 'os.write(1, frames.message([1], frames.MESSAGE, 1))',
+    'deep': "os.write(1, frames.encode(frames.MESSAGE, b'[' * 99999, 1))",
+    'output': "os.write(1, frames.encode(frames.OUTPUT, b'abc', 1))",
+    'flood': (
+        'n = 0\n'
+        'while True:\n'
+        '    n += 1\n'
+        "    body = frames.output_body('arm│a', 'stdout', bytes(1 << 20), 0)\n"
+        '    data = frames.encode(frames.OUTPUT, body, n)\n'
+        '    launcher_channel.write(data)'
+    ),
+}
+
+
+@pytest.mark.hostile
+@pytest.mark.parametrize('name', HOSTILE)
+def test_a_machine_that_sends_anything_is_given_up(
+    plain: PlainMachine, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # what its agent is replaced by
+    code = f"""
+import os, zlib
+from colcon_yamllaunch.remote.agent import launcher_channel
+from colcon_yamllaunch.remote.wire import frames
+
+def pass_on(unread, engine):
+    os.write(1, frames.message({{'resumed': 0}}))
+{''.join(f'    {line}{chr(10)}' for line in HOSTILE[name].splitlines())}
+    os.read(0, 1 << 16)
+    while os.read(0, 1 << 16):
+        pass
+    raise launcher_channel.LauncherGoneError
+"""
+    before = bootstrap._PROGRAM
+    ours = 'from colcon_yamllaunch.remote.agent.machine_agent'
+    file = plain.home / 'hostile.py'
+    file.write_text(code, encoding='utf-8')
+    line = (
+        'import colcon_yamllaunch.remote.agent.part_link as link\n'
+        f'exec(open("{file}", encoding="utf-8").read(), vars(link))\n'
+    )
+    monkeypatch.setattr(
+        bootstrap, '_PROGRAM', before.replace(ours, line + ours)
+    )
+    try:
+        linked = LinkedPart(plain.machine(), [process('arm│a', 'sleep 99')])
+    except ConnectError as error:
+        # it may come with the answer to the start
+        assert 'the connection is damaged: ' in str(error)
+        return
+    with linked as part:
+        if name == 'flood':
+            part.link.hold(True)
+        if name == 'length':
+            part.wait_for_told('lost')
+        else:
+            part.wait_for_told('gone')
+            assert part.gone_for is not None
+            assert part.gone_for.startswith('the connection is damaged: ')

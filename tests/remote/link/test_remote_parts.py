@@ -1,0 +1,684 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+import base64
+from dataclasses import replace
+import os
+import signal
+import termios
+
+from colcon_yamllaunch.control.launch_states import ComponentState
+from colcon_yamllaunch.control.launch_states import MachineState
+from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.tasks import RefusedError
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan_json import plan_from_json
+from colcon_yamllaunch.remote.deployment.placement import Placed
+from colcon_yamllaunch.remote.link.remote_part import END_PATIENCE
+from colcon_yamllaunch.remote.link.remote_parts import MEASURING
+from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
+from hypothesis import given
+from hypothesis import strategies as st
+import pytest
+from support.played_machine import plan
+from support.played_machine import PlayedLaunch
+from support.played_machine import PlayedLink
+from support.played_machine import POSITION
+from support.played_machine import process
+
+LABEL = 'arm│driver'
+DRIVER = process(LABEL, name='driver-1', node_name='/driver')
+HELPER = process('arm│helper', emulate_tty=True)
+TALKER = Component('arm│talker', 'demo', 'demo::Talker', '/box', POSITION)
+SIZE = os.terminal_size((120, 40))
+
+
+class Played:
+    """Parts on one machine, or several, with both ends played."""
+
+    def __init__(self, *links, entries=(DRIVER, HELPER, TALKER), **fields):
+        self.now = 100.0
+        self.link, *self.others = links or (PlayedLink(),)
+        whole = Plan(entries)
+        parts = {
+            self.link.machine.name: whole,
+            **{
+                one.machine.name: plan(one.machine.name + '│x')
+                for one in self.others
+            },
+        }
+        self.parts = RemoteParts(
+            (self.link, *self.others),
+            Placed(whole, Plan(), parts),
+            clock=lambda: self.now,
+            **fields,
+        )
+        self.launch = PlayedLaunch()
+        self.launch.parts = self.parts
+        self.parts.begin(self.launch, SIZE)
+
+    def states(self):
+        told = self.parts.process_states()
+        return {t['label']: ProcessState(**t) for t in told}
+
+
+@pytest.fixture
+def played():
+    return Played()
+
+
+def test_what_happens_there_is_told_here(played):
+    event = events.Started(DRIVER, 77)
+    played.link.tells(event)
+    assert played.launch.told == [event]
+    assert played.link.asked('resize') == [
+        {'do': 'resize', 'rows': 40, 'columns': 120}
+    ]
+
+
+def test_output_comes_before_the_exit(played):
+    played.link.tells(events.Started(DRIVER, 77))
+    played.link.handler.output(LABEL, 'stderr', b'half a li', 0.0)
+    played.link.tells(events.Exited(DRIVER, 77, Outcome(0), 1.0, False, False))
+    assert played.launch.output == [
+        (LABEL, 'stderr', b'half a li'),
+        (LABEL, 'end', b''),
+    ]
+
+
+def test_failure_is_judged_before_the_next_event(played):
+    failed = events.Exited(DRIVER, 77, Outcome(3), 1.0, False, True, 0.0)
+    judged = []
+    played.launch.check_conditions = lambda: judged.append(
+        played.launch.told[-1]
+    )
+    played.link.tells(failed)
+    played.link.tells(events.Started(DRIVER, 78))
+    assert failed in judged
+
+
+def test_what_comes_late_has_the_time_at_which_it_was(played):
+    played.link.handler.output(LABEL, 'stdout', b'line\n', 500.0)
+    played.link.handler.message(
+        {
+            'time': 501.0,
+            'event': {'event': 'Warned', 'text': 'oh'},
+        }
+    )
+    assert played.launch.times == [500.0, 501.0]
+    assert played.launch.moment() == 1000.0
+    assert played.launch.told == [events.Warned('arm: oh')]
+
+
+def test_a_full_screen_holds_the_machine_until_it_takes_more(played):
+    played.launch.full.add(LABEL)
+    played.link.handler.output(LABEL, 'stdout', b'line\n', 0.0)
+    assert played.link.is_held
+    played.parts.advance()
+    assert played.link.is_held
+    played.launch.full.clear()
+    played.parts.advance()
+    assert not played.link.is_held
+
+
+def test_a_full_screen_holds_nobody_while_all_is_stopped(played):
+    played.launch.full.add(LABEL)
+    played.link.handler.output(LABEL, 'stdout', b'line\n', 0.0)
+    played.launch.is_stopping = True
+    played.parts.advance()
+    assert not played.link.is_held
+
+
+def test_echo_goes_to_who_is_attached(played):
+    played.link.handler.echo(LABEL, b'keys')
+    assert played.launch.echoed == [(LABEL, b'keys')]
+    assert not played.launch.output
+
+
+def test_ctrl_c_once_twice_and_sigterm(played):
+    played.launch.is_stopping = True
+    played.launch.tell(events.ShuttingDown('interrupted', True))
+    played.parts.hurry()
+    played.parts.drop_timers()
+    assert played.link.sent[1:] == [
+        {
+            'do': 'stop',
+            'reason': 'interrupted',
+            'interactive': True,
+            'drop_timers': False,
+        },
+        {'do': 'hurry'},
+        {
+            'do': 'stop',
+            'reason': '',
+            'interactive': False,
+            'drop_timers': True,
+        },
+    ]
+
+
+def test_a_shutdown_there_ends_everything_once(played):
+    played.link.tells(events.ShuttingDown('arm│driver ended'))
+    played.link.tells(events.ShuttingDown('arm│driver ended'))
+    assert played.launch.told == [events.ShuttingDown('arm│driver ended')]
+    assert len(played.link.asked('stop')) == 1
+
+
+def test_the_launch_waits_until_each_machine_is_done(played):
+    assert played.parts.is_waiting()
+    played.link.says(idle=True)
+    assert not played.parts.is_waiting()
+    assert not played.link.asked('finish')
+    played.launch.is_stopping = True
+    assert played.parts.is_waiting()
+    assert played.parts.is_waiting()
+    assert len(played.link.asked('finish')) == 1
+    played.link.says(ended=0)
+    assert not played.parts.is_waiting()
+    # the end of its link is no loss
+    played.link.handler.gone('it has ended')
+    assert played.launch.told == []
+
+
+def test_what_is_asked_for_has_to_be_answered_first(played):
+    played.link.says(idle=True)
+    played.parts.act('restart', 'driver-1', lambda _: None)
+    assert played.parts.is_waiting()
+    played.link.answers('act')
+    assert not played.parts.is_waiting()
+
+
+def test_acts_are_answered(played):
+    answers = []
+    played.parts.act('stop', LABEL, answers.append)
+    (asked,) = played.link.asked('act')
+    assert (asked['action'], asked['name']) == ('stop', LABEL)
+    played.link.answers('act', error='it has \x1b[1mnot been started yet')
+    assert answers == ['it has not been started yet']
+    with pytest.raises(RefusedError, match='no process'):
+        played.parts.act('stop', 'other', answers.append)
+    played.launch.is_stopping = True
+    with pytest.raises(RefusedError, match='being stopped'):
+        played.parts.act('stop', LABEL, answers.append)
+
+
+def test_states_follow_what_happens(played):
+    assert played.states()[LABEL].phase == 'waiting'
+    played.link.tells(events.Started(DRIVER, 77))
+    played.now += 2.0
+    state = played.states()[LABEL]
+    assert (state.phase, state.pid, state.seconds) == ('running', 77, 2.0)
+    assert (state.machine, state.local_pid) == ('arm', None)
+    played.link.tells(
+        events.Exited(DRIVER, 77, Outcome(3), 2.0, False, True, 1.0)
+    )
+    state = played.states()[LABEL]
+    assert (state.phase, state.pid) == ('respawn', None)
+    assert state.ending == 'exited with code 3'
+    played.link.tells(events.Started(DRIVER, 78))
+    assert played.states()[LABEL].restarts == 1
+    played.link.tells(events.Loaded(TALKER, '/box/talker', 1, 0.1))
+    (told,) = played.parts.component_states()
+    component = ComponentState(**told)
+    assert (component.phase, component.node) == ('loaded', '/box/talker')
+    assert played.parts.has('/box/talker')
+
+
+def test_rows_of_the_machine_are_taken(played):
+    row = {
+        'label': LABEL,
+        'phase': 'stopping',
+        'pid': 5,
+        'seconds': 1.5,
+        'restarts': 2,
+        'ending': '',
+        'lifecycle': 'active',
+        'terminal': False,
+    }
+    played.link.says(states={'processes': [row]})
+    state = played.states()[LABEL]
+    assert (state.phase, state.pid, state.restarts) == ('stopping', 5, 2)
+    assert (state.seconds, state.lifecycle) == (1.5, 'active')
+
+
+@pytest.mark.parametrize(
+    'message',
+    [
+        {'event': {'event': 'Started', 'process': 'nobody', 'pid': 1}},
+        {'event': 7},
+        {'states': 'none'},
+        {'states': {'processes': [{'label': LABEL, 'phase': 'odd'}]}},
+        {'states': {'processes': [7]}},
+        {'modes': {'label': LABEL}},
+        {'dropped': 'much'},
+        {'something': 'else'},
+        {},
+    ],
+)
+def test_a_machine_that_talks_nonsense_is_given_up_once(played, message):
+    played.link.handler.message(message)
+    played.link.handler.message(message)
+    (event,) = played.launch.told
+    assert isinstance(event, events.MachineGone)
+    assert 'makes no sense' in event.reason
+    assert played.link.is_closed
+
+
+_JSON = st.recursive(
+    st.one_of(
+        st.none(),
+        st.booleans(),
+        st.integers(),
+        st.floats(),
+        st.text(),
+        st.sampled_from([LABEL, 'running', 'Started', 'reply']),
+    ),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3),
+        st.dictionaries(
+            st.sampled_from(
+                [
+                    *('label', 'phase', 'seconds', 'pid', 'restarts'),
+                    *('processes', 'components', 'event', 'ending', 'node'),
+                ]
+            ),
+            inner,
+        ),
+    ),
+    max_leaves=12,
+)
+
+
+@given(
+    st.dictionaries(
+        st.sampled_from(
+            [
+                *('event', 'states', 'idle', 'reply', 'modes', 'dropped'),
+                *('failed', 'ended', 'time', 'error', 'usage', 'description'),
+            ]
+        ),
+        _JSON,
+    )
+)
+def test_whatever_a_machine_says_is_taken_or_refused(message):
+    played = Played()
+    played.parts.act('stop', LABEL, lambda _: None)
+    message['reply'] = message.get('reply') and 1
+    played.link.handler.message(message)
+    for event in played.launch.told:
+        assert all('\x1b' not in line for line in event.lines())
+    assert len(played.states()) == 2
+    assert list(played.parts.component_states())
+    played.parts.is_waiting()
+
+
+def test_output_of_nobody_is_nonsense(played):
+    played.link.handler.output('nobody', 'stdout', b'text', 0.0)
+    (event,) = played.launch.told
+    assert isinstance(event, events.MachineGone)
+
+
+def test_what_ran_on_a_machine_that_is_gone_is_lost(played):
+    played.link.tells(events.Started(DRIVER, 77))
+    played.now += 3.0
+    played.launch.told.clear()
+    played.link.handler.gone('it was started anew')
+    gone, exited = played.launch.told
+    assert gone == events.MachineGone('arm', 'it was started anew', (LABEL,))
+    assert exited == events.Exited(
+        DRIVER, 77, Outcome(lost='arm'), 3.0, False, True
+    )
+    assert exited.lines() == ()
+    assert played.states()[LABEL].ending == 'lost with arm'
+    assert not played.parts.is_waiting()
+    with pytest.raises(RefusedError, match='arm is gone: it was started'):
+        played.parts.act('stop', LABEL, lambda _: None)
+
+
+def test_what_must_run_ends_the_launch_when_it_is_lost():
+    must_run = process('arm│must', on_exit_shutdown=True)
+    played = Played(entries=(must_run,))
+    played.link.tells(events.Started(must_run, 77))
+    played.link.handler.gone('no connection')
+    assert played.launch.is_stopping
+
+
+def test_a_lost_link_is_told_and_so_is_its_return(played):
+    answers = []
+    played.parts.act('restart', LABEL, answers.append)
+    played.link.handler.lost('nothing was heard of it')
+    assert answers == ['the link to arm is lost: nothing was heard of it']
+    assert played.states()[LABEL].phase == 'waiting'
+    (state,) = (MachineState(**t) for t in played.parts.machine_states())
+    assert (state.link, state.reason) == ('lost', 'nothing was heard of it')
+    with pytest.raises(RefusedError, match='is lost'):
+        played.parts.act('stop', LABEL, answers.append)
+    played.link.handler.back(2.5)
+    assert played.launch.told == [
+        events.LinkLost('arm', 'nothing was heard of it', False),
+        events.LinkBack('arm', 2.5),
+    ]
+    played.parts.act('stop', LABEL, answers.append)
+
+
+def test_processes_of_a_lost_machine_are_unknown(played):
+    played.link.tells(events.Started(DRIVER, 77))
+    played.link.tells(events.Loaded(TALKER, '/box/talker', 1, 0.1))
+    played.link.handler.lost('nothing was heard of it')
+    (component,) = played.parts.component_states()
+    assert played.states()[LABEL].phase == 'unknown'
+    assert component['phase'] == 'unknown'
+    played.link.handler.back(2.5)
+    assert played.states()[LABEL].phase == 'running'
+
+
+@pytest.mark.parametrize('is_stopping', [False, True])
+def test_part_that_stopped_for_a_lost_link_is_gone(played, is_stopping):
+    played.launch.is_stopping = is_stopping
+    played.link.says(ended=0, lost=True)
+    played.link.handler.gone('it has ended')
+    gone = [e for e in played.launch.told if isinstance(e, events.MachineGone)]
+    assert bool(gone) == (not is_stopping)
+    assert played.parts.parts and not any(
+        p.is_busy for p in played.parts.parts
+    )
+
+
+def again(played):
+    """Return the labels that a new part begins with, and start it."""
+    plan = plan_from_json(played.link.plan_again())
+    played.link.handler.back(1.0)
+    return [part.label for part in (*plan.processes(), *plan.components())]
+
+
+def test_restart_brings_back_a_machine_that_is_gone(played):
+    played.link.tells(events.Started(DRIVER, 77))
+    played.link.handler.gone('it was started anew')
+    answers = []
+    played.parts.act('restart', LABEL, answers.append)
+    assert played.parts.is_waiting()
+    assert answers == []
+    assert again(played) == [LABEL]
+    assert answers == [None]
+    played.link.tells(events.Started(DRIVER, 5))
+    row = {'label': LABEL, 'phase': 'running', 'pid': 5, 'seconds': 0.1}
+    played.link.says(states={'processes': [row]})
+    state = played.states()[LABEL]
+    assert (state.phase, state.pid, state.restarts) == ('running', 5, 1)
+    # what it was not asked for follows when that is
+    with pytest.raises(RefusedError, match='does not run'):
+        played.parts.act('stop', HELPER.label, answers.append)
+    played.parts.act('restart', HELPER.label, answers.append)
+    (asked,) = played.link.asked('extend')
+    assert plan_from_json(asked['entries']).entries == (HELPER,)
+    assert answers == [None, None]
+
+
+def test_restart_of_a_container_brings_back_its_components():
+    box = process('arm│box', node_name='/box', is_container=True)
+    played = Played(entries=(box, TALKER, HELPER))
+    played.link.handler.gone('it was started anew')
+    played.parts.act('restart', box.label, lambda _: None)
+    assert again(played) == [box.label, TALKER.label]
+
+
+def test_restart_in_vain_is_answered_and_told_once(played):
+    played.link.handler.gone('it was started anew')
+    answers = []
+    for label in (LABEL, HELPER.label):
+        played.parts.act('restart', label, answers.append)
+    played.link.handler.gone('it cannot be reached')
+    assert answers == ['arm is gone: it cannot be reached'] * 2
+    gone = [e for e in played.launch.told if isinstance(e, events.MachineGone)]
+    assert len(gone) == 1
+    assert not played.parts.is_waiting()
+
+
+def test_machine_that_cannot_come_back_is_not_restarted(played):
+    played.link.can_start_again = False
+    played.link.handler.gone('its allocation has ended')
+    with pytest.raises(RefusedError, match='its allocation has ended'):
+        played.parts.act('restart', LABEL, lambda _: None)
+
+
+@pytest.fixture
+def restarting():
+    timer = Timer(9.0, (process('arm│late'),))
+    must = process('arm│must', on_exit_shutdown=True)
+    played = Played(
+        PlayedLink(on_lost='restart'), entries=(DRIVER, HELPER, must, timer)
+    )
+    for one in (DRIVER, HELPER, must):
+        played.link.tells(events.Started(one, 77))
+    played.link.tells(events.Requested(HELPER, 'stop'))
+    played.link.handler.gone('it was started anew')
+    return played
+
+
+def test_on_lost_restart_begins_anew_without_what_was_stopped(restarting):
+    lost = [e for e in restarting.launch.told if isinstance(e, events.Exited)]
+    assert [e.respawn_delay for e in lost] == [0.0, 0.0, 0.0]
+    assert not restarting.launch.is_stopping
+    assert restarting.parts.is_waiting()
+    # the machine is still down
+    restarting.link.handler.gone('it cannot be reached')
+    assert restarting.parts.is_waiting()
+    assert again(restarting) == [LABEL, 'arm│must', 'arm│late']
+    assert restarting.launch.told[-1] == events.LinkBack('arm', 1.0)
+
+
+def test_stop_does_not_wait_for_a_machine_that_is_gone(restarting):
+    restarting.launch.tell(events.ShuttingDown('interrupted', True))
+    restarting.launch.is_stopping = True
+    assert not restarting.parts.is_waiting()
+    assert restarting.link.is_closed
+
+
+def test_who_hurries_does_not_wait_for_a_lost_machine(played):
+    played.link.handler.lost('nothing was heard of it')
+    played.launch.is_stopping = True
+    assert played.parts.is_waiting()
+    played.parts.hurry()
+    assert not played.parts.is_waiting()
+    assert isinstance(played.launch.told[-1], events.MachineGone)
+
+
+@pytest.mark.parametrize(
+    ('on_lost', 'told'),
+    [
+        ('stop', 'have stopped there by themselves'),
+        ('keep', 'be told to stop'),
+    ],
+)
+def test_it_is_said_what_a_launch_waits_for_that_stops(on_lost, told):
+    played = Played()
+    played.link.machine = replace(played.link.machine, on_lost=on_lost)
+    played.link.handler.lost('nothing was heard of it')
+    played.launch.tell(events.ShuttingDown('interrupted', True))
+    played.parts.drop_timers()
+    told_here = played.launch.told
+    (warning,) = (e for e in told_here if isinstance(e, events.Warned))
+    assert told in warning.text
+    played.parts.hurry()
+    gone = played.launch.told[-1]
+    assert ('its processes run on there' in gone.reason) == (on_lost == 'keep')
+
+
+def test_figures_are_waited_for_but_not_for_long():
+    played = Played(PlayedLink(), PlayedLink('gpu'))
+    known = []
+    played.link.tells(events.Started(DRIVER, 77))
+    played.parts.measure(lambda: known.append(True))
+    played.link.answers('usage', usage={LABEL: [0.5, 1000], 'odd': 3})
+    assert not known
+    played.now += MEASURING
+    played.parts.advance()
+    assert known == [True]
+    state = played.states()[LABEL]
+    assert (state.cpu, state.memory) == (0.5, 1000)
+    assert played.parts.cpu_shares() == {LABEL: 0.5}
+
+
+def test_figures_that_all_have_told_are_there_at_once(played):
+    known = []
+    played.parts.measure(lambda: known.append(True))
+    played.link.answers('usage', usage={})
+    assert known == [True]
+
+
+def test_keys_and_modes(played):
+    label = HELPER.label
+    assert not played.parts.has_keyboard(label)
+    played.link.tells(events.Started(HELPER, 77))
+    assert played.parts.has_keyboard(label)
+    assert played.parts.input_modes(label) is None
+    played.link.says(modes={'label': label, 'lines': False, 'echo': True})
+    assert played.parts.input_modes(label) == termios.ECHO
+    played.parts.type(label, b'\x1b[A')
+    (typed,) = played.link.asked('type')
+    assert base64.b64decode(typed['keys']) == b'\x1b[A'
+    played.parts.attach(label)
+    played.parts.detach(label)
+    assert played.link.asked('attach') == [{'do': 'attach', 'label': label}]
+    assert played.link.asked('detach') == [{'do': 'detach', 'label': label}]
+
+
+def test_a_process_under_a_debugger_has_a_keyboard(played):
+    played.parts.act('debug', LABEL, lambda _: None)
+    played.link.answers('act')
+    played.link.tells(events.Started(DRIVER, 77))
+    assert played.parts.has_keyboard(LABEL)
+
+
+def test_suspend_and_size_go_to_all():
+    played = Played(PlayedLink(), PlayedLink('gpu'))
+    played.parts.suspend(True)
+    played.parts.suspend(False)
+    played.parts.resize(os.terminal_size((80, 24)))
+    for link in (played.link, *played.others):
+        assert [m['do'] for m in link.sent[1:]] == [
+            'suspend',
+            'continue',
+            'resize',
+        ]
+
+
+def test_who_suspends_the_launch_is_not_told_of_each_process(played):
+    held = events.Suspended(DRIVER, 77, signal.SIGSTOP)
+    on = events.Suspended(DRIVER, 77, None)
+    played.link.tells(events.Started(DRIVER, 77))
+    played.launch.told.clear()
+    played.parts.suspend(True)
+    played.parts.suspend(False)
+    played.link.tells(held)
+    played.link.tells(on)
+    assert played.launch.told == []
+    # somebody else holds it
+    played.link.tells(held)
+    played.link.tells(on)
+    assert played.launch.told == [held, on]
+
+
+def test_processes_of_links_are_guarded(played):
+    assert played.launch.guarded == {4711}
+    assert set(played.parts.pids) == {4711}
+    played.link.pids = frozenset({4712})
+    played.parts.advance()
+    assert played.launch.guarded == {4712}
+    played.parts.ended(4712, Outcome(0))
+    assert played.link.reaped == [4712]
+    played.parts.close()
+    assert played.launch.guarded == set()
+
+
+def test_more_of_the_plan_goes_to_its_machine():
+    more = process('arm│more')
+    here = process('here')
+
+    def place_more(entries):
+        return Placed(
+            Plan(tuple(entries)), Plan((here,)), {'arm': Plan((more,))}
+        )
+
+    played = Played(place_more=place_more)
+    assert played.parts.extend((more, here)) == (here,)
+    (asked,) = played.link.asked('extend')
+    assert plan_from_json(asked['entries']).entries == (more,)
+    assert played.parts.has('arm│more')
+    with pytest.raises(ValueError, match='already'):
+        played.parts.extend((more,))
+
+
+def test_changes_of_the_plan_are_routed_by_label(played):
+    changed = process(LABEL, name='driver-1', respawn=True)
+    played.parts.revise(changed, at_once=False)
+    (asked,) = played.link.asked('revise')
+    assert plan_from_json(asked['plan']).entries == (changed,)
+    assert played.parts.part(LABEL) == changed
+    assert played.parts.restart({LABEL, 'here'}) == ()
+    played.link.tells(events.Started(DRIVER, 77))
+    assert played.parts.restart({LABEL, 'here'}) == (LABEL,)
+    # it is another one when it starts
+    played.link.tells(events.Planned((DRIVER,)))
+    assert played.launch.told[-1] == events.Planned((changed,))
+    played.parts.drop(LABEL)
+    played.link.tells(events.Dropped(DRIVER))
+    assert not played.parts.has(LABEL)
+
+
+def test_what_is_kept_stopped_is_not_restarted_by_a_change(played):
+    played.link.tells(events.Started(DRIVER, 77))
+    played.link.tells(events.Requested(DRIVER, 'stop'))
+    assert played.parts.restart({LABEL}) == ()
+
+
+def test_output_that_did_not_fit_is_told(played):
+    played.link.says(dropped=3_000_000)
+    (event,) = played.launch.told
+    assert 'arm: 3 MB of output are missing' in event.text
+
+
+@pytest.mark.hostile
+def test_machine_that_does_not_end_is_dropped(played):
+    played.link.tells(events.Started(DRIVER, 77))
+    played.launch.shut_down('interrupted')
+    # whatever it says meanwhile
+    played.now += 5 + 5 + END_PATIENCE - 1
+    played.link.says(idle=False)
+    played.parts.advance()
+    assert played.parts.is_waiting()
+    played.now += 2
+    played.parts.advance()
+    assert not played.parts.is_waiting()
+    gone = [e for e in played.launch.told if isinstance(e, events.MachineGone)]
+    assert [e.reason for e in gone] == [
+        'it does not end, though it was told to'
+    ]
+
+
+@pytest.mark.hostile
+def test_machine_with_nothing_to_stop_is_dropped_at_the_end():
+    played = Played(entries=())
+    played.launch.is_stopping = True
+    assert played.parts.is_waiting()
+    played.now += END_PATIENCE + 1
+    played.parts.advance()
+    assert not played.parts.is_waiting()
+
+
+def test_machine_with_a_lasting_timer_is_waited_for():
+    timer = Timer(600, (DRIVER,), cancel_on_shutdown=False)
+    played = Played(entries=(timer,))
+    played.launch.shut_down('interrupted')
+    played.now += 590
+    played.parts.advance()
+    assert played.parts.is_waiting()
+    # Ctrl-C again
+    played.parts.hurry()
+    played.now += 5 + 5 + END_PATIENCE + 1
+    played.parts.advance()
+    assert not played.parts.is_waiting()

@@ -1,0 +1,159 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Machines whose disk is full or read-only, or that others changed."""
+
+from collections.abc import Iterator
+import os
+from pathlib import Path
+from typing import Any
+from typing import NoReturn
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.remote.sync.code_sync import Synced
+from colcon_yamllaunch.remote.sync.tree_entries import packed
+import pytest
+from support.developer import Developer
+from support.hostile import Mounts
+from support.hostile import REMOUNT
+from support.machine_here import MachineHere
+from support.machine_here import ProgramHere
+
+pytestmark = [pytest.mark.full, pytest.mark.hostile]
+
+
+@pytest.fixture
+def developer(tmp_path: Path) -> Iterator[Developer]:
+    developer = Developer(tmp_path)
+    developer.package('a')
+    yield developer
+    developer.machine.close()
+
+
+@pytest.fixture
+def mounts(developer: Developer) -> Iterator[Mounts]:
+    root = developer.machine.root
+    root.mkdir()
+    mounts = Mounts(f"mount -t tmpfs -o size=400k,mode=755 none '{root}'")
+    developer.machine.inside = mounts.inside
+    yield mounts
+    mounts.close()
+
+
+@pytest.mark.parametrize('with_rsync', [True, False])
+def test_a_full_disk_there(
+    developer: Developer, mounts: Mounts, with_rsync: bool
+) -> None:
+    if not with_rsync:
+        developer.machine.forget('rsync')
+    big = developer.root / 'src/a/config/big'
+    big.write_bytes(os.urandom(1_000_000))
+    with pytest.raises(UserError, match='arm: the disk is full there'):
+        developer.sync('a')
+    root = developer.machine.root
+    mounts.run(*REMOUNT, 'remount,size=8m', str(root))
+    # what came before is not taken for somebody else's
+    assert developer.sync('a').built == {'a'}
+
+
+def test_a_read_only_workspace(developer: Developer, mounts: Mounts) -> None:
+    root = developer.machine.root
+    mounts.run(*REMOUNT, 'remount,size=8m', str(root))
+    developer.sync('a')
+    mounts.run(*REMOUNT, 'remount,ro', str(root))
+    assert developer.sync('a') == Synced()
+    developer.write('src/a/config/hello.txt', 'new')
+    with pytest.raises(UserError, match=r'arm: .*Read-only file system'):
+        developer.sync('a')
+
+
+def test_a_damaged_record(developer: Developer) -> None:
+    developer.sync('a')
+    record = developer.machine.root / '.colcon_launch.synced.json'
+    for text in ('', '[]', '{"version": 1, "trees": {"src/a": 5}}'):
+        record.write_text(text)
+        # all of it is there as it is to be
+        assert developer.sync('a').transferred == 0
+        assert developer.sync('a') == Synced()
+
+
+def test_an_interrupted_transfer_goes_on(developer: Developer) -> None:
+    programs = developer.machine.home / 'programs'
+    developer.machine.forget('rsync')
+    rsync = programs / 'rsync'
+    rsync.write_text('#!/bin/sh\nexit 12\n')
+    rsync.chmod(0o755)
+    with pytest.raises(UserError, match='arm: rsync failed with exit code 12'):
+        developer.sync('a')
+    # as if it had come to this
+    developer.machine.write('src/a/config/hello.txt', 'hello\n')
+    rsync.unlink()
+    assert developer.sync('a').built == {'a'}
+    (developer.root / 'src/a/config/hello.txt').unlink()
+    developer.sync('a')
+    there = developer.machine.root / 'src/a/config/hello.txt'
+    assert not there.exists()
+
+
+def test_a_file_in_place_of_the_workspace(developer: Developer) -> None:
+    developer.machine.root.write_text('')
+    with pytest.raises(UserError, match='arm: cannot make the workspace'):
+        developer.sync('a')
+
+
+def test_a_file_in_place_of_a_folder(developer: Developer) -> None:
+    developer.machine.write('src', 'a file')
+    with pytest.raises(UserError, match='arm: '):
+        developer.sync('a')
+
+
+@pytest.mark.parametrize(
+    'answer',
+    [
+        {},
+        {'root': 5, 'changed': ['src/a'], 'holder': []},
+        {'wanted': 'damaged', 'conflicts': packed([])},
+        {'wanted': packed({'/': ['etc/passwd']}), 'conflicts': packed([])},
+        {
+            'wanted': packed({'src/a': ['../../../etc/passwd']}),
+            'conflicts': packed([]),
+        },
+    ],
+)
+def test_a_hostile_machine(
+    developer: Developer, answer: dict[str, object]
+) -> None:
+    class Hostile(MachineHere):
+        def ask(self, request: str, *_: object) -> dict[str, object]:
+            first = {'root': '/', 'changed': ['src/a'], 'holder': []}
+            return answer if request != 'build_there.begin' else first | answer
+
+        def stream(self, *_: object) -> NoReturn:
+            pytest.fail('nothing may be sent')
+
+    developer.connection = Hostile(developer.machine.home)
+    with pytest.raises(UserError, match='arm: it answers what makes no sense'):
+        developer.sync('a')
+
+
+def test_a_file_that_is_edited_while_it_comes(developer: Developer) -> None:
+    edited = developer.root / 'src/a/config/hello.txt'
+    edit = 'edited'
+
+    class Edited(MachineHere):
+        def stream(self, *words: Any) -> ProgramHere:
+            edited.write_text(edit)
+            return super().stream(*words)
+
+    developer.machine = developer.connection = Edited(developer.machine.home)
+    assert developer.sync('a').built == {'a'}
+    there = developer.machine.root / 'src/a/config/hello.txt'
+    assert there.read_text() == 'edited'
+    assert developer.sync('a') == Synced()
+    edit = 'and edited again'
+    developer.write('src/a/config/hello.txt', 'new')
+    developer.sync('a')
+    assert there.read_text() == 'and edited again'
+    edited.unlink()
+    developer.sync('a')
+    assert not there.exists()

@@ -1,0 +1,156 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+import dataclasses
+import json
+import signal
+import types
+import typing
+
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.remote.wire.event_codec import event_from_json
+from colcon_yamllaunch.remote.wire.event_codec import event_to_json
+from colcon_yamllaunch.remote.wire.event_codec import EventError
+from colcon_yamllaunch.remote.wire.event_codec import FROM_MACHINES
+from hypothesis import given
+from hypothesis import strategies as st
+import pytest
+
+_POSITION = Position('/ws/demo.yaml', 3, 5)
+DRIVER = Process('arm│driver', ('driver',), '/', _POSITION, 'driver-3')
+TALKER = Component('arm│talker', 'demo', 'demo::Talker', '/box', _POSITION)
+PARTS = {part.label: part for part in (DRIVER, TALKER)}
+
+_TEXTS = st.text(st.characters(min_codepoint=0x20, max_codepoint=0x7E))
+_OUTCOMES = st.one_of(
+    st.integers(0, 255).map(lambda code: Outcome(code)),
+    st.builds(
+        lambda number, core: Outcome(None, number, core),
+        st.integers(1, 64),
+        st.booleans(),
+    ),
+)
+_JSON = st.recursive(
+    st.one_of(
+        st.none(),
+        st.booleans(),
+        st.integers(),
+        st.floats(),
+        st.text(),
+        st.sampled_from([*PARTS, *(k.__name__ for k in FROM_MACHINES)]),
+    ),
+    lambda inner: st.one_of(
+        st.lists(inner), st.dictionaries(st.text(), inner)
+    ),
+    max_leaves=10,
+)
+
+
+def values(hint, name):
+    """Return a strategy for a field of an event."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (types.UnionType, typing.Union):
+        return st.one_of(*(values(a, name) for a in arguments))
+    if origin is tuple:
+        return st.lists(values(arguments[0], name), max_size=3).map(tuple)
+    if origin is typing.Literal:
+        return st.sampled_from(arguments)
+    if name == 'level':
+        return st.sampled_from(['INFO', 'ERROR'])
+    if name in ('signal', 'next_signal') and hint is int:
+        return st.integers(1, signal.NSIG - 1)
+    return {
+        Process: st.just(DRIVER),
+        Component: st.just(TALKER),
+        Outcome: _OUTCOMES,
+        int: st.integers(0, 1 << 30),
+        float: st.floats(0, 1e9),
+        str: _TEXTS,
+        bool: st.booleans(),
+        types.NoneType: st.none(),
+    }[hint]
+
+
+@st.composite
+def told(draw):
+    """Draw an event that a machine tells."""
+    kind = draw(st.sampled_from(FROM_MACHINES))
+    hints = typing.get_type_hints(kind)
+    fields = [field.name for field in dataclasses.fields(kind)]
+    return kind(**{f: draw(values(hints[f], f)) for f in fields})
+
+
+@given(told())
+def test_an_event_comes_back_as_it_was(event):
+    data = json.loads(json.dumps(event_to_json(event)))
+    assert event_from_json(data, PARTS.get) == event
+
+
+@given(told(), st.data())
+def test_what_a_machine_makes_up_is_refused_or_can_be_shown(event, data):
+    made_up = event_to_json(event)
+    key = data.draw(st.sampled_from(sorted(made_up)))
+    made_up[key] = data.draw(_JSON)
+    try:
+        result = event_from_json(made_up, PARTS.get)
+    except EventError as error:
+        assert '\n' not in str(error)
+    else:
+        json.dumps(result.record())
+        assert all('\x1b' not in line for line in result.lines())
+
+
+@given(_JSON)
+def test_other_json_is_refused(data):
+    with pytest.raises(EventError):
+        event_from_json(data, PARTS.get)
+
+
+def test_what_the_launcher_alone_tells_is_not_passed_on():
+    assert event_to_json(events.Ended(0)) is None
+    assert event_to_json(events.Output(DRIVER, 'stdout', b'text\n')) is None
+    for kind in ('Ended', 'Output', 'MachineGone', 'Event', '__class__'):
+        with pytest.raises(EventError):
+            event_from_json({'event': kind}, PARTS.get)
+
+
+def test_what_steers_a_terminal_is_taken_out():
+    event = event_from_json(
+        {'event': 'Warned', 'text': 'a\x1b[2Jb\x1b]0;title\x07c'}, PARTS.get
+    )
+    assert event == events.Warned('abc')
+
+
+@pytest.mark.parametrize(
+    'data',
+    [
+        {'event': 'Started', 'process': 'other', 'pid': 1},
+        {'event': 'Started', 'process': 'arm│talker', 'pid': 1},
+        {'event': 'Started', 'process': 'arm│driver', 'pid': True},
+        {'event': 'Started', 'process': 'arm│driver', 'pid': 1 << 60},
+        {'event': 'Started', 'process': 'arm│driver'},
+        {'event': 'Started', 'process': 'arm│driver', 'pid': 1, 'more': 1},
+        {'event': 'Said', 'level': 'LOUD', 'text': ''},
+        {
+            'event': 'Suspended',
+            'process': 'arm│driver',
+            'pid': 1,
+            'signal': 1000,
+        },
+        {'event': 'Silent', 'process': 'arm│driver', 'seconds': float('inf')},
+        {
+            'event': 'Suspended',
+            'process': 'arm│driver',
+            'pid': 1,
+            'signal': 0,
+        },
+        {'event': 'Planned', 'parts': 'arm│driver'},
+    ],
+)
+def test_malformed_events_are_refused(data):
+    with pytest.raises(EventError):
+        event_from_json(data, PARTS.get)

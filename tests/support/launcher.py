@@ -1,0 +1,106 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Runs the plan that a JSON file describes; the tests start it."""
+
+import json
+import os
+from pathlib import Path
+import sys
+from typing import Any
+
+from colcon_yamllaunch.common import temporary_folders
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.control import socket_folder
+from colcon_yamllaunch.control.launch_states import About
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.exit_conditions import ExitConditions
+from colcon_yamllaunch.engine.output.line_pattern import LinePattern
+from colcon_yamllaunch.observers.presentation import Presentation
+from colcon_yamllaunch.plan.plan import ChangeState
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import HostCall
+from colcon_yamllaunch.plan.plan import Message
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Shutdown
+from colcon_yamllaunch.plan.plan import SignalProcess
+from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.run_plan import run_plan
+
+_WITH_POSITION = {
+    'call': HostCall,
+    'change_state': ChangeState,
+    'signal': SignalProcess,
+}
+
+
+def entry_of(data: dict[str, Any]) -> Entry:
+    """Return the entry of a plan that one object stands for."""
+    kind = data.pop('kind', 'process')
+    if kind == 'message':
+        return Message(**data)
+    if kind == 'shutdown':
+        return Shutdown(**data)
+    if kind == 'timer':
+        entries = tuple(entry_of(e) for e in data.pop('entries'))
+        return Timer(entries=entries, **data)
+    if kind in _WITH_POSITION:
+        position = Position('/ws/demo.launch.py', 7, 9)
+        return _WITH_POSITION[kind](position=position, **data)
+    if kind == 'component':
+        position = Position('/ws/demo.yaml', 7, 9)
+        return Component(position=position, **data)
+    data['argv'] = tuple(
+        a if isinstance(a, str) else ParameterFile(a['content'])
+        for a in data['argv']
+    )
+    data['environment'] = tuple(data.get('environment', {}).items())
+    data.setdefault('cwd', '/')
+    return Process(position=Position('/ws/demo.yaml', 14, 5), **data)
+
+
+def main() -> int:
+    """Run the plan, and return the exit code."""
+    # sockets and parameter files are where TMPDIR says, and nowhere else
+    socket_folder.USER_FOLDERS = '/does/not/exist'
+    temporary_folders.SHARED_FOLDERS = ()
+    data = json.loads(Path(sys.argv[1]).read_text(encoding='utf-8'))
+    if 'FAKE_ROS' in os.environ:
+        from colcon_yamllaunch.engine.components import ros_link
+
+        limits.CLIENT_RESTARTS = 2
+        ros_link.PROGRAM = Path(__file__).with_name('fake_ros_client.py')
+    log_folder = data.get('log_folder')
+    source = None
+    if 'source' in data:
+        from played_source import PlayedSource
+
+        limits.SOURCE_PATIENCE = data.get('patience', limits.SOURCE_PATIENCE)
+        source = PlayedSource(data['source'], data.get('wanted', ()), entry_of)
+    return run_plan(
+        Plan(tuple(entry_of(e) for e in data['entries'])),
+        environment=dict(os.environ),
+        log_folder=None if log_folder is None else Path(log_folder),
+        color=data.get('color'),
+        **{name: data[name] for name in ('tty', 'log_limit') if name in data},
+        about=About(**data['about']) if 'about' in data else None,
+        attach=data.get('attach'),
+        conditions=ExitConditions(
+            map(LinePattern, data.get('until', ())), data.get('timeout')
+        ),
+        presentation=Presentation(
+            data.get('verbosity', 'normal'), status=data.get('status', False)
+        ),
+        source=source,
+    )
+
+
+if __name__ == '__main__':
+    try:
+        sys.exit(main())
+    except UserError as e:
+        sys.exit(f'error: {e}')

@@ -1,0 +1,137 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A network of one's own, an end with the parent, and a guard by fork."""
+
+from collections.abc import Callable
+import os
+from pathlib import Path
+import signal
+import socket
+import time
+
+from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
+from colcon_yamllaunch.sweep.forked_guard import ForkedGuards
+from colcon_yamllaunch.sweep.isolation import end_with
+from colcon_yamllaunch.sweep.isolation import enter_own_network
+from colcon_yamllaunch.sweep.isolation import reason_for_no_network
+import pytest
+
+DEADLINE = 30
+
+
+def in_child(action: Callable[[], str]) -> str:
+    """Return what an action in a fork returns."""
+    reader, writer = os.pipe()
+    pid = os.fork()
+    if not pid:
+        try:
+            os.write(writer, action().encode() or b' ')
+        except BaseException as e:  # noqa: BLE001 - the parent tells
+            os.write(writer, f'error: {e!r}'.encode())
+        finally:
+            os._exit(0)
+    os.close(writer)
+    with open(reader, 'rb') as file:
+        said = file.read().decode()
+    os.waitpid(pid, 0)
+    return said
+
+
+@pytest.fixture
+def network() -> None:
+    reason = reason_for_no_network()
+    if reason:
+        pytest.skip(f'no process can have a network of its own: {reason}')
+
+
+@pytest.mark.usefixtures('network')
+def test_a_network_of_ones_own() -> None:
+    outside = socket.create_server(('127.0.0.1', 0))
+    port = outside.getsockname()[1]
+    uid = os.getuid()
+
+    def look() -> str:
+        enter_own_network()
+        # the same port, as nobody else has it here
+        with (
+            socket.create_server(('127.0.0.1', port)) as inside,
+            socket.create_connection(('127.0.0.1', port)),
+        ):
+            inside.accept()[0].close()
+        names = ' '.join(name for _, name in socket.if_nameindex())
+        assert os.getuid() == uid
+        Path('/dev/shm/colcon-sweep-test').write_text('x')
+        return names
+
+    with outside:
+        assert in_child(look).split()[0] == 'lo'
+    # neither is what is shared there seen here
+    assert not Path('/dev/shm/colcon-sweep-test').exists()
+
+
+def test_a_process_ends_with_its_parent() -> None:
+    def have_a_child() -> str:
+        ours = os.getpid()
+        pid = os.fork()
+        if not pid:
+            end_with(ours)
+            while True:
+                time.sleep(60)
+        time.sleep(0.2)
+        return str(pid)
+
+    pid = int(in_child(have_a_child))
+    deadline = time.monotonic() + DEADLINE
+    while Path(f'/proc/{pid}/cmdline').exists():
+        # nobody may reap it here
+        if Path(f'/proc/{pid}/stat').read_text().split()[2] == 'Z':
+            break
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_a_guard_by_fork_is_called_otherwise() -> None:
+    ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    guards = ForkedGuards()
+    pid = guards.begin(its.fileno(), f'{1:016x}')
+    try:
+        its.close()
+        deadline = time.monotonic() + DEADLINE
+        while True:
+            line = Path(f'/proc/{pid}/cmdline').read_bytes()
+            if line.startswith(b'guard of a launch'[: len(line) - 1]):
+                break
+            assert time.monotonic() < deadline, line
+            time.sleep(0.01)
+        assert b'python' not in line
+        # Ctrl-C and the like are for others
+        os.kill(pid, signal.SIGTERM)
+        time.sleep(0.1)
+        assert os.waitpid(pid, os.WNOHANG) == (0, 0)
+    finally:
+        # with the launcher gone, and nothing to end, it ends
+        ours.close()
+        guards.close()
+        _, status = os.waitpid(pid, 0)
+    assert status == 0
+
+
+def test_a_guard_serves_one_launch_after_the_other() -> None:
+    guards = ForkedGuards()
+    try:
+        first = GuardLink(f'{1:016x}', guards)
+        first.start()
+        pid = first.pid
+        first.dismiss()
+        second = GuardLink(f'{2:016x}', guards)
+        second.start()
+        assert second.pid == pid
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+        second.restart()
+        assert second.pid != pid
+        second.dismiss()
+    finally:
+        guards.close()
+        os.waitpid(guards.pid, 0)

@@ -1,0 +1,271 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Array jobs, with a Slurm that a test plays."""
+
+from collections.abc import Iterable
+from collections.abc import Sequence
+import json
+import os
+from pathlib import Path
+import re
+import signal
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.sweep import slurm_runner
+from colcon_yamllaunch.sweep.run_result import RunResult
+from colcon_yamllaunch.sweep.run_table import Run
+from colcon_yamllaunch.sweep.run_table import run_table
+from colcon_yamllaunch.sweep.slurm_client import Ending
+from colcon_yamllaunch.sweep.slurm_client import SlurmClient
+from colcon_yamllaunch.sweep.slurm_client import SlurmError
+from colcon_yamllaunch.sweep.slurm_files import SlurmFiles
+from colcon_yamllaunch.sweep.slurm_place import read_place
+from colcon_yamllaunch.sweep.slurm_runner import batch_script
+from colcon_yamllaunch.sweep.slurm_runner import reason_of
+from colcon_yamllaunch.sweep.slurm_runner import SlurmRunner
+import pytest
+
+Queue = dict[tuple[int, int], tuple[str, str]]
+
+
+class PlayedSlurm(SlurmClient):
+    """
+    A Slurm whose tasks end at once.
+
+    :ivar fates: How the tasks of some runs end, which have no result then
+    """
+
+    def __init__(self, files: SlurmFiles, size: int = 1001) -> None:
+        self.files = files
+        self.size = size
+        self.submitted: list[list[int]] = []
+        self.options: list[Sequence[str]] = []
+        self.fates: dict[int, str] = {}
+        self.most: int | None = None
+        self.cancelled: list[int] = []
+        self.kept: Queue = {}
+        self.when_asked = lambda: None
+
+    def array_size(self) -> int:
+        return self.size
+
+    def submit(self, options: Sequence[str], script: str) -> int:
+        if self.most is not None and len(self.submitted) >= self.most:
+            raise SlurmError('AssocMaxSubmitJobLimit')
+        found = re.search(r'(\S+array-\d+\.json)', script)
+        assert found is not None
+        runs = json.loads(Path(found[1]).read_text())
+        self.submitted.append(runs)
+        self.options.append(options)
+        for run in runs:
+            if run not in self.fates:
+                self.files.write_result(RunResult(run, 'succeeded'))
+        return len(self.submitted)
+
+    def queue(self, jobs: Iterable[int]) -> Queue:
+        self.when_asked()
+        return {k: v for k, v in self.kept.items() if k[0] in set(jobs)}
+
+    def cancel(self, jobs: Iterable[int], *, kill: bool = False) -> None:
+        self.cancelled += jobs
+
+    def ending(self, job: int, index: int) -> Ending | None:
+        state = self.fates.get(self.submitted[job - 1][index])
+        return None if not state else Ending(state, '1:0', 'n7')
+
+
+class Seen:
+    """Takes note of what it is told."""
+
+    def __init__(self) -> None:
+        self.results: dict[int, RunResult] = {}
+        self.lines: list[str] = []
+        self.waits: list[str] = []
+
+    def began(self, running: int) -> None:
+        pass
+
+    def waiting(self, text: str) -> None:
+        self.waits.append(text)
+
+    def done(self, run: Run, result: RunResult) -> None:
+        assert run.number not in self.results
+        self.results[run.number] = result
+
+    def interrupted(self, running: int, *, hurry: bool) -> None:
+        self.lines.append(f'interrupted {running}')
+
+    def say(self, text: str) -> None:
+        self.lines.append(text)
+
+    def tick(self) -> None:
+        pass
+
+
+class Case:
+    """A sweep with the Slurm that is played."""
+
+    def __init__(self, folder: Path, runs: int, size: int = 1001) -> None:
+        self.runs = run_table({'seed': f'1..{runs}'}).runs
+        self.files = SlurmFiles(folder)
+        self.files.make()
+        self.slurm = PlayedSlurm(self.files, size)
+        self.seen = Seen()
+
+    def runner(self, jobs: int | None = None) -> SlurmRunner:
+        place = read_place('--on', 'slurm:partition=cpu,time=10')
+        return SlurmRunner(
+            self.slurm, place, self.files, self.seen, 'a sweep', jobs
+        )
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ('_LOOK', '_ASK', '_DELAY', '_AGAIN', '_SHARE'):
+        monkeypatch.setattr(slurm_runner, name, 0.01)
+
+
+def test_places() -> None:
+    assert read_place('--on', 'slurm').options == ()
+    place = read_place('--on', 'slurm:partition=cpu,exclusive,w=n[1,3],mem=4G')
+    assert place.options == (
+        *('--partition=cpu', '--exclusive', '--w=n[1,3]', '--mem=4G'),
+    )
+    with pytest.raises(UserError, match='is no option of sbatch'):
+        read_place('--on', 'slurm:-p=cpu')
+
+
+def test_an_array_is_no_larger_than_slurm_lets(tmp_path: Path) -> None:
+    case = Case(tmp_path, 25, size=10)
+    case.runner().run(case.runs)
+    assert [len(runs) for runs in case.slurm.submitted] == [10, 10, 5]
+    assert len(case.seen.results) == 25
+    assert '--array=0-4' in case.slurm.options[2]
+    assert '--partition=cpu' in case.slurm.options[0]
+    assert not list(case.files.done.iterdir())
+
+
+def test_jobs_at_a_time(tmp_path: Path) -> None:
+    case = Case(tmp_path, 5)
+    case.runner(jobs=2).run(case.runs)
+    assert '--array=0-4%2' in case.slurm.options[0]
+
+
+def test_what_slurm_does_not_take_is_tried_again(tmp_path: Path) -> None:
+    case = Case(tmp_path, 4, size=2)
+    case.slurm.most = 1
+    case.slurm.fates = {1: 'TIMEOUT'}
+
+    def more() -> None:
+        case.slurm.most = 2
+
+    case.slurm.when_asked = more
+    case.runner().run(case.runs)
+    assert len(case.seen.results) == 4
+
+
+def test_nothing_is_taken(tmp_path: Path) -> None:
+    case = Case(tmp_path, 4)
+    case.slurm.most = 0
+    with pytest.raises(SlurmError, match='does not take the runs: AssocMax'):
+        case.runner().run(case.runs)
+
+
+@pytest.mark.parametrize(
+    ('state', 'reason'),
+    [
+        ('OUT_OF_MEMORY', 'out of the memory that Slurm gave it on n7: ask'),
+        ('TIMEOUT', 'its time at Slurm was over on n7: ask for more'),
+        ('NODE_FAIL', 'its node failed: n7 (Slurm: NODE_FAIL)'),
+        ('PREEMPTED', 'gave its place to another job on n7'),
+        ('FAILED', 'ended on n7 without a result'),
+        ('COMPLETED', 'on a file system that the nodes share?'),
+        ('', 'Slurm has forgotten it'),
+    ],
+)
+def test_tasks_that_fail(tmp_path: Path, state: str, reason: str) -> None:
+    case = Case(tmp_path, 3)
+    case.slurm.fates = {2: state}
+    case.runner().run(case.runs)
+    assert case.seen.results[2].outcome == 'error'
+    assert reason in case.seen.results[2].reason
+    assert case.seen.results[3].succeeded
+
+
+def test_what_the_task_wrote_is_told() -> None:
+    ending = Ending('FAILED', '127:0', 'n7')
+    assert 'exit code 127:0): there is no Python' in reason_of(
+        ending, 'there is no Python on n7', '/x'
+    )
+    assert 'was killed by SIGKILL on n7' in reason_of(
+        Ending('FAILED', '0:9', 'n7'), '', '/x'
+    )
+
+
+def test_cancelled_tasks_are_done_later(tmp_path: Path) -> None:
+    case = Case(tmp_path, 3)
+    case.slurm.fates = {2: 'CANCELLED', 3: 'CANCELLED'}
+    case.runner().run(case.runs)
+    assert list(case.seen.results) == [1]
+    assert len(case.seen.lines) == 1
+
+
+def test_ctrl_c(tmp_path: Path) -> None:
+    case = Case(tmp_path, 3)
+    case.slurm.fates = {2: 'CANCELLED'}
+    case.slurm.kept = {(1, 1): ('R', 'None')}
+    asked = []
+
+    def interrupt() -> None:
+        asked.append(1)
+        if len(asked) == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+        elif case.slurm.cancelled:
+            case.slurm.kept = {}
+
+    case.slurm.when_asked = interrupt
+    runner = case.runner()
+    runner.run(case.runs)
+    assert runner.stopped_by == signal.SIGINT
+    assert case.slurm.cancelled == [1]
+    assert sorted(case.seen.results) == [1, 3]
+
+
+def test_what_slurm_has_is_taken_over(tmp_path: Path) -> None:
+    case = Case(tmp_path, 4)
+    case.files.write_arrays({7: [1, 2, 3]})
+    case.files.write_result(RunResult(1, 'failed', 'it fell'))
+    case.slurm.kept = {(7, 1): ('R', 'None'), (7, 2): ('CA', 'None')}
+    left = case.runner().take_over(case.runs)
+    assert [run.number for run in left] == [3, 4]
+    assert case.seen.results[1].reason == 'it fell'
+    assert case.seen.lines == ['1 run is with Slurm already']
+
+
+def test_why_runs_wait_is_told_once(tmp_path: Path) -> None:
+    case = Case(tmp_path, 2)
+    case.slurm.fates = {1: 'TIMEOUT', 2: 'TIMEOUT'}
+    case.slurm.kept = {
+        (1, 0): ('PD', 'PartitionTimeLimit'),
+        (1, 1): ('PD', 'PartitionTimeLimit'),
+    }
+    asked = []
+
+    def end() -> None:
+        asked.append(1)
+        if len(asked) > 3:
+            case.slurm.kept = {}
+
+    case.slurm.when_asked = end
+    case.runner().run(case.runs)
+    assert case.seen.lines == ['Slurm lets 2 runs wait: PartitionTimeLimit']
+    assert '2 waiting' in case.seen.waits
+
+
+def test_a_script_is_plain_sh(tmp_path: Path) -> None:
+    folder = tmp_path / "it's $HOME"
+    script = batch_script(folder, folder / 'array-1.json')
+    assert script.startswith('#!/bin/sh\n')
+    assert "'\"'\"'" in script
+    assert os.system(f"sh -n <<'END'\n{script}END") == 0

@@ -1,0 +1,233 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What is known of a launch follows from its news."""
+
+from dataclasses import replace
+from pathlib import Path
+import re
+from typing import Any
+
+from colcon_yamllaunch.control.resource_usage import Usage
+from colcon_yamllaunch.control.subscription import Missed
+from colcon_yamllaunch.observers.log_levels import Level
+from colcon_yamllaunch.terminal.full_screen.event_sentences import (
+    level_of_event,
+)
+from colcon_yamllaunch.terminal.full_screen.event_sentences import sentence_of
+from colcon_yamllaunch.terminal.full_screen.event_sentences import SENTENCES
+from colcon_yamllaunch.terminal.full_screen.inspection import curve
+from colcon_yamllaunch.terminal.full_screen.launch_model import HISTORY
+from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
+from colcon_yamllaunch.terminal.full_screen.part_rows import label_of_key
+from colcon_yamllaunch.terminal.full_screen.part_rows import part_rows
+from colcon_yamllaunch.terminal.full_screen.part_rows import tree_rows
+import pytest
+from support.shown_launch import component
+from support.shown_launch import exited
+from support.shown_launch import happened
+from support.shown_launch import process
+from support.shown_launch import state_of
+from support.shown_launch import wrote
+
+
+class Clock:
+    """A clock that a test sets."""
+
+    now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def model_of(*parts: Any) -> LaunchModel:
+    return LaunchModel(state_of(*parts), Clock())
+
+
+def lines_of(model: LaunchModel) -> list[tuple[str | None, str]]:
+    return [(line.label, line.text) for line in model.view.lines]
+
+
+def rows_of(model: LaunchModel) -> list[str]:
+    return [f'{r.sign} {r.title} {r.note}'.strip() for r in part_rows(model)]
+
+
+def test_what_failed_stays_so_until_somebody_starts_it() -> None:
+    model = model_of(process('a', phase='ended', ending='exited with code 3'))
+    model.take(exited('a', 3))
+    assert model.failed == {'a'}
+    assert model.wants_state
+    assert rows_of(model) == ['✗ a exit 3']
+    for action in ('stop', 'kill'):
+        model.take(happened('requested', 'a', action=action))
+    assert model.failed == {'a'}
+    model.take(happened('requested', 'a', action='restart'))
+    assert model.failed == set()
+
+
+def test_a_row_has_the_signal_only() -> None:
+    ending = 'died by SIGSEGV (segmentation fault), core dumped'
+    model = model_of(process('a', phase='ended', ending=ending))
+    assert rows_of(model) == ['✓ a SIGSEGV, core dumped']
+
+
+def test_rows_say_what_is_going_on() -> None:
+    model = model_of(
+        process('a', restarts=2),
+        process('box'),
+        process('b', lifecycle='inactive'),
+        process('c', phase='respawn', ending='exited with code 1', pid=None),
+        process('d', phase='waiting', pid=None),
+        component('talker', 'box', lifecycle='active'),
+        component('lost', 'box', phase='failed', ending='no such class'),
+        component('remote', None, phase='waiting'),
+    )
+    model.take_usage({1000: Usage(0.75, 1)})
+    assert rows_of(model) == [
+        '● a running ×2 75%',
+        '● box running 75%',
+        '● talker active',
+        '✗ lost no such class',
+        '● b inactive 75%',
+        '↻ c respawns (exit 1)',
+        '○ d waiting',
+        '▢ /far not of this launch',
+        '○ remote waiting',
+    ]
+    assert label_of_key(model, '2') == 'box'
+    assert label_of_key(model, '0') is None
+
+
+def test_the_plan_is_a_tree() -> None:
+    model = model_of(process('a'), process('b'))
+
+    def branch(kind: str, title: str, *children: Any) -> dict[str, Any]:
+        position = '/ws/demo.yaml:3:5'
+        return {
+            'kind': kind,
+            'title': title,
+            'position': position,
+            'children': list(children),
+        }
+
+    group = branch('group', '/left', branch('process', 'b'))
+    include = branch('file', '/ws/more.yaml', group)
+    model.tree = [
+        branch('file', '/ws/demo.yaml', branch('process', 'a'), include)
+    ]
+    assert [(r.depth, r.title, r.note, r.key) for r in tree_rows(model)] == [
+        (0, 'demo.yaml', '', ''),
+        (1, 'a', 'running', '1'),
+        (1, 'more.yaml', 'demo.yaml:3:5', ''),
+        (2, '/left', 'demo.yaml:3:5', ''),
+        (3, 'b', 'running', '2'),
+    ]
+
+
+def test_what_is_lost_is_counted_where_it_is() -> None:
+    model = model_of(process('a'))
+    model.take(Missed(0, 1024))
+    model.take(Missed(2, 1024))
+    model.take(wrote('a', 'x'))
+    model.take(Missed(0, 512))
+    assert lines_of(model) == [
+        (None, '… 2.0 KiB not shown …'),
+        ('a', 'x'),
+        (None, '… 0.5 KiB not shown …'),
+    ]
+    assert model.missed_bytes == 2560
+    assert model.wants_state
+
+
+def test_after_the_end_nothing_runs_and_time_stands_still() -> None:
+    clock = Clock()
+    names = ('a', 'b', 'c')
+    parts = *map(process, names), component('talker', 'a')
+    model = LaunchModel(state_of(*parts, stopping=True), clock)
+    clock.now += 4
+    model.take(exited('a', 0))
+    # it runs again as the launcher is killed
+    model.take(exited('b', 3))
+    model.take(happened('started', 'b', pid=7))
+    model.take(happened('ended', exit_code=1))
+    model.end('')
+    clock.now += 50
+    assert model.seconds == 10.0
+    assert model.exit_code == 1
+    assert rows_of(model) == [
+        '✓ a finished after 1.0 s',
+        '■ talker unloaded',
+        '✗ b ended',
+        '■ c ended',
+    ]
+    assert not model.state.stopping
+
+
+def test_use_of_resources_is_remembered_for_a_while() -> None:
+    model = model_of(process('a', pid=7))
+    for number in range(HISTORY + 5):
+        model.take_usage({7: Usage(float(number), 1)})
+    assert len(model.usage['a']) == HISTORY
+    assert model.usage['a'][0].cpu == 5.0
+    assert not model.wants_state
+    # those of other machines come with the state
+    there = process('b', pid=7, machine='arm', cpu=0.25, memory=2)
+    model = model_of(there)
+    model.take_usage({7: Usage(1.0, 1)})
+    assert list(model.usage['b']) == [Usage(0.25, 2)]
+    assert model.wants_state
+    assert curve([0.0, 0.5, 1.0]) == '▁▅█'
+    assert curve([0.0, 0.0]) == '▁▁'
+
+
+@pytest.mark.parametrize(
+    ('event', 'text', 'level'),
+    [
+        (happened('started', 'a', pid=7), 'started, pid 7', Level.INFO),
+        (exited('a', 3), 'exited with code 3 after 1.0 s', Level.ERROR),
+        (
+            happened('start_failed', 'a', reason='no\nfile', respawn_delay=1),
+            r'could not be started: no\nfile, starts again in 1 s',
+            Level.ERROR,
+        ),
+        (happened('message', level='WARNING', text='hm'), 'hm', Level.WARN),
+        (
+            happened(
+                'checked', passed=False, missing=['ok'], failures=['a failed']
+            ),
+            "red: a failed, 'ok' was not seen",
+            Level.ERROR,
+        ),
+        (happened('requested', 'a', action='change'), '', Level.INFO),
+        (happened('changed', files=['x']), '', Level.INFO),
+        (happened('started', 'a'), 'started', Level.INFO),
+    ],
+)
+def test_events_are_told(event: Any, text: str, level: int) -> None:
+    assert sentence_of(event.name, event.fields) == text
+    assert level_of_event(event.name, event.fields) == level
+
+
+def test_each_event_has_its_sentence_or_none() -> None:
+    page = Path(__file__).parents[3] / 'docs' / 'logs.md'
+    table = page.read_text(encoding='utf-8').partition('what happened | f')[2]
+    rows = table.partition('\n\n')[0]
+    assert set(re.findall(r'^\| `(\w+)` \|', rows, re.M)) == set(SENTENCES)
+
+
+def test_signs_are_those_of_the_status_block() -> None:
+    parts = [process(name) for name in ('held', 'on', 'way', 'late')]
+    down = process('stopped', phase='ended', ending='finished')
+    states = ['active', None, 'configuring', None]
+    parts = [
+        replace(part, lifecycle=state)
+        for part, state in zip(parts, states, strict=True)
+    ]
+    parts[3] = replace(parts[3], phase='respawn', ending='died')
+    model = LaunchModel(state_of(*parts, down), Clock())
+    model.take(happened('held', 'held', signal='SIGTSTP'))
+    model.take(happened('exited', 'stopped', asked=True, failed=False))
+    signs = [row.sign for row in part_rows(model)]
+    assert signs == ['‖', '●', '◌', '↻', '■']
+    model.take(happened('continued', 'held'))
+    assert part_rows(model)[0].sign == '●'

@@ -1,0 +1,449 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The full screen, typed at as a user does, without a launch."""
+
+import asyncio
+from collections.abc import Awaitable
+from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
+import re
+from typing import Any
+
+from colcon_yamllaunch.control.subscription import Missed
+from colcon_yamllaunch.terminal.full_screen.key_table import ON_ALL
+from colcon_yamllaunch.terminal.full_screen.key_table import ON_ONE
+from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
+from colcon_yamllaunch.terminal.full_screen.launch_screen import LaunchScreen
+from colcon_yamllaunch.terminal.full_screen.part_list import PartList
+from rich.style import Style
+from support.shown_launch import component
+from support.shown_launch import exited
+from support.shown_launch import happened
+from support.shown_launch import process
+from support.shown_launch import ShownLaunch
+from support.shown_launch import state_of
+from support.shown_launch import wrote
+from textual.pilot import Pilot
+
+#: Seconds after which something will not be seen any more.
+DEADLINE = 60.0
+
+
+class Around:
+    """What is around the screen, and what it was asked for."""
+
+    def __init__(self, *, owns_launch: bool = False) -> None:
+        self.owns_launch = owns_launch
+        self.asked: list[str] = []
+
+    def attach(self, label: str) -> None:
+        self.asked.append(f'attach {label}')
+
+    def page(self, path: str) -> None:
+        self.asked.append(f'page {path}')
+
+    def interrupt(self) -> None:
+        self.asked.append('interrupt')
+
+
+class Shown:
+    """An app that runs, and what is on its screen."""
+
+    def __init__(self, app: LaunchApp, pilot: Pilot[None]) -> None:
+        self.app = app
+        self.pilot = pilot
+
+    @property
+    def text(self) -> str:
+        """All that is to be seen."""
+        strips = self.app.screen._compositor.render_strips()
+        return '\n'.join(strip.text for strip in strips)
+
+    async def types(self, *keys: str) -> 'Shown':
+        await self.pilot.press(*keys)
+        return self
+
+    async def until(self, condition: Callable[[], object]) -> None:
+        loop = asyncio.get_running_loop()
+        deadline = loop.time() + DEADLINE
+        while not condition():
+            assert loop.time() < deadline, self.text
+            await self.pilot.pause(0.02)
+
+    async def shows(self, *texts: str) -> 'Shown':
+        await self.until(lambda: all(text in self.text for text in texts))
+        return self
+
+    async def hides(self, text: str) -> 'Shown':
+        await self.until(lambda: text not in self.text)
+        return self
+
+
+def play(
+    launch: ShownLaunch,
+    act: Callable[[Shown], Awaitable[Any]],
+    around: Around | None = None,
+    size: tuple[int, int] = (100, 24),
+) -> LaunchApp:
+    """Run the app on a screen in memory."""
+    app = LaunchApp(launch, around or Around(), lambda _: {})
+
+    @contextmanager
+    def suspend() -> Iterator[None]:
+        yield
+
+    app.suspend = suspend  # type: ignore[method-assign]
+
+    async def run() -> None:
+        async with app.run_test(size=size) as pilot:
+            await act(Shown(app, pilot))
+            app.panes.close()
+
+    asyncio.run(run())
+    assert app.error is None, app.error
+    return app
+
+
+def test_each_key_has_an_action() -> None:
+    for key in (*ON_ONE, *ON_ALL):
+        if key.action:
+            assert hasattr(LaunchScreen, f'action_{key.action}')
+
+
+def test_keys_act_on_what_the_cursor_is_on() -> None:
+    launch = ShownLaunch(
+        process('kitchen'), process('box'), component('talker', 'box')
+    )
+    around = Around()
+
+    async def act(shown: Shown) -> None:
+        await shown.shows('1 ● kitchen', '2 ● box', '● talker')
+        await shown.types('s', 'down', 'r', 'down', 'k', '1', 'd')
+        await shown.until(lambda: len(launch.acts) == 4)
+        assert launch.acts == [
+            ('stop', 'kitchen'),
+            ('restart', 'box'),
+            ('kill', 'talker'),
+            ('debug', 'kitchen'),
+        ]
+        launch.refused = 'there is no debugger'
+        await shown.types('d')
+        await shown.shows('there is no debugger')
+        await shown.types('i')
+        await shown.shows("talker 'a b'", 'rate: 5', 'ROLE unset')
+        await shown.types('escape', 'a')
+        await shown.shows('kitchen has no terminal; emulate_tty or --tty')
+        await shown.types('l')
+        await shown.until(lambda: around.asked == ['page /log/kitchen.log'])
+        launch.state = ShownLaunch(process('kitchen', terminal=True)).state
+        launch.tell(happened('started', 'kitchen', pid=7))
+        await shown.hides('talker')
+        await shown.types('a')
+        await shown.until(lambda: around.asked[1:] == ['attach kitchen'])
+        await shown.types('q')
+
+    app = play(launch, act, around)
+    assert not app.is_running
+
+
+def test_the_output_of_whom_one_likes_is_seen() -> None:
+    launch = ShownLaunch(process('kitchen'), process('hall'))
+
+    async def act(shown: Shown) -> None:
+        launch.tell(
+            wrote('kitchen', 'warm', '[ERROR] [1.2] [kitchen]: hot'),
+            wrote('hall', 'Cold'),
+        )
+        await shown.shows('[kitchen] warm', '[kitchen] [ERROR]', '[hall] Cold')
+        await shown.types('o')
+        await shown.hides('Cold')
+        await shown.types('o', 'm')
+        await shown.hides('warm')
+        await shown.shows('Cold', '1 muted', '(muted)')
+        await shown.types('m', 'L', 'L')
+        await shown.hides('warm')
+        await shown.shows('hot', 'level WARN')
+        await shown.types('escape', 't')
+        await shown.shows('warm', '.000 [kitchen]')
+        await shown.types('M')
+        await shown.hides('warm')
+        await shown.types('M', '2', 'space')
+        await shown.shows('Cold', 'only hall')
+
+    play(launch, act)
+
+
+def test_what_is_typed_while_searching_is_no_key() -> None:
+    launch = ShownLaunch(process('kitchen'), process('hall'))
+
+    async def act(shown: Shown) -> None:
+        launch.tell(wrote('kitchen', 'a skill', 'warm'))
+        await shown.shows('warm')
+        # in one go, as they come by a slow line
+        for key in ('/', 's', 'k', 'i'):
+            shown.app.simulate_key('slash' if key == '/' else key)
+        await shown.hides('warm')
+        await shown.shows('a skill', '/ski', 'Enter keeps what is found')
+        await shown.hides('s stop')
+        await shown.types('enter', 'slash', 'x')
+        await shown.hides('a skill')
+        await shown.types('escape')
+        await shown.shows('a skill')
+        await shown.types('escape')
+        await shown.shows('warm')
+        await shown.types('colon', 'a', 'l', 'enter', 's')
+        await shown.until(lambda: launch.acts == [('stop', 'hall')])
+
+    play(launch, act)
+
+
+def test_what_failed_is_seen_and_found_among_many() -> None:
+    nodes = [process(f'node{number}') for number in range(200)]
+    launch = ShownLaunch(*nodes)
+
+    async def act(shown: Shown) -> None:
+        await shown.shows('node0', '0 ● node9')
+        nodes[150] = process('node150', phase='ended', pid=None, ending='died')
+        launch.state = ShownLaunch(*nodes).state
+        launch.tell(exited('node150', 3))
+        await shown.shows('1 failed')
+        await shown.types('f')
+        await shown.shows('✗ node150', 'died')
+        launch.state = ShownLaunch(*nodes[100:]).state
+        launch.tree = [
+            {'kind': 'process', 'title': 'node150', 'position': 'x:1:1'}
+        ]
+        launch.tell(happened('dropped', 'node0'))
+        await shown.types('p')
+        await shown.hides('node151')
+        await shown.shows('✗ node150')
+
+    play(launch, act)
+
+
+def test_a_narrow_terminal_has_one_pane_at_a_time() -> None:
+    launch = ShownLaunch(process('kitchen'))
+
+    async def act(shown: Shown) -> None:
+        launch.tell(wrote('kitchen', 'warm'))
+        await shown.shows('● kitchen', 'Tab switch', 'q leave')
+        assert 'warm' not in shown.text
+        await shown.types('tab')
+        await shown.shows('[kitchen] warm')
+        assert '●' not in shown.text
+        await shown.pilot.resize_terminal(100, 24)
+        await shown.shows('● kitchen', 'warm')
+        await shown.types('question_mark')
+        await shown.shows('kill it with all')
+        await shown.pilot.resize_terminal(40, 24)
+        # what goes on in the next line does so below its like
+        await shown.shows('(emulate_tty,')
+        assert re.search(r'│ {9,}\(?\w+.*\n', shown.text)
+
+    play(launch, act, size=(40, 10))
+
+
+def test_who_scrolls_up_stays_there_until_the_end_is_in_sight() -> None:
+    launch = ShownLaunch(process('kitchen'))
+
+    async def act(shown: Shown) -> None:
+        launch.tell(wrote('kitchen', *(f'line {n}.' for n in range(100))))
+        await shown.shows('line 99.')
+        await shown.types('tab', 'home')
+        await shown.shows('line 0.', 'held')
+        launch.tell(wrote('kitchen', 'line 100.'))
+        await shown.until(lambda: len(shown.app.panes.model.view.lines) == 101)
+        assert 'line 100.' not in shown.text
+        await shown.types('end')
+        await shown.shows('line 100.')
+        await shown.hides('held')
+        launch.tell(wrote('kitchen', 'line 101.'))
+        await shown.shows('line 101.')
+
+    play(launch, act)
+
+
+def test_after_the_end_all_can_be_read() -> None:
+    launch = ShownLaunch(process('kitchen'))
+    around = Around(owns_launch=True)
+
+    async def act(shown: Shown) -> None:
+        await shown.types('q')
+        await shown.shows('leave it running')
+        launch.tell(wrote('kitchen', 'warm'), exited('kitchen', 3))
+        launch.tell(happened('ended', exit_code=1))
+        launch.end()
+        await shown.shows('ended, exit code 1', '1 failed', 'q leaves')
+        await shown.types('s')
+        await shown.shows('the launch has ended')
+        await shown.types('slash', 'w', 'enter')
+        await shown.shows('warm')
+        await shown.types('q')
+
+    app = play(launch, act, around)
+    assert not app.is_running
+    assert around.asked == []
+
+
+def test_a_launcher_that_was_killed_is_told() -> None:
+    launch = ShownLaunch(process('kitchen'))
+
+    async def act(shown: Shown) -> None:
+        launch.end()
+        await shown.shows('the launcher is gone')
+        await shown.types('ctrl+c')
+
+    assert not play(launch, act).is_running
+
+
+def test_a_launch_of_ones_own_is_stopped_or_left() -> None:
+    launch = ShownLaunch(process('kitchen'))
+    around = Around(owns_launch=True)
+
+    async def act(shown: Shown) -> None:
+        await shown.types('ctrl+c')
+        await shown.shows('Ctrl-C again to hurry')
+        await shown.types('q', 'escape', 'q')
+        await shown.shows('leave it running')
+        await shown.types('s')
+        await shown.until(lambda: around.asked == ['interrupt'] * 2)
+        assert shown.app.is_running
+        launch.end()
+        await shown.until(lambda: not shown.app.is_running)
+
+    play(launch, act, around)
+
+
+def test_a_long_line_takes_several_rows_and_the_place_stays() -> None:
+    launch = ShownLaunch(process('kitchen'))
+
+    async def act(shown: Shown) -> None:
+        await shown.types('tab')
+        launch.tell(
+            wrote('kitchen', *(f'{n}. {"-" * 50} end{n}.' for n in range(99)))
+        )
+        await shown.shows('98. ---', '-- end98.')
+        await shown.types('pageup', 'pageup', 'pageup')
+        await shown.hides('98.')
+        first = re.findall(r'end\d+', shown.text)[0]
+        # what is in the first row stays near, whatever becomes of the rest
+        await shown.pilot.resize_terminal(100, 10)
+        await shown.types('t', 'slash', '-')
+        await shown.shows('.000 ', ' /- ', first)
+        await shown.types('escape', 'end')
+        await shown.shows('end98.')
+
+    play(launch, act, size=(40, 10))
+
+
+def test_watching_is_switched_off_and_on() -> None:
+    launch = ShownLaunch(process('kitchen'))
+
+    async def act(shown: Shown) -> None:
+        await shown.shows('q leave')
+        assert 'w watch' not in shown.text
+        await shown.types('w')
+        await shown.shows('no files are watched; that is --watch')
+        for action, paused in (('pause', True), ('resume', False)):
+            said = {'watch': 'all is new', 'watch_paused': paused}
+            before = {**said, 'watch_paused': not paused}
+            launch.state = state_of(process('kitchen'), **before)
+            launch.tell(happened('watched', text='all is new'))
+            await shown.shows(
+                'watch: all is new' if paused else ' --watch is off '
+            )
+            await shown.types('w')
+            await shown.shows('is off: w switches' if paused else 'is on')
+            await shown.until(
+                lambda action=action: (
+                    ('watch', {'action': action}) in launch.asked
+                )
+            )
+
+    play(launch, act, size=(120, 24))
+
+
+def test_where_all_is_too_much_what_is_shown_is_read_only() -> None:
+    launch = ShownLaunch(process('kitchen'), process('hall'))
+
+    def wanted() -> list[Any]:
+        asked = [more for name, more in launch.asked if name == 'subscribe']
+        return [more['processes'] for more in asked]
+
+    async def act(shown: Shown) -> None:
+        launch.tell(Missed(0, 1 << 20))
+        await shown.shows('1.0 MiB not shown')
+        await shown.types('o')
+        await shown.shows('only kitchen')
+        assert wanted() == []
+        launch.tell(Missed(0, 1 << 20))
+        await shown.until(lambda: wanted() == [['kitchen']])
+        await shown.shows('of what is not shown, nothing is read')
+        await shown.types('m')
+        await shown.until(lambda: wanted()[1:] == [[]])
+        await shown.types('escape')
+        await shown.until(lambda: wanted()[2:] == [None])
+
+    play(launch, act)
+
+
+def test_a_component_writes_nothing_of_its_own() -> None:
+    launch = ShownLaunch(process('box'), component('talker', 'box'))
+
+    async def act(shown: Shown) -> None:
+        await shown.shows('s stop', 'k kill', 'o only')
+        assert 'a attach' not in shown.text
+        await shown.types('down')
+        await shown.hides('k kill')
+        assert 's stop' in shown.text
+        await shown.types('a')
+        await shown.shows('talker is a component: it has no keyboard')
+        await shown.types('1', 'M', 'space')
+        # who is chosen is not muted
+        await shown.shows('only box', '● box')
+        assert 'muted' not in shown.text
+        await shown.types('escape')
+        for key in ('m', 'o', 'space'):
+            await shown.types('down', key)
+            await shown.shows('talker is a component: its container writes')
+            await shown.types('1', 'f')
+            await shown.shows('nothing has failed')
+
+    play(launch, act)
+
+
+def test_the_row_of_the_cursor_has_one_colour() -> None:
+    launch = ShownLaunch(
+        process('kitchen', phase='ended', ending='exited with code 3'),
+        process('box'),
+    )
+
+    async def act(shown: Shown) -> None:
+        launch.tell(exited('kitchen', 3))
+        await shown.shows('1 ✗ kitchen', 'exit 3')
+        strip = shown.app.panes.query_one(PartList).render_line(0)
+        styles = {segment.style for segment in strip if segment.text}
+        assert styles == {Style(reverse=True)}
+
+    play(launch, act)
+
+
+def test_the_errors_of_a_build_are_shown_again() -> None:
+    launch = ShownLaunch(process('kitchen'))
+
+    async def act(shown: Shown) -> None:
+        await shown.types('E')
+        await shown.shows('no build has failed')
+        text = 'pump.cpp changed: the build failed'
+        errors = [text, 'pump.cpp:39:1: error']
+        launch.tell(happened('watched', text=text, errors=errors))
+        launch.tell(happened('watched', text='b.py changed: restarted b'))
+        await shown.shows('restarted b')
+        await shown.types('E')
+        await shown.shows(*errors)
+        await shown.types('E')
+        await shown.hides('pump.cpp:39:1: error')
+
+    play(launch, act)

@@ -1,0 +1,73 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Which processes take much of a processor."""
+
+from types import SimpleNamespace
+
+from colcon_yamllaunch.terminal import cpu_shares
+from colcon_yamllaunch.terminal.cpu_shares import CpuShares
+import pytest
+
+
+@pytest.fixture
+def machine(monkeypatch):
+    """Return a machine with two processors."""
+    made = SimpleNamespace(idle=0.0, ticks={}, looks=0)
+
+    def read_process(pid):
+        made.looks += 1
+        return SimpleNamespace(ticks=made.ticks[pid])
+
+    monkeypatch.setattr(cpu_shares, '_TICKS', 100)
+    monkeypatch.setattr(cpu_shares.os, 'cpu_count', lambda: 2)
+    monkeypatch.setattr(cpu_shares, '_idle_seconds', lambda: made.idle)
+    monkeypatch.setattr(cpu_shares, 'read_process', read_process)
+    monkeypatch.setattr(cpu_shares.cgroup, 'process_folder', lambda pid: None)
+    return made
+
+
+def test_nobody_is_looked_at_while_the_machine_is_idle(machine):
+    shares = CpuShares()
+    machine.ticks = {7: 0}
+    for now in range(0, 10, 2):
+        machine.idle = 2 * now - 0.1
+        assert shares.look({'a': 7}, float(now)) == {}
+    assert machine.looks == 0
+
+
+def test_shares_are_of_one_processor(machine):
+    shares = CpuShares()
+    groups = {'a': 7, 'b': 8}
+    for now in range(0, 10, 2):
+        machine.ticks = {7: 180 * now // 2, 8: 20 * now // 2}
+        found = shares.look(groups, float(now))
+    assert found == {'a': pytest.approx(0.9), 'b': pytest.approx(0.1)}
+    # one that was started anew begins from nothing
+    machine.ticks = {9: 500, 8: 100}
+    assert shares.look({'a': 9, 'b': 8}, 10.0) == {'b': pytest.approx(0.1)}
+
+
+def test_nobody_is_looked_at_while_the_launch_is_idle(machine, monkeypatch):
+    taken = {'/cgroup/launch': 0.0, '/cgroup/launch/0': 0.0}
+    monkeypatch.setattr(
+        cpu_shares.cgroup, 'process_folder', lambda _: '/cgroup/launch/0'
+    )
+
+    def processor_time(folder):
+        machine.looks += folder.endswith('/0')
+        return taken[folder]
+
+    monkeypatch.setattr(cpu_shares.cgroup, 'processor_time', processor_time)
+    shares = CpuShares()
+    for now in range(0, 10, 2):
+        assert shares.look({'a': 7}, float(now)) == {}
+    assert machine.looks == 0
+    for now in range(10, 16, 2):
+        taken = dict.fromkeys(taken, 0.75 * (now - 10) + 8.0)
+        found = shares.look({'a': 7}, float(now))
+    assert found == {'a': pytest.approx(0.75)}
+
+
+def test_what_proc_tells_is_understood():
+    assert cpu_shares._idle_seconds() > 0.0

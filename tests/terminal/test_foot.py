@@ -1,0 +1,442 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What is on a screen that has a block at its foot."""
+
+import math
+
+from colcon_yamllaunch.terminal import foot
+from colcon_yamllaunch.terminal.foot import Foot
+from colcon_yamllaunch.terminal.foot import INTERVAL
+from colcon_yamllaunch.terminal.foot import SLOW_INTERVAL
+from colcon_yamllaunch.terminal.status_block import Block
+import pytest
+from support.virtual_screen import VirtualScreen
+
+
+class Shown:
+    """A foot on a screen, whose time passes as the test says."""
+
+    def __init__(self, columns=40, lines=8):
+        self.screen = VirtualScreen(columns, lines)
+        self.now = 100.0
+        self.block = Block((' one', ' two'))
+        self.next = None
+        self.composed = 0
+        self.foot = Foot(self.screen.theirs, lambda: self.now)
+
+    def begin(self):
+        self.foot.begin(self._compose)
+        return self.flush()
+
+    def _compose(self, now):
+        assert now == self.now
+        self.composed += 1
+        return self.block, self.next
+
+    def write(self, text):
+        self.foot.write('a', text.encode())
+        return self
+
+    def flush(self):
+        self.foot.flush()
+        return self
+
+    def later(self, seconds=INTERVAL):
+        self.now += seconds
+        return self.flush()
+
+    @property
+    def lines(self):
+        return self.screen.lines
+
+
+@pytest.fixture
+def shown():
+    made = []
+
+    def make(*size):
+        made.append(Shown(*size))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.foot.close()
+        one.screen.close()
+
+
+def test_output_scrolls_above_the_block(shown):
+    one = shown().begin()
+    assert one.lines == [' one', ' two']
+    for number in range(10):
+        one.write(f'line {number}\r\n').later()
+    assert one.lines[-4:] == ['line 8', 'line 9', ' one', ' two']
+    assert one.screen.all_lines == [
+        *(f'line {number}' for number in range(10)),
+        ' one',
+        ' two',
+    ]
+
+
+def test_the_cursor_rests_where_the_output_ends(shown):
+    one = shown().begin().write('line\r\n').later()
+    assert one.screen.cursor == (1, 0)
+    one.write('name? ').later()
+    assert one.lines == ['line', 'name?', ' one', ' two']
+    assert one.screen.cursor == (1, 6)
+
+
+def test_half_a_line_goes_on_where_it_ended(shown):
+    one = shown(20, 4).begin()
+    for number in range(5):
+        one.write(f'line {number}\r\n').later()
+    one.write('name? ').later()
+    one.write('Ada').later()
+    one.write(' L.\r\n').later()
+    assert one.screen.all_lines[-4:] == [
+        'line 4',
+        'name? Ada L.',
+        ' one',
+        ' two',
+    ]
+
+
+def test_half_a_line_may_take_several(shown):
+    one = shown(20, 6).begin().write('x' * 50).later()
+    assert one.lines == ['x' * 20, 'x' * 20, 'x' * 10, ' one', ' two']
+    one.write('y' * 15 + '\r\n').later()
+    assert one.lines == [
+        'x' * 20,
+        'x' * 20,
+        'x' * 10 + 'y' * 10,
+        'y' * 5,
+        ' one',
+        ' two',
+    ]
+
+
+def test_a_line_that_ends_with_a_carriage_return_stays(shown):
+    one = shown().begin().write('50 %\r').later()
+    assert one.lines == ['50 %', ' one', ' two']
+    one.write('60 %\r').later()
+    assert one.lines == ['60 %', ' one', ' two']
+    one.foot.end()
+    assert one.lines == ['60 %']
+
+
+def test_nothing_is_written_when_nothing_changes(shown):
+    one = shown().begin().write('line\r\n').later()
+    assert one.lines
+    before = one.screen.received
+    for _ in range(100):
+        one.foot.touch()
+        one.later()
+    assert one.lines and one.screen.received == before
+    assert one.foot.seconds_to_wait() is None
+
+
+def test_the_block_is_drawn_ten_times_a_second(shown):
+    one = shown().begin()
+    for number in range(100):
+        one.block = Block((f' {number}',))
+        one.foot.touch()
+        one.write(f'{number}\r\n').later(0.01)
+    # the first one, and one for each tenth of a second that began since
+    assert 10 <= one.composed <= 12
+
+
+def test_output_waits_for_the_block_but_not_for_long(shown):
+    one = shown().begin().write('first\r\n').flush()
+    assert one.lines == [' one', ' two']
+    assert not one.foot.waits()
+    assert one.foot.seconds_to_wait() == pytest.approx(INTERVAL)
+    one.later()
+    assert one.lines == ['first', ' one', ' two']
+    # after a pause it is shown at once
+    one.now += 1.0
+    one.write('second\r\n').flush()
+    assert one.lines == ['first', 'second', ' one', ' two']
+
+
+def test_much_output_does_not_wait(shown, monkeypatch):
+    monkeypatch.setattr(foot, 'HELD', 100)
+    one = shown().begin().write('a line\r\n').flush()
+    assert one.lines == [' one', ' two']
+    one.write('x' * 90 + '\r\n').flush()
+    assert one.lines[:2] == ['a line', 'x' * 40]
+
+
+def test_a_block_that_changes_is_drawn_in_its_place(shown):
+    one = shown().begin().write('line\r\n').later()
+    for lines in ((' a', ' b', ' c'), (' d',), (), (' e', ' f')):
+        one.block = Block(lines)
+        one.foot.touch()
+        one.later()
+        assert one.lines == ['line', *lines]
+    assert one.screen.all_lines == ['line', ' e', ' f']
+
+
+def test_a_block_at_the_bottom_grows_upwards(shown):
+    one = shown(20, 4).begin()
+    for number in range(6):
+        one.write(f'line {number}\r\n').later()
+    one.block = Block((' a', ' b', ' c'))
+    one.foot.touch()
+    one.later()
+    assert one.lines == ['line 5', ' a', ' b', ' c']
+    assert one.screen.all_lines[:6] == [f'line {n}' for n in range(6)]
+
+
+def test_it_may_be_another_one_without_an_event(shown):
+    one = shown()
+    one.next = 101.0
+    one.begin()
+    one.block = Block((' later',))
+    assert one.foot.seconds_to_wait() == pytest.approx(1.0)
+    one.later(0.5)
+    assert one.lines == [' one', ' two']
+    one.later(0.5)
+    assert one.lines == [' later']
+
+
+def test_at_its_end_the_output_stays(shown):
+    one = shown().begin().write('line\r\n').flush()
+    one.foot.end()
+    one.write('more\r\n').flush()
+    assert one.lines == ['line', 'more']
+    assert one.screen.cursor == (2, 0)
+    assert one.foot.seconds_to_wait() is None
+
+
+def test_there_may_be_none_for_a_time(shown):
+    one = shown().begin()
+    one.block, one.next = None, 105.0
+    one.foot.touch()
+    one.later().write('line\r\n').flush()
+    one.write('more\r\n').flush()
+    assert one.lines == ['line', 'more']
+    assert one.foot.seconds_to_wait() == pytest.approx(105.0 - one.now)
+    one.block, one.next = Block((' again',)), None
+    one.later(10.0)
+    assert one.lines == ['line', 'more', ' again']
+
+
+def test_who_types_has_the_cursor_and_sees_each_key_at_once(shown):
+    one = shown().begin().write('line\r\n').later()
+    for typed in ('', 'h', 'he'):
+        one.block = Block((' one', f'/{typed}'), (1, 1 + len(typed)))
+        one.foot.touch(at_once=True)
+        one.flush()
+        assert one.lines == ['line', ' one', f'/{typed}']
+        assert one.screen.cursor == (2, 1 + len(typed))
+    one.write('more\r\n').later()
+    assert one.lines == ['line', 'more', ' one', '/he']
+    assert one.screen.cursor == (3, 3)
+    one.write('half').later()
+    assert one.lines == ['line', 'more', 'half', ' one', '/he']
+    one.write(' of it\r\n').later()
+    assert one.lines == ['line', 'more', 'half of it', ' one', '/he']
+    one.foot.end()
+    assert one.lines == ['line', 'more', 'half of it']
+    assert one.screen.cursor == (3, 0)
+
+
+@pytest.mark.parametrize('columns', [12, 30, 90])
+def test_another_size(shown, columns):
+    one = shown(40, 8)
+    one.block = Block((' ' + 'a' * 35, ' ' + 'b' * 35))
+    one.begin().write('line\r\n').later()
+    one.screen.resize(columns, 8)
+    width = columns - 2
+    one.block = Block((' ' + 'A' * width, ' ' + 'B' * width))
+    one.foot.touch()
+    one.later().write('more\r\n').later()
+    assert one.lines == ['line', 'more', *one.block.lines]
+
+
+def test_a_line_that_is_too_long_is_cut_by_the_terminal(shown):
+    one = shown(10, 6)
+    one.block = Block((' ' + 'a' * 30, ' b'))
+    one.begin().write('line\r\n').later().write('y' * 15 + '\r\n').later()
+    assert [line[:9] for line in one.lines] == [
+        'line',
+        'y' * 9,
+        'y' * 5,
+        ' ' + 'a' * 8,
+        ' b',
+    ]
+
+
+def test_the_title_does_not_move_the_block(shown):
+    one = shown().begin()
+    one.foot.steer(b'\x1b]2;title\x07')
+    one.later()
+    assert one.lines == [' one', ' two']
+    # not even when the block has to be drawn anew, but later
+    before = one.screen.received
+    one.foot.touch()
+    one.foot.steer(b'\x1b]2;other\x07')
+    one.flush()
+    assert not one.foot.waits()
+    assert one.lines and one.screen.received > before
+
+
+def test_what_a_process_draws_keeps_to_its_line(shown):
+    one = shown().begin().write('line\r\n').later()
+    hostile = b'> \x1b[2J\x1b[H\x1b[5Bx\x1b[?25l\x1b7\x1b[1;1r\x1b[10A\x1bcy'
+    for number in range(len(hostile)):
+        one.foot.write_raw('a', hostile[number : number + 1])
+    one.later()
+    assert one.lines == ['line', '> xy', ' one', ' two']
+    one.foot.write_raw('a', b'\b\b\x1b[Kz\x1b[31mred\x1b[0m\r\n')
+    one.later()
+    assert one.lines == ['line', '> zred', ' one', ' two']
+
+
+def test_a_terminal_that_takes_nothing_gets_no_more_blocks(shown, monkeypatch):
+    one = shown().begin()
+    with monkeypatch.context() as patch:
+        patch.setattr(one.foot, '_write_some', lambda: False)
+        one.write('line\r\n').later()
+        composed = one.composed
+        for number in range(9):
+            one.block = Block((f' {number}',))
+            one.foot.touch()
+            one.write('more\r\n').later(2 * SLOW_INTERVAL)
+        assert one.composed == composed
+        # that it goes on is waited for
+        assert one.foot.waits()
+        assert one.foot.seconds_to_wait() == math.inf
+    one.later()
+    one.later(SLOW_INTERVAL)
+    assert one.lines == ['more'] * 7 + [' 8']
+
+
+def test_what_a_process_leaves_on_is_off_for_all_others(shown):
+    one = shown().begin()
+    one.block = Block((' one', '> '), (1, 2))
+    one.foot.write_raw('a', b'\x1b[41;32mred')
+    one.later().write('\r\nplain\r\n').later()
+    assert one.screen.colour_of('red') == 'green'
+    assert one.screen.colour_of('plain') == 'default'
+    assert one.screen.colour_of('one') == 'default'
+    one.foot.write_raw('a', b'\x1b[41;32mred\r\n')
+    one.later().foot.end()
+    one.write('a prompt').flush()
+    assert one.screen.colour_of('a prompt') == 'default'
+    assert one.screen.background_of(5) == 'default'
+
+
+@pytest.fixture
+def flooded(shown, monkeypatch):
+    """Return a foot that much has been written to already, and its lines."""
+    monkeypatch.setattr(foot, 'HELD', 100)
+
+    def make(*size):
+        one = shown(*size).begin()
+        written = [f'{number:09}' for number in range(40)]
+        for line in written:
+            one.write(f'{line}\r\n')
+        one.flush().later()
+        return one, written
+
+    return make
+
+
+def test_a_flood_leaves_the_block_alone(flooded):
+    one, written = flooded(40, 8)
+    composed = one.composed
+    for number in range(40):
+        lines = [f'{number} {n}' for n in range(3 + number)]
+        # of several processes
+        one.write(''.join(f'{line}\r\n' for line in lines[:2]))
+        one.write(''.join(f'{line}\r\n' for line in lines[2:])).flush()
+        written += lines
+        assert one.lines == [*written[-6:], ' one', ' two']
+        assert one.screen.cursor == (6, 0)
+    assert one.screen.all_lines == [*written, ' one', ' two']
+    assert one.composed == composed
+    # what changes is drawn in its place, and not more often
+    one.block = Block((' 1', ' 2'))
+    one.foot.touch()
+    one.write('more\r\n').flush()
+    assert one.lines[-3:] == ['more', ' one', ' two']
+    one.later()
+    assert one.lines[-3:] == ['more', ' 1', ' 2']
+    # what comes slowly again, too
+    one.later().write('slow\r\n').flush().later()
+    assert one.lines[-3:] == ['slow', ' 1', ' 2']
+    one.foot.end()
+    assert one.screen.all_lines == [*written, 'more', 'slow']
+
+
+def test_a_line_of_a_flood_may_take_several(flooded):
+    one, written = flooded(10, 8)
+    one.write('x' * 25 + '\r\n' + 'y' * 10 + '\r\n').flush()
+    one.write('z' * 20 + '\r\n').flush()
+    parts = ['x' * 10, 'x' * 10, 'x' * 5, 'y' * 10, 'z' * 10, 'z' * 10]
+    assert one.lines == [*parts, ' one', ' two']
+    assert one.screen.all_lines[:-2] == [*written, *parts]
+
+
+def test_who_types_during_a_flood(flooded):
+    one, _ = flooded(40, 8)
+    one.block = Block((' one', '/he'), (1, 3))
+    one.foot.touch(at_once=True)
+    one.flush()
+    for number in range(20):
+        one.write(f'{number}\r\n' * 9).flush()
+        assert one.lines == [str(number)] * 6 + [' one', '/he']
+        assert one.screen.cursor == (7, 3)
+    one.foot.end()
+    assert one.screen.all_lines[-1] == '19'
+    assert one.screen.cursor == (6, 0)
+
+
+def test_half_a_line_in_a_flood(flooded):
+    one, written = flooded(40, 8)
+    one.write('more\r\nname? ').flush().later()
+    one.write('Ada\r\n' + 'last\r\n' * 9).flush().later()
+    lines = [*written, 'more', 'name? Ada', *['last'] * 9]
+    assert one.screen.all_lines == [*lines, ' one', ' two']
+
+
+@pytest.mark.parametrize('size', [(40, 20), (12, 8), (90, 9)])
+def test_another_size_during_a_flood(flooded, size):
+    one, written = flooded(40, 8)
+    # before anybody has told us
+    one.screen.resize(*size)
+    for number in range(3):
+        one.write('x\r\n' * 20).flush()
+        written += ['x'] * 20
+        if number == 1:
+            one.foot.resized()
+        one.later()
+    assert one.screen.all_lines == [*written, ' one', ' two']
+
+
+def test_a_block_of_another_height_during_a_flood(flooded):
+    one, written = flooded(40, 8)
+    for block in ((' a', ' b', ' c'), (' d',), (), (' e', ' f')):
+        one.block = Block(block)
+        one.foot.touch()
+        one.later()
+        for _ in range(3):
+            one.write('x\r\n' * 20).flush().later()
+            written += ['x'] * 20
+            assert one.lines == ['x'] * (8 - len(block) - (not block)) + [
+                *block
+            ]
+    assert one.screen.all_lines == [*written, ' e', ' f']
+
+
+def test_a_slow_terminal_keeps_the_block(flooded, monkeypatch):
+    one, written = flooded(40, 8)
+    one.later().later()
+    with monkeypatch.context() as patch:
+        patch.setattr(one.foot, '_write_some', lambda: False)
+        one.write('held up\r\n').flush()
+    one.write('behind\r\n')
+    one.flush()
+    assert one.lines[-4:] == ['held up', 'behind', ' one', ' two']
+    assert one.screen.all_lines[:-4] == written

@@ -1,0 +1,117 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""A line that is typed."""
+
+from colcon_yamllaunch.terminal.input_line import InputLine
+from colcon_yamllaunch.terminal.input_line import LONGEST
+from colcon_yamllaunch.terminal.input_line import REMEMBERED
+from hypothesis import given
+from hypothesis import settings
+from hypothesis import strategies as st
+import pytest
+
+NAMES = (
+    *('left', 'right', 'home', 'end', 'ctrl-left', 'ctrl-right', 'alt-b'),
+    *('alt-f', 'backspace', 'delete', 'ctrl-w', 'alt-backspace', 'alt-d'),
+    *('ctrl-u', 'ctrl-k', 'ctrl-y', 'up', 'down', 'tab', 'ctrl-a', 'ctrl-e'),
+)
+KEYS = st.one_of(
+    st.characters(categories=('L', 'N', 'P', 'S', 'Z', 'M')),
+    st.sampled_from(NAMES),
+)
+
+
+def typed(text, *keys):
+    line = InputLine()
+    for key in (*text, *keys):
+        assert line.press(key)
+    return line
+
+
+@pytest.mark.parametrize(
+    ('keys', 'before', 'after'),
+    [
+        ([], 'one two-three', ''),
+        (['left', 'left'], 'one two-thr', 'ee'),
+        (['home', 'right'], 'o', 'ne two-three'),
+        (['ctrl-a', 'ctrl-e'], 'one two-three', ''),
+        (['alt-b'], 'one two-', 'three'),
+        (['ctrl-left', 'ctrl-left'], 'one ', 'two-three'),
+        (['home', 'alt-f', 'alt-f'], 'one two', '-three'),
+        (['backspace', 'x'], 'one two-threx', ''),
+        (['home', 'delete', 'ctrl-d'], '', 'e two-three'),
+        (['ctrl-w'], 'one ', ''),
+        (['alt-backspace'], 'one two-', ''),
+        (['home', 'alt-d'], '', ' two-three'),
+        (['alt-b', 'ctrl-u'], '', 'three'),
+        (['alt-b', 'ctrl-k'], 'one two-', ''),
+        (['ctrl-w', 'home', 'ctrl-y'], 'two-three', 'one '),
+        (['home', 'left', 'backspace'], '', 'one two-three'),
+    ],
+)
+def test_editing(keys, before, after):
+    line = typed('one two-three', *keys)
+    assert line.text[: line.cursor] == before
+    assert line.text[line.cursor :] == after
+
+
+def test_a_letter_and_its_accent_are_one():
+    line = typed('e\u0301x', 'left', 'backspace')
+    assert (line.text, line.cursor) == ('x', 0)
+
+
+def test_the_history():
+    line = InputLine(['first', 'second'])
+    assert line.press('d')
+    for key, text in (
+        ('up', 'second'),
+        ('up', 'first'),
+        ('up', 'first'),
+        ('down', 'second'),
+        ('down', 'd'),
+        ('down', 'd'),
+    ):
+        assert line.press(key)
+        assert line.text == text
+    assert line.enter() == 'd'
+    assert (line.text, line.cursor) == ('', 0)
+    assert line.history == ('first', 'second', 'd')
+
+
+def test_what_is_not_remembered():
+    line = InputLine(['a'])
+    for text, remember in (('a', True), ('  ', True), ('secret', False)):
+        line.set(text)
+        line.enter(remember=remember)
+    assert line.history == ('a',)
+    for number in range(REMEMBERED + 5):
+        line.set(str(number))
+        line.enter()
+    assert len(line.history) == REMEMBERED
+    assert line.history[-1] == str(REMEMBERED + 4)
+
+
+def test_other_keys_mean_nothing():
+    line = InputLine()
+    assert not line.press('esc')
+    assert not line.press('ctrl-]')
+
+
+def test_a_line_gets_no_longer_than_a_terminal_passes_on():
+    line = InputLine()
+    line.set('ä' * (LONGEST // 2))
+    line.press('x')
+    assert len(line.text.encode()) == LONGEST
+    assert 'x' not in line.text
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(KEYS, max_size=40))
+def test_the_cursor_stays_in_the_line(keys):
+    line = InputLine(['a line', 'wörter und 漢字'])
+    for key in keys:
+        assert line.press(key)
+        assert 0 <= line.cursor <= len(line.text)
+    text = line.text
+    assert line.enter() == text

@@ -1,0 +1,442 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What keys mean."""
+
+from colcon_yamllaunch.engine.events import Dropped
+from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.events import ShuttingDown
+from colcon_yamllaunch.engine.events import Started
+from colcon_yamllaunch.engine.events import Watched
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.observers.line_filter import Filtering
+from colcon_yamllaunch.observers.log_levels import Level
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.terminal.board import Board
+from colcon_yamllaunch.terminal.keys import Act
+from colcon_yamllaunch.terminal.keys import help_lines
+from colcon_yamllaunch.terminal.keys import Keys
+from colcon_yamllaunch.terminal.keys import Typed
+from hypothesis import given
+from hypothesis import settings
+from hypothesis import strategies as st
+import pytest
+
+PLACE = Position('/ws/demo.yaml', 14, 5)
+NAMES = {'kitchen': ('thermometer.py-1',)}
+
+
+def yes(_):
+    return True
+
+
+def keys_of(*labels):
+    entries = [Process(n, ('true',), PLACE, '/') for n in labels]
+    board = Board(entries, lambda: 0.0)
+    return Keys(board, lambda label: NAMES.get(label, ()), yes)
+
+
+@pytest.fixture
+def keys():
+    """Return the keys of a launch of three."""
+    return keys_of('kitchen', 'bath', 'bathroom')
+
+
+def typed(keys, text):
+    return list(keys.feed(text.encode()))
+
+
+@pytest.mark.parametrize(
+    ('key', 'action'),
+    [
+        ('s', 'stop'),
+        ('r', 'restart'),
+        ('k', 'kill'),
+        ('a', 'attach'),
+        ('d', 'debug'),
+        ('l', 'log'),
+        ('i', 'describe'),
+    ],
+)
+def test_what_is_done_with_a_process(keys, key, action):
+    assert typed(keys, '2') == []
+    assert keys.view().chosen == 'bath'
+    assert 's stop' in keys.view().hint
+    assert typed(keys, key) == [Act(action, 'bath')]
+    assert keys.view().chosen is None
+
+
+@pytest.mark.parametrize(
+    ('key', 'command'),
+    [('w', 'watch'), ('?', 'help'), ('q', 'quit'), ('\r', 'break')],
+)
+def test_what_is_done_with_all(keys, key, command):
+    assert typed(keys, key) == [command]
+
+
+def test_the_help_has_all_keys():
+    text = '\n'.join(help_lines())
+    for key in (*'sraklimodLtMwEq:/?', 'Enter'):
+        assert f'\n  {key} ' in text
+    for columns in (20, 40, 80, 200):
+        lines = help_lines(columns)
+        assert all(len(line) < max(columns, 25) for line in lines)
+
+
+def test_the_help_goes_with_the_next_key(keys):
+    for key in ('?', ' ', '\r', 'q', 'E'):
+        keys.show(['one', 'two', 'three'], 5)
+        assert keys.view().overlay == ('one', 'two', 'three')
+        assert keys.view().hint == '  Esc goes back'
+        assert typed(keys, key) == []
+        assert keys.view().overlay == ()
+    keys.show(['one'], 5)
+    assert typed(keys, '2') == []
+    assert keys.view().overlay == ()
+    assert keys.view().chosen == 'bath'
+    # what is told meanwhile is more urgent, and so is who is typed at
+    keys.show(['one'], 5)
+    keys.tell('there is no debugger')
+    assert keys.view().overlay == ()
+    keys.show(['one'], 5)
+    keys.attach('bath')
+    assert keys.view().overlay == ()
+
+
+def test_what_is_long_is_shown_page_by_page(keys):
+    keys.show(['one', 'two', 'three'], 2)
+    assert keys.view().overlay == ('one', 'two')
+    assert keys.view().hint == '  Enter shows more  Esc goes back'
+    typed(keys, '\r')
+    assert keys.view().overlay == ('three',)
+    typed(keys, '\r')
+    assert keys.view().overlay == ()
+    keys.show(['one', 'two', 'three'], 2)
+    typed(keys, 'q')
+    assert keys.view().overlay == ()
+
+
+def test_the_errors_of_the_last_build_are_shown_if_there_are_any():
+    entry = Process('a', ('true',), PLACE, '/')
+    board = Board([entry], lambda: 0.0)
+    keys = Keys(board, lambda _: (), yes)
+    assert typed(keys, 'E') == []
+    assert keys.view().note == 'no build has failed'
+    board.handle(Watched('a.cpp changed: the build failed', True, 'a.cpp:1\n'))
+    # which neither another change nor one that fails without a word is
+    board.handle(Watched('b.py changed: restarted b'))
+    board.handle(Watched('c.py changed: could not start c', True))
+    assert board.errors == ('a.cpp changed: the build failed', 'a.cpp:1')
+    assert typed(keys, 'E') == ['errors']
+    assert 'E errors' in keys.view().hint
+
+
+def test_another_process_is_chosen(keys):
+    typed(keys, '13')
+    assert keys.view().chosen == 'bathroom'
+    # and none
+    typed(keys, ' ')
+    assert keys.view().chosen is None
+    typed(keys, '1\x1b')
+    assert keys.is_waiting
+    assert list(keys.settle()) == []
+    assert keys.view().chosen is None
+    # the help is no choice
+    assert typed(keys, '1?') == ['help']
+    assert keys.view().chosen == 'kitchen'
+
+
+def test_a_key_that_means_nothing(keys):
+    assert typed(keys, '9') == []
+    assert "'9'" in keys.view().note
+    assert typed(keys, '1') == []
+    assert keys.view().note == ''
+    assert typed(keys, 'z') == []
+    assert "'z'" in keys.view().note
+    keys.tell('something')
+    assert keys.view().note == 'something'
+
+
+def test_who_is_muted(keys):
+    typed(keys, '1m')
+    assert keys.filtering.muted == {'kitchen'}
+    assert keys.view().muted == {'kitchen'}
+    assert keys.view().filter == '1 muted'
+    typed(keys, 'M')
+    assert keys.filtering.muted == {'kitchen', 'bath', 'bathroom'}
+    typed(keys, '2m')
+    assert keys.filtering.muted == {'kitchen', 'bathroom'}
+    typed(keys, 'MM')
+    assert keys.filtering == Filtering()
+
+
+def test_only_one(keys):
+    typed(keys, '1o')
+    assert keys.filtering.only == {'kitchen'}
+    typed(keys, '2o')
+    assert keys.filtering.only == {'bath'}
+    typed(keys, '2o')
+    assert keys.filtering == Filtering()
+
+
+def test_a_component_writes_by_its_container():
+    component = Component('part', 'box', 'a::B', 'part', PLACE)
+    keys = Keys(Board([component], lambda: 0.0), lambda _: (), yes)
+    for key in 'mo':
+        assert typed(keys, f'1{key}') == []
+        assert 'container' in keys.view().note
+    typed(keys, 'M')
+    assert keys.filtering == Filtering()
+    assert typed(keys, '1s') == [Act('stop', 'part')]
+
+
+def test_the_level_goes_round(keys):
+    levels = []
+    for _ in Level:
+        typed(keys, 'L')
+        levels.append(keys.filtering.level.name)
+    assert levels == ['INFO', 'WARN', 'ERROR', 'FATAL', 'DEBUG']
+
+
+@pytest.mark.parametrize('key', ['L', 't', 'M', 'w', '/', ':'])
+def test_keys_for_all_count_with_one_chosen_too(keys, key):
+    alone = keys_of('kitchen', 'bath', 'bathroom')
+    expected = typed(alone, key)
+    assert typed(keys, f'2{key}') == expected
+    assert keys.view() == alone.view()
+
+
+def test_to_go_back_is_not_to_stop_all(keys):
+    assert typed(keys, '2q') == []
+    assert keys.view().chosen is None
+    assert 'q stops the launch' in keys.view().note
+    assert typed(keys, 'q') == ['quit']
+
+
+def test_a_key_for_one_process_without_one(keys):
+    for key in 'srkamodli':
+        assert typed(keys, key) == []
+        assert 'choose it first: 1-3' in keys.view().note
+
+
+def test_all_is_shown_again(keys):
+    typed(keys, '/low\rLL1m2ot\x1b')
+    list(keys.settle())
+    assert keys.filtering == Filtering(times=True)
+    assert 'all is shown' in keys.view().note
+    typed(keys, '\x1b')
+    list(keys.settle())
+    assert keys.view().note == ''
+
+
+def test_the_hint_is_about_now(process):
+    board = Board([process('a'), process('b')], lambda: 0.0)
+    keys = Keys(board, lambda _: (), yes)
+    assert '? help  1-2 choose  / search' in keys.view().hint
+    assert 'w watch' not in keys.view().hint
+    keys.can_watch = True
+    assert 'w watch  q stop' in keys.view().hint
+    typed(keys, '1m1o1')
+    assert 'm unmute  o all' in keys.view().hint
+    assert 's stop  r restart  k kill  a attach' in keys.view().hint
+    board.handle(Started(process('b'), 7))
+    board.handle(Exited(process('b'), 7, Outcome(code=3), 1.0, False, True))
+    typed(keys, '2')
+    assert keys.view().hint.startswith('r start  m mute  o only  d debug')
+    board.handle(ShuttingDown('interrupted'))
+    assert keys.view().hint.startswith('m mute  o only  l log')
+
+
+def test_the_hint_has_what_is_possible(process):
+    component = Component('part', 'box', 'a::B', 'part', PLACE)
+    board = Board([process('a'), component], lambda: 0.0)
+    keys = Keys(board, lambda _: (), lambda _: False)
+    typed(keys, '1')
+    hint = keys.view().hint
+    assert hint.startswith('s stop  r restart  k kill  m mute  o only')
+    typed(keys, '2')
+    assert keys.view().hint.startswith('s stop  r restart  l log  i info')
+
+
+def test_times(keys):
+    typed(keys, 't')
+    assert keys.filtering.times
+    typed(keys, 't')
+    assert not keys.filtering.times
+
+
+def test_a_search_takes_place_as_it_is_typed(keys):
+    typed(keys, '/lo')
+    assert keys.filtering.search == 'lo'
+    view = keys.view()
+    assert (view.prompt, view.typed, view.cursor) == ('/', 'lo', 2)
+    # it is not told twice
+    assert view.filter == ''
+    typed(keys, 'x\x7fw\r')
+    assert keys.filtering.search == 'low'
+    assert keys.view().prompt is None
+    # Esc takes what was before
+    typed(keys, '/other')
+    assert keys.filtering.search == 'other'
+    typed(keys, '\x1b')
+    list(keys.settle())
+    assert keys.filtering.search == 'low'
+    # the one before is remembered
+    typed(keys, '/\x1b[A')
+    assert keys.filtering.search == 'low'
+    # nothing is all
+    typed(keys, '\x15\r')
+    assert keys.filtering == Filtering()
+    typed(keys, '/\x7f')
+    assert keys.view().prompt is None
+
+
+def test_a_search_is_dropped(keys):
+    typed(keys, '/low\r')
+    typed(keys, '\x1b')
+    list(keys.settle())
+    assert keys.filtering == Filtering()
+
+
+@pytest.mark.parametrize(
+    ('name', 'label'),
+    [
+        ('kit', 'kitchen'),
+        ('THERMO', 'kitchen'),
+        ('chen', 'kitchen'),
+        ('bath', 'bath'),
+        ('athr', 'bathroom'),
+        ('bathr\t', 'bathroom'),
+    ],
+)
+def test_a_process_is_chosen_by_its_name(keys, name, label):
+    typed(keys, f':{name}')
+    assert keys.view().prompt == ':'
+    assert keys.view().chosen == label
+    assert keys.view().hint.startswith(f'Enter chooses {label}  Tab')
+    typed(keys, '\r')
+    assert keys.view().chosen == label
+    assert typed(keys, 's') == [Act('stop', label)]
+
+
+def test_what_a_name_may_be_is_told(keys):
+    typed(keys, ':')
+    # Enter would choose none
+    assert 'Enter' not in keys.view().hint
+    typed(keys, 'bath')
+    assert keys.view().hint.endswith('Esc goes back  bathroom')
+
+
+def test_no_process_has_the_name(keys):
+    typed(keys, ':zz')
+    assert 'no process' in keys.view().hint
+    typed(keys, '\r')
+    assert "'zz'" in keys.view().note
+    assert keys.view().chosen is None
+    for way_out in (':\x7f', ':\r', ':a\x07'):
+        typed(keys, way_out)
+        assert keys.view().prompt is None
+        assert keys.view().chosen is None
+
+
+def test_lines_are_typed_at_a_process(keys):
+    keys.attach('bath')
+    assert typed(keys, 'wärm\x1b[D') == []
+    view = keys.view()
+    assert (view.prompt, view.typed, view.cursor) == ('bath> ', 'wärm', 3)
+    assert view.chosen == 'bath'
+    assert 'Ctrl-] goes back' in view.hint
+    assert typed(keys, 'q\r\x1b[A') == [Typed('wärqm\n'.encode())]
+    assert keys.view().typed == 'wärqm'
+    assert typed(keys, '\x15\t\x04\x01') == []
+    assert keys.view().typed == ' '
+    assert typed(keys, '\x0b\x04') == [Typed(b'\x04')]
+    assert typed(keys, 'x\x1dq') == [Act('detach', 'bath'), 'quit']
+    # what was not sent is there again
+    keys.attach('bath')
+    assert keys.view().typed == 'x'
+    keys.attach('kitchen')
+    assert keys.view().typed == ''
+
+
+def test_what_is_pasted_comes_line_by_line(keys):
+    keys.attach('bath')
+    pasted = '\x1b[200~one\rtwo\nthree\x1b[201~'
+    assert typed(keys, pasted) == [Typed(b'one\n'), Typed(b'two\n')]
+    assert keys.view().typed == 'three'
+
+
+def test_the_end_of_the_input_is_told(keys):
+    keys.attach('bath')
+    assert typed(keys, '\x04') == [Typed(b'\x04')]
+    assert 'bath' in keys.view().note
+    # in a line it deletes
+    assert typed(keys, 'ab\x01\x04') == []
+    assert (keys.view().typed, keys.view().note) == ('b', '')
+
+
+def test_what_is_secret_is_not_seen(keys):
+    keys.attach('bath', is_secret=True)
+    typed(keys, 'word')
+    assert keys.view().typed == '****'
+    assert typed(keys, '\r\x1b[A') == [Typed(b'word\n')]
+    assert keys.view().typed == ''
+
+
+def test_raw_keys_go_at_once(keys):
+    keys.attach('bath', is_raw=True)
+    assert keys.view().prompt is None
+    assert 'Ctrl-] goes back' in keys.view().hint
+    assert typed(keys, 'q\x1b[A\r\x1d1s') == [
+        Typed(b'q\x1b[A\r'),
+        Act('detach', 'bath'),
+        Act('stop', 'kitchen'),
+    ]
+
+
+def test_a_process_is_attached_within_what_was_typed(keys):
+    done = []
+    for command in keys.feed(b'2aq\r\x1d1s'):
+        done.append(command)
+        if command == Act('attach', 'bath'):
+            keys.attach('bath', is_raw=True)
+    assert done[1:] == [
+        Typed(b'q\r'),
+        Act('detach', 'bath'),
+        Act('stop', 'kitchen'),
+    ]
+
+
+def test_a_chosen_process_that_is_dropped(process):
+    board = Board([process('kitchen')], lambda: 0.0)
+    keys = Keys(board, lambda _: (), yes)
+    typed(keys, '1')
+    board.handle(Dropped(process('kitchen')))
+    assert typed(keys, 's') == []
+
+
+PIECES = st.one_of(
+    st.binary(max_size=3),
+    st.sampled_from([b'1', b':ba', b'/', b'\r', b'\x1b[A', b'\x1d', b'm']),
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(PIECES, max_size=15))
+def test_it_does_not_matter_where_keys_are_split(pieces):
+    whole, split = keys_of('a', 'bath'), keys_of('a', 'bath')
+    commands = _do(whole, [b''.join(pieces)])
+    assert commands == _do(split, pieces)
+    assert whole.view() == split.view()
+
+
+def _do(keys, pieces):
+    commands = []
+    for piece in pieces:
+        for command in keys.feed(piece):
+            if isinstance(command, Act) and command.action == 'attach':
+                keys.attach(command.label)
+            commands.append(command)
+    return commands

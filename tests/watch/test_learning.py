@@ -1,0 +1,381 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""What is known of a launch, and what a build changed of it."""
+
+from dataclasses import replace
+import os
+from pathlib import Path
+import subprocess
+import sys
+from types import SimpleNamespace
+from typing import Any
+
+from colcon_yamllaunch.common.fingerprint import Fingerprint
+from colcon_yamllaunch.language.policies.evaluate import Evaluation
+from colcon_yamllaunch.language.syntax.source_text import Source
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import SetParameter
+from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.watch.build_effects import changed_by_build
+from colcon_yamllaunch.watch.build_effects import records
+from colcon_yamllaunch.watch.build_effects import touched_by
+from colcon_yamllaunch.watch.knowledge import Knowledge
+from colcon_yamllaunch.watch.knowledge import ProcessUse
+from colcon_yamllaunch.watch.learning import knowledge_of
+from colcon_yamllaunch.watch.mapped_files import mapped_files
+from colcon_yamllaunch.watch.mapped_files import with_libraries
+from colcon_yamllaunch.workspace.freshness.build_record import Record
+from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
+from colcon_yamllaunch.workspace.freshness.build_record import write_record
+from colcon_yamllaunch.workspace.packages.package import Package
+from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
+import pytest
+
+HERE = Position('demo.yaml', 1, 1)
+
+
+def found(digest: str) -> Fingerprint:
+    return Fingerprint(1, 1, False, digest)
+
+
+class FakeWorkspace:
+    """A workspace whose builds are written down by hand."""
+
+    def __init__(self, root: Path) -> None:
+        self.root: Path | None = root
+        base = SimpleNamespace(
+            build_base=root / 'build', install_base=root / 'install'
+        )
+        self.colcon: Any = base
+        self.packages: list[Package] = []
+        self.records: dict[str, Record] = {}
+
+    @property
+    def locator(self) -> PackageLocator:
+        install = self.colcon.install_base
+        return PackageLocator(self.packages, install, False, {})
+
+    def file(self, path: str, text: str = '', mode: int = 0o644) -> str:
+        assert self.root is not None
+        file = self.root / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+        file.chmod(mode)
+        return str(file)
+
+    def link(self, path: str, target: str) -> str:
+        assert self.root is not None
+        link = self.root / path
+        link.parent.mkdir(parents=True, exist_ok=True)
+        link.symlink_to(target)
+        return str(link)
+
+    def build(self, name: str, *needs: str, **record: Any) -> Record:
+        assert self.root is not None
+        source = self.root / 'src' / name
+        source.mkdir(parents=True, exist_ok=True)
+        package = Package(name, source, 'ros.ament_cmake', frozenset(needs))
+        self.packages.append(package)
+        self.records[name] = Record(str(source), {}, succeeded=True)
+        return self.rebuild(name, **record)
+
+    def rebuild(self, name: str, **changes: Any) -> Record:
+        record = replace(self.records[name], **changes)
+        self.records[name] = record
+        folder = self.colcon.build_base / name
+        folder.mkdir(parents=True, exist_ok=True)
+        write_record(folder / RECORD_NAME, record)
+        return record
+
+
+@pytest.fixture
+def workspace(tmp_path: Path) -> FakeWorkspace:
+    return FakeWorkspace(tmp_path.resolve())
+
+
+def process(*argv: str | ParameterFile, **more: Any) -> Process:
+    more = {'cwd': '/', 'position': HERE, 'label': 'one', **more}
+    return Process(argv=argv, **more)
+
+
+def evaluation(*files: str, **more: Any) -> Evaluation:
+    sources = tuple(Source(file, file, '') for file in files)
+    return Evaluation((), sources, {}, (), (), Plan(), **more)
+
+
+def learn(
+    workspace: FakeWorkspace, *entries: Process | Component, **more: Any
+) -> Knowledge:
+    return knowledge_of(
+        Plan(entries),
+        evaluation(**more),
+        workspace,
+        [package.name for package in workspace.packages],
+        {},
+        {'PATH': os.environ['PATH']},
+    )
+
+
+def only(known: Knowledge) -> ProcessUse:
+    (one,) = known.processes
+    return one
+
+
+def test_a_script_is_known_by_what_it_links_to(
+    workspace: FakeWorkspace,
+) -> None:
+    workspace.build('arm', 'maths')
+    workspace.build('maths')
+    script = workspace.file(
+        'src/arm/scripts/a.py', '#!/usr/bin/python3', 0o755
+    )
+    program = workspace.link('install/arm/lib/arm/a.py', script)
+    one = only(learn(workspace, process(program)))
+    assert one.program == script
+    assert one.package == 'arm'
+    assert one.packages == {'arm', 'maths'}
+    assert one.may_run_python
+
+
+def test_a_compiled_program_runs_no_python(workspace: FakeWorkspace) -> None:
+    workspace.build('arm')
+    program = workspace.file('build/arm/motor', '\x7fELF…', 0o755)
+    link = workspace.link('install/arm/lib/arm/motor', program)
+    known = learn(workspace, process('/usr/bin/gdb', '--args', link))
+    assert only(known).files == {program}
+    assert only(known).packages == {'arm'}
+    # what builds make is not watched, as they say themselves what changed
+    assert known.files() == ()
+    assert not only(learn(workspace, process(link))).may_run_python
+
+
+def test_what_the_plan_names(workspace: FakeWorkspace) -> None:
+    workspace.build('arm')
+    names = ['a.rviz', 'b.yaml', 'c.yaml', 'd.conf', 'e.txt', 'f.sh', 'g.py']
+    a, b, c, d, e, f, g = (workspace.file(f'src/arm/{n}') for n in names)
+    here = str(Path(a).parent)
+    given = ParameterFile('', (SetParameter('file', f"'{c}'", HERE),))
+    one = process(
+        *('bash', '-c', f'{f} --fast && python3 {g}'),
+        *('-d', a, '--params-file', 'b.yaml', '-r', '__ns:=/arm'),
+        *(f'conf:={d}', '/nowhere/x', '/', here, '\n/'),
+        given,
+        cwd=here,
+        environment=(('FILE', e), ('GONE', None)),
+    )
+    known = learn(workspace, one)
+    # a word that is no path from here names none
+    assert only(known).files == {a, c, d, e, f, g}
+    one = replace(one, argv=(*one.argv, './b.yaml', f'{here}/late.yaml'))
+    known = learn(workspace, one)
+    assert only(known).files >= {b, f'{here}/late.yaml'}
+    assert set(known.files()) == only(known).files
+
+
+def test_a_workspace_may_be_where_installers_put_things(
+    workspace: FakeWorkspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # as in /opt/my_ws
+    system = f'{workspace.root}/'
+    monkeypatch.setattr('colcon_yamllaunch.watch.knowledge._SYSTEM', (system,))
+    workspace.build('arm')
+    file = workspace.file('src/arm/a.yaml')
+    known = learn(workspace, process('x', file, '/dev/null', '/etc/passwd'))
+    assert file in only(known).files
+    workspace.root = None
+    assert only(learn(workspace, process('x', file))).files == set()
+
+
+def test_modules_of_a_package_in_python(workspace: FakeWorkspace) -> None:
+    # its share folder is linked by way of the build
+    build = f'{workspace.root}/build/arm'
+    file = 'launch/x.launch.py'
+    workspace.build(
+        'arm',
+        live=frozenset(('arm/__init__.py', 'arm/pose.py', file)),
+        installed={f'arm/share/arm/{file}': found(f'link to {build}/{file}')},
+    )
+    (arm,) = learn(workspace).packages
+    assert arm.modules == {'arm/__init__.py', 'arm/pose.py'}
+    assert arm.module_folders == {'arm'}
+
+
+def test_modules_are_what_programs_import(workspace: FakeWorkspace) -> None:
+    source = f'{workspace.root}/src/arm'
+    workspace.file('src/arm/scripts/a.py', 'import helper\nimport b', 0o755)
+    workspace.file('src/arm/scripts/b.py', '', 0o755)
+    workspace.file('src/arm/scripts/c.py', '', 0o755)
+    workspace.file('src/arm/scripts/helper.py')
+    live = (
+        *('scripts/a.py', 'scripts/b.py', 'scripts/c.py', 'arm/pose.py'),
+        *('scripts/helper.py', 'launch/old.py', 'config/a.yaml'),
+    )
+    links = {
+        'arm/share/arm/launch': 'launch',
+        'arm/lib/python3/site-packages/arm': 'arm',
+        **{f'arm/lib/{n}': n for n in live if n.startswith('scripts')},
+    }
+    installed = {
+        path.replace('lib/scripts', 'lib/arm'): found(f'link to {source}/{n}')
+        for path, n in links.items()
+    }
+    files = {'x.cpp': found('1'), '/home/me/fast.h': found('1')}
+    workspace.build(
+        'arm', live=frozenset(live), installed=installed, files=files
+    )
+    (arm,) = learn(workspace).packages
+    assert arm.modules == {'arm/pose.py', 'scripts/b.py', 'scripts/helper.py'}
+    assert arm.module_folders == {'arm', 'scripts'}
+    assert arm.inputs == {'/home/me/fast.h'}
+    assert learn(workspace).folders() == (source,)
+
+
+def test_a_container_has_the_code_of_its_components(
+    workspace: FakeWorkspace,
+) -> None:
+    workspace.build('arm')
+    workspace.build('eye', 'msgs')
+    workspace.build('msgs')
+    file = workspace.file('src/eye/lens.json')
+    box = process('/bin/true', node_name='/box', is_container=True)
+    values = (SetParameter('lens', f'"{file}"', HERE),)
+    eye = Component('eye', 'eye', 'eye::Eye', '/box', HERE, '', '', (), values)
+    other = replace(eye, label='other', container='/elsewhere', parameters=())
+    known = learn(workspace, box, eye, other)
+    container, component, elsewhere = known.processes
+    assert container.packages == component.packages == {'eye', 'msgs'}
+    assert (component.container, elsewhere.container) == ('one', None)
+    assert component.files == {file}
+
+
+def test_a_command_of_ros_may_start_all(workspace: FakeWorkspace) -> None:
+    workspace.build('arm')
+    workspace.build('eye')
+    known = learn(workspace, process('ros2', 'run', 'arm', 'motor'))
+    assert only(known).packages == {'arm'}
+    known = learn(workspace, process('ros2', 'launch', 'x.launch.py'))
+    assert only(known).packages == {'arm', 'eye'}
+
+
+def test_files_of_the_plan_are_those_behind_links(
+    workspace: FakeWorkspace,
+) -> None:
+    real = workspace.file('src/arm/launch/demo.yaml')
+    link = workspace.link('install/arm/share/arm/launch/demo.yaml', real)
+    known = learn(workspace, inputs=(link,), has_run_programs=True)
+    assert known.plan_files == {real}
+    assert known.files() == (real,)
+    assert known.reads_more
+
+
+def test_without_a_workspace(workspace: FakeWorkspace) -> None:
+    workspace.root = None
+    script = '/home/nobody/x.sh'
+    known = learn(workspace, process(script))
+    assert only(known).program == script
+    assert known.files() == (script,)
+    assert records(workspace, ['arm']) == {}
+
+
+def test_what_a_build_changed(workspace: FakeWorkspace) -> None:
+    build, install = f'{workspace.root}/build', f'{workspace.root}/install'
+    products = {
+        'motor': found('1'),
+        'libarm.so': found('1'),
+        'x.o': found('1'),
+    }
+    installed = {'arm/share/arm/a.yaml': found('1')}
+    workspace.build('arm', installed=installed, products=products)
+    before = records(workspace, ['arm'])
+    assert changed_by_build(before, before) == {}
+    products = {**products, 'libarm.so': found('2'), 'new': found('1')}
+    workspace.rebuild('arm', installed={}, products=products)
+    after = records(workspace, ['arm'])
+    changed = changed_by_build(before, after)
+    assert changed == {
+        f'{build}/arm/libarm.so': 'arm',
+        f'{build}/arm/new': 'arm',
+        f'{install}/arm/share/arm/a.yaml': 'arm',
+    }
+    # one that was never built
+    assert changed_by_build({}, after).keys() == after['arm'].keys()
+    # times tell nothing
+    workspace.rebuild('arm', built_at=9)
+    assert changed_by_build(after, records(workspace, ['arm'])) == {}
+
+
+ARM = frozenset(('arm',))
+MODULE = '/ws/install/arm/lib/python3.11/site-packages/arm/pose.py'
+
+
+@pytest.mark.parametrize(
+    ('use', 'path', 'reason'),
+    [
+        (ProcessUse('x', '/ws/build/arm/motor'), '/ws/build/arm/motor', True),
+        (ProcessUse('x', '/ws/build/arm/other'), '/ws/build/arm/motor', False),
+        (
+            ProcessUse('x', files=frozenset(('/ws/install/a.yaml',))),
+            '/ws/install/a.yaml',
+            True,
+        ),
+        # a library: as it is mapped, or may have been
+        (
+            ProcessUse('x', packages=ARM, libraries=frozenset(('/l.so.1',))),
+            '/l.so.1',
+            True,
+        ),
+        (ProcessUse('x', packages=ARM, libraries=frozenset()), '/l.so', False),
+        (ProcessUse('x', packages=ARM), '/l.so', True),
+        (ProcessUse('x'), '/l.so', False),
+        # a module
+        (ProcessUse('x', packages=ARM, may_run_python=True), MODULE, True),
+        (ProcessUse('x', packages=ARM), MODULE, False),
+        (ProcessUse('x', may_run_python=True), MODULE, False),
+        # no module
+        (
+            ProcessUse('x', packages=ARM, may_run_python=True),
+            '/ws/install/arm/share/arm/launch/x.py',
+            False,
+        ),
+        (
+            ProcessUse('x', packages=ARM, may_run_python=True),
+            '/ws/install/arm/lib/arm/x.py',
+            False,
+        ),
+        (ProcessUse('x', packages=ARM, is_component=True), '/l.so', False),
+    ],
+)
+def test_whom_a_build_concerns(
+    use: ProcessUse, path: str, reason: bool
+) -> None:
+    known = Knowledge((use,))
+    assert bool(touched_by({path: 'arm'}, known)) == reason
+    assert touched_by({}, known) == {}
+
+
+def test_what_is_mapped_into_a_process() -> None:
+    code = 'import time; print(flush=True); time.sleep(60)'
+    with subprocess.Popen(
+        # what a shell starts counts as well
+        ['/bin/sh', '-c', f"'{sys.executable}' -c '{code}'; exit"],
+        stdout=subprocess.PIPE,
+        start_new_session=True,
+    ) as shell:
+        assert shell.stdout is not None
+        shell.stdout.readline()
+        found = mapped_files(shell.pid)
+        known = Knowledge((ProcessUse('a'), ProcessUse('b')))
+        known = with_libraries(known, {'a': shell.pid})
+        os.killpg(shell.pid, 9)
+    python = os.path.realpath(sys.executable)
+    assert found is not None
+    assert python.startswith('/usr/') or python in found
+    assert known.processes[0].libraries == found
+    assert known.processes[1].libraries is None
+    # what has ended keeps what was found
+    again = with_libraries(known, {'a': shell.pid, 'b': 0})
+    assert again == known

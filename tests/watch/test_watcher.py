@@ -1,0 +1,443 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""The process that watches files, and the link to it."""
+
+from collections.abc import Callable
+from collections.abc import Iterator
+import json
+import os
+from pathlib import Path
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from typing import Any
+
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.engine.process.children import ended_children
+from colcon_yamllaunch.watch import watcher
+from colcon_yamllaunch.watch import watcher_link
+from colcon_yamllaunch.watch.changes import Batch
+from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.watcher_link import is_installed
+from colcon_yamllaunch.watch.watcher_link import WatcherLink
+import pytest
+
+#: Seconds; a loaded machine needs some.
+DEADLINE = 60
+#: A launcher that watches a folder, says so, and waits.
+LAUNCHER = """\
+import sys, time
+from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.watch.watcher_link import WatcherLink
+watches = Watches()
+link = WatcherLink(watches, print, print, time.monotonic)
+link.start()
+link.watch(sys.argv[1:], [], 0)
+watches.wait(None)
+print(link.pid, flush=True)
+time.sleep(60)
+"""
+
+
+class Watched:
+    """A folder that is watched, and what was told of it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.batches: list[Batch] = []
+        self.warnings: list[str] = []
+        self.settled: list[Change] = []
+        self._watches = Watches()
+        self.link = WatcherLink(
+            self._watches,
+            self.batches.append,
+            self.warnings.append,
+            time.monotonic,
+            folder.parent / 'watcher.log',
+        )
+
+    def start(self) -> None:
+        """Watch, and return when changes are seen."""
+        self.link.start()
+        self.watch()
+        # the one that is there is told, as it was written since
+        self.wait(lambda: bool(self.batches))
+        self.batches.clear()
+
+    def watch(self, *files: Path) -> None:
+        since = time.time_ns()
+        self.write('first', str(since))
+        self.link.watch([str(self.folder)], map(str, files), since)
+
+    def write(self, name: str, text: str) -> None:
+        # at once, so that it is one change
+        new = self.folder.parent / 'new'
+        new.write_text(text)
+        new.rename(self.folder / name)
+
+    def wait(self, is_so: Callable[[], bool]) -> None:
+        deadline = time.monotonic() + DEADLINE
+        while not is_so():
+            assert time.monotonic() < deadline, self.batches
+            self._watches.wait(0.1)
+            for pid, status in ended_children({self.link.pid} - {0}):
+                assert pid == self.link.pid
+                self.link.ended(Outcome.from_status(status))
+            self.link.advance()
+
+    def told(self) -> list[str]:
+        """Return what was told next, as one batch."""
+        self.wait(lambda: bool(self.batches))
+        batch = self.batches.pop(0)
+        return [f'{c.kind} {Path(c.path).name}' for c in batch.changes]
+
+    def names(self) -> set[str]:
+        """Return the names of all that was told."""
+        return {Path(c.path).name for b in self.batches for c in b.changes}
+
+    def settle(self) -> None:
+        """Wait until all that happened so far was told, and set it aside."""
+        name = f'settled {time.monotonic_ns()}'
+        self.write(name, name)
+        self.wait(lambda: name in self.names())
+        told = [c for batch in self.batches for c in batch.changes]
+        self.settled = [c for c in told if Path(c.path).name != name]
+        self.batches.clear()
+
+    def close(self) -> None:
+        self.link.close()
+        self._watches.close()
+
+
+@pytest.fixture
+def watched(tmp_path: Path) -> Iterator[Watched]:
+    folder = tmp_path.resolve() / 'arm'
+    folder.mkdir()
+    found = Watched(folder)
+    yield found
+    found.close()
+
+
+def is_gone(pid: int) -> bool:
+    try:
+        state = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2]
+    except OSError:
+        return True
+    return state.split()[0] in 'ZX'
+
+
+def test_changes_are_told(watched: Watched) -> None:
+    watched.start()
+    watched.write('a.cpp', 'one')
+    assert watched.told() == ['new a.cpp']
+    watched.write('a.cpp', 'two')
+    assert watched.told() == ['changed a.cpp']
+    (watched.folder / 'a.cpp').unlink()
+    assert watched.told() == ['deleted a.cpp']
+    # one in a folder that is new
+    (watched.folder / 'deep').mkdir()
+    watched.write('deep/b.cpp', 'one')
+    assert watched.told() == ['new b.cpp']
+    watched.write('deep/b.cpp', 'two')
+    assert watched.told() == ['changed b.cpp']
+    # now that one was told which comes after it, nothing else was
+    assert watched.batches == []
+    assert watched.warnings == []
+
+
+def vim(file: Path, text: str) -> None:
+    probe = file.with_name('4913')
+    probe.touch()
+    probe.unlink()
+    backup = file.rename(file.with_name(f'{file.name}~'))
+    file.write_text(text)
+    backup.unlink()
+
+
+def emacs(file: Path, text: str) -> None:
+    lock = file.with_name(f'.#{file.name}')
+    lock.symlink_to('me@here.123:456')
+    draft = file.with_name(f'#{file.name}#')
+    draft.write_text(text)
+    shutil.copy(file, file.with_name(f'{file.name}~'))
+    file.write_text(text)
+    draft.unlink()
+    lock.unlink()
+
+
+def gnome(file: Path, text: str) -> None:
+    draft = file.with_name('.goutputstream-A1B2C3')
+    draft.write_text(text)
+    draft.rename(file)
+
+
+def jetbrains(file: Path, text: str) -> None:
+    new = file.with_name(f'{file.name}___jb_tmp___')
+    new.write_text(text)
+    old = file.rename(file.with_name(f'{file.name}___jb_old___'))
+    new.rename(file)
+    old.unlink()
+
+
+def test_of_what_editors_do_only_the_file_is_told(watched: Watched) -> None:
+    elsewhere = watched.folder.parent / 'elsewhere'
+    elsewhere.mkdir()
+    (elsewhere / 'a.cpp').touch()
+    (watched.folder / 'linked').symlink_to(elsewhere)
+    watched.start()
+    for save in (vim, emacs, gnome, jetbrains):
+        save(elsewhere / 'a.cpp', save.__name__)
+        watched.wait(lambda: bool(watched.batches))
+        watched.settle()
+        paths = {c.path for c in watched.settled}
+        assert paths == {str(watched.folder / 'linked' / 'a.cpp')}
+
+
+def test_one_that_is_stopped_misses_nothing(watched: Watched) -> None:
+    watched.start()
+    pid = watched.link.pid
+    os.kill(pid, signal.SIGSTOP)
+    watched.write('a.cpp', 'one')
+    os.kill(pid, signal.SIGCONT)
+    assert watched.told() == ['new a.cpp']
+    os.kill(pid, signal.SIGSTOP)
+    watched.link.close()
+    assert is_gone(pid)
+
+
+def test_a_folder_in_the_place_of_another_is_watched(watched: Watched) -> None:
+    inner = watched.folder / 'inner'
+    inner.mkdir()
+    watched.start()
+
+    def put(folder: Path) -> None:
+        new, old = folder.with_name('.new'), folder.with_name('.old')
+        shutil.copytree(folder, new)
+        folder.rename(old)
+        new.rename(folder)
+        shutil.rmtree(old)
+
+    def empty(folder: Path) -> None:
+        # the new one may have the same number
+        shutil.rmtree(folder)
+        folder.mkdir()
+
+    for replace in (put, empty):
+        for number, folder in enumerate((inner, watched.folder)):
+            replace(folder)
+            watched.settle()
+            (folder / 'a.cpp').write_text(f'{replace} {number}')
+            watched.wait(lambda: 'a.cpp' in watched.names())
+
+
+def test_a_file_that_was_away_is_told(watched: Watched) -> None:
+    watched.start()
+    # ticks of the clock go by until the file system has another time
+    path = watched.folder / 'first'
+    before = path.stat().st_ctime_ns
+    while path.stat().st_ctime_ns == before:
+        path.rename(path.with_name('first~'))
+        path.with_name('first~').rename(path)
+    assert watched.told() == ['again first']
+
+
+def test_a_checkout_is_one_change(watched: Watched) -> None:
+    git = watched.folder / '.git'
+    git.mkdir()
+    watched.start()
+    lock = git / 'index.lock'
+    lock.touch()
+    for name in 'abcdefgh':
+        watched.write(name, 'x')
+        # far longer than events are waited for
+        time.sleep(0.05)
+    lock.unlink()
+    assert watched.told() == [f'new {name}' for name in 'abcdefgh']
+    # one that stays, as that of a commit whose message is being written
+    lock.touch()
+    watched.write('a', 'another')
+    assert watched.told() == ['changed a']
+    assert lock.exists()
+
+
+def test_what_is_watched_can_be_another(watched: Watched) -> None:
+    other = watched.folder.parent / 'other.yaml'
+    other.write_text('x')
+    watched.start()
+    watched.watch(other)
+    assert watched.told() == ['changed first']
+    other.write_text('another')
+    assert watched.told() == ['changed other.yaml']
+
+
+def test_it_is_started_again_and_misses_nothing(watched: Watched) -> None:
+    watched.start()
+    watched.write('b.cpp', 'one')
+    assert watched.told() == ['new b.cpp']
+    first = watched.link.pid
+    os.kill(first, signal.SIGKILL)
+    watched.write('a.cpp', 'one')
+    watched.wait(lambda: watched.link.pid not in (0, first))
+    # told as changed, as nobody knows how it was
+    watched.wait(lambda: bool(watched.batches))
+    assert 'a.cpp' in {Path(c.path).name for c in watched.batches[0].changes}
+    assert is_gone(first)
+
+
+def test_it_is_given_up_in_the_end(
+    watched: Watched, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watcher_link, 'PROGRAM', 'no_such_module')
+    monkeypatch.setattr(limits, 'SHORTEST_PAUSE', 0.001)
+    monkeypatch.setattr(limits, 'CLIENT_RESTARTS', 1)
+    watched.link.start()
+    watched.wait(lambda: bool(watched.warnings))
+    (warning,) = watched.warnings
+    assert warning.startswith(
+        'the process that watches files exited with code 1: nothing is '
+        'watched any more '
+        "(ModuleNotFoundError: No module named 'no_such_module'; see /"
+    )
+    assert watched.link.seconds_to_wait() is None
+
+
+def test_it_ends_with_a_launcher_that_is_killed(tmp_path: Path) -> None:
+    (tmp_path / 'a.cpp').touch()
+    command = [sys.executable, '-c', LAUNCHER, str(tmp_path)]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True
+    ) as launcher:
+        assert launcher.stdout is not None
+        lines = iter(launcher.stdout.readline, '')
+        pid = next(int(line) for line in lines if line.strip().isdecimal())
+        assert not is_gone(pid)
+        launcher.kill()
+    deadline = time.monotonic() + DEADLINE
+    while not is_gone(pid):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+@pytest.fixture
+def own_signals() -> Iterator[None]:
+    before = signal.getsignal(signal.SIGIO)
+    wakeup = signal.set_wakeup_fd(-1)
+    yield
+    signal.set_wakeup_fd(wakeup)
+    signal.signal(signal.SIGIO, before)
+
+
+def run(folder: Path, told: list[Any]) -> None:
+    """Run a watcher here that is asked for a folder, until it is told of."""
+    source, writer = os.pipe()
+    request = {'folders': [str(folder)], 'files': [], 'since': 0}
+    os.write(writer, json.dumps(request).encode() + b'\n')
+
+    def tell(*message: Any) -> None:
+        told.append(message)
+        if len(told) == 1:
+            (folder / 'late').touch()
+        else:
+            os.close(writer)
+
+    watcher.Watcher(source, tell).run()
+    os.close(source)
+
+
+@pytest.mark.usefixtures('own_signals')
+@pytest.mark.parametrize(
+    ('error', 'note'),
+    [
+        (
+            'OS file watch limit reached. (os error 28)',
+            'sudo sysctl fs.inotify.max_user_watches=',
+        ),
+        (
+            'Error creating recommended watcher: Too many open files',
+            'sudo sysctl fs.inotify.max_user_instances=',
+        ),
+        ('Function not implemented', 'the kernel does not tell of changes (F'),
+    ],
+)
+def test_without_the_kernel_it_looks_itself(
+    error: str,
+    note: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fail(*arguments: object) -> None:
+        assert not arguments[-1], 'it passes over what goes wrong'
+        raise OSError(error)
+
+    monkeypatch.setattr('watchfiles._rust_notify.RustNotify', fail)
+    monkeypatch.setattr(watcher, 'SHORT_PAUSE', 0.01)
+    (tmp_path / 'first').touch()
+    told: list[Any] = []
+    run(tmp_path, told)
+    (first, _, notes), (late, _, none) = told
+    assert [Path(c.path).name for c in first] == ['first']
+    assert [Path(c.path).name for c in late] == ['late']
+    (text,) = notes
+    assert note in text
+    assert none == []
+
+
+@pytest.mark.usefixtures('own_signals')
+def test_polling_can_be_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(watcher.POLLING_VARIABLE, 'true')
+    monkeypatch.delattr('watchfiles._rust_notify.RustNotify')
+    monkeypatch.setattr(watcher, 'SHORT_PAUSE', 0.01)
+    (tmp_path / 'first').touch()
+    told: list[Any] = []
+    run(tmp_path, told)
+    assert [notes for _, _, notes in told] == [[], []]
+
+
+@pytest.mark.usefixtures('own_signals')
+def test_what_the_kernel_did_not_tell_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Silent:
+        def __init__(self, *_: object) -> None:
+            """Tell nothing, as after a suspend or a flood."""
+
+        def watch(self, *_: object) -> str:
+            return 'timeout'
+
+        def close(self) -> None:
+            """Leave it at that."""
+
+    monkeypatch.setattr('watchfiles._rust_notify.RustNotify', Silent)
+    monkeypatch.setattr(watcher, 'PAUSE', 0.01)
+    monkeypatch.setattr(watcher, 'RARITY', 0)
+    (tmp_path / 'first').touch()
+    told: list[Any] = []
+    run(tmp_path, told)
+    assert [Path(c.path).name for c in told[1][0]] == ['late']
+
+
+@pytest.mark.parametrize(
+    ('kind', 'is_remote'),
+    [
+        *(('ext4', False), ('overlay', False), ('tmpfs', False)),
+        *(('nfs4', True), ('fuse.sshfs', True), ('virtiofs', True)),
+    ],
+)
+def test_file_systems_that_others_write_to(kind: str, is_remote: bool) -> None:
+    mounts = {'': 'ext4', '/home/me/ws': kind, '/home/me/ws/x': 'ext4'}
+    assert watcher._is_remote('/home/me/ws/src/arm', mounts) == is_remote
+    assert not watcher._is_remote('/home/me/wso', mounts)
+    assert not watcher._is_remote('/home/me/ws/x/y', mounts)
+
+
+def test_the_library_is_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert is_installed()
+    monkeypatch.setattr('importlib.util.find_spec', lambda _: None)
+    assert not is_installed()
