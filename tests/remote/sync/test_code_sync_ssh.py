@@ -116,7 +116,7 @@ def test_who_closes_the_connection_ends_the_build(
 @pytest.mark.hostile
 @pytest.mark.parametrize(
     'doomed',
-    ['machines.sync.colcon_there', '-I -S -c', 'ssh'],
+    ['remote.sync.colcon_there', '-I -S -c', 'ssh'],
 )
 def test_no_build_outlives_who_waits_for_it(
     developer: Developer, sshd: Sshd, doomed: str
