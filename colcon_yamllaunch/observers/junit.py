@@ -10,6 +10,7 @@ reports (JUnit.xsd by Windy Road).
 """
 
 from collections.abc import Iterable
+from collections.abc import Sequence
 import platform
 import re
 import time
@@ -77,37 +78,18 @@ class JUnitReport:
 
     def document(self, seconds: float) -> bytes:
         """Return the report."""
-        cases = tuple(self._cases())
-        stamp = time.strftime('%Y-%m-%dT%H:%M:%S', time.gmtime(self._started))
-        suite = Element(
-            'testsuite',
-            {
-                'name': _clean(self._name),
-                'package': _clean(self._class_name),
-                'id': '0',
-                'timestamp': stamp,
-                'hostname': platform.node() or 'localhost',
-                'tests': str(len(cases)),
-                'failures': _count(cases, 'failure'),
-                'errors': _count(cases, 'error'),
-                'skipped': _count(cases, 'skipped'),
-                'time': f'{seconds:.3f}',
-            },
+        return junit_document(
+            self._name,
+            self._class_name,
+            self._started,
+            seconds,
+            tuple(self._cases()),
         )
-        ElementTree.SubElement(suite, 'properties')
-        suite.extend(cases)
-        for name in ('system-out', 'system-err'):
-            ElementTree.SubElement(suite, name)
-        root = Element('testsuites')
-        root.append(suite)
-        ElementTree.indent(root)
-        xml: bytes = ElementTree.tostring(root, 'utf-8', xml_declaration=True)
-        return xml + b'\n'
 
     def _cases(self) -> Iterable[Element]:
         if self._ended is None:
             text = 'the launch failed before a process was started'
-            yield self._case('launch', 0.0, _outcome('error', text, text))
+            yield self._case('launch', 0.0, junit_outcome('error', text, text))
             return
         failures = {
             None if f.process is None else f.process.label: f
@@ -129,21 +111,15 @@ class JUnitReport:
         for verdict in self._ended.verdicts:
             missed = None
             if verdict.failure is not None:
-                missed = _outcome('failure', verdict.failure, verdict.failure)
+                missed = junit_outcome(
+                    'failure', verdict.failure, verdict.failure
+                )
             yield self._case(verdict.name, verdict.seconds, missed)
 
     def _case(
         self, name: str, seconds: float, outcome: Element | None
     ) -> Element:
-        attributes = {
-            'name': _clean(name),
-            'classname': _clean(self._class_name),
-            'time': f'{seconds:.3f}',
-        }
-        element = Element('testcase', attributes)
-        if outcome is not None:
-            element.append(outcome)
-        return element
+        return junit_case(name, self._class_name, seconds, outcome)
 
 
 def _failure(report: events.FailureReport) -> Element:
@@ -154,11 +130,70 @@ def _failure(report: events.FailureReport) -> Element:
         lines += ['', 'the last lines of its output:', *report.tail]
     if report.log_file is not None:
         lines += ['', f'all of its output: {report.log_file}']
-    return _outcome('failure', report.text, '\n'.join(lines))
+    return junit_outcome('failure', report.text, '\n'.join(lines))
 
 
-def _outcome(kind: str, message: str, text: str) -> Element:
-    element = Element(kind, {'message': _clean(message), 'type': 'launch'})
+def junit_document(
+    name: str,
+    class_name: str,
+    started: float,
+    seconds: float,
+    cases: Sequence[Element],
+) -> bytes:
+    """
+    Return a report with one suite.
+
+    :param class_name: The name under which the cases are grouped
+    :param started: When, in seconds since the epoch
+    """
+    suite = Element(
+        'testsuite',
+        {
+            'name': _clean(name),
+            'package': _clean(class_name),
+            'id': '0',
+            'timestamp': time.strftime(
+                '%Y-%m-%dT%H:%M:%S', time.gmtime(started)
+            ),
+            'hostname': platform.node() or 'localhost',
+            'tests': str(len(cases)),
+            'failures': _count(cases, 'failure'),
+            'errors': _count(cases, 'error'),
+            'skipped': _count(cases, 'skipped'),
+            'time': f'{seconds:.3f}',
+        },
+    )
+    ElementTree.SubElement(suite, 'properties')
+    suite.extend(cases)
+    for stream in ('system-out', 'system-err'):
+        ElementTree.SubElement(suite, stream)
+    root = Element('testsuites')
+    root.append(suite)
+    ElementTree.indent(root)
+    xml: bytes = ElementTree.tostring(root, 'utf-8', xml_declaration=True)
+    return xml + b'\n'
+
+
+def junit_case(
+    name: str, class_name: str, seconds: float, outcome: Element | None
+) -> Element:
+    """Return a case; `outcome` is None if it succeeded."""
+    attributes = {
+        'name': _clean(name),
+        'classname': _clean(class_name),
+        'time': f'{seconds:.3f}',
+    }
+    element = Element('testcase', attributes)
+    if outcome is not None:
+        element.append(outcome)
+    return element
+
+
+def junit_outcome(
+    kind: str, message: str, text: str, source: str = 'launch'
+) -> Element:
+    """Return a `failure` or an `error`; `source` is its type."""
+    element = Element(kind, {'message': _clean(message), 'type': source})
     element.text = _clean(text)
     return element
 
