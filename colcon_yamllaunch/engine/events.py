@@ -11,6 +11,7 @@ no time of day: they are told at the moment when they happen.
 
 from abc import abstractmethod
 from collections.abc import Callable
+from collections.abc import Mapping
 import os
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,16 @@ from colcon_yamllaunch.plan.position import Position
 Stream = Literal['stdout', 'stderr']
 #: What is asked of a part of a launch.
 Action = Literal['stop', 'kill', 'restart', 'debug', 'change']
+#: The phases that `PartChanged` may tell.
+EnteredPhase = Literal[
+    'waiting',
+    'ended',
+    'loading',
+    'loaded',
+    'unloading',
+    'unloaded',
+    'failed',
+]
 #: How much of what happens a user wants to see.
 Verbosity = Literal['quiet', 'normal', 'verbose']
 
@@ -646,6 +657,32 @@ class TransitionFailed(Event):
 
 
 @dataclass(frozen=True, slots=True)
+class PartChanged(Event):
+    """
+    The state of a process or component changed as no other event says.
+
+    It is neither shown nor recorded; see `state.LaunchState`.
+
+    :param phase: The phase that it enters, or None; a process that is
+      `ended` has left nothing running, and one that is `waiting` is started
+      again by a machine that is back
+    :param ending: Why a component could not be loaded or unloaded, or empty
+    :param lifecycle: The state of its lifecycle node, if that changed
+    """
+
+    process: Process | Component
+    phase: EnteredPhase | None = None
+    ending: str = ''
+    lifecycle: str | None = None
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {}
+
+
+@dataclass(frozen=True, slots=True)
 class RosLost(Event):
     """
     Nobody speaks with ROS for the launch any more.
@@ -765,6 +802,47 @@ class MachineGone(Event):
 
 
 @dataclass(frozen=True, slots=True)
+class LinkChanged(Event):
+    """
+    The connection to a machine changed as no other event says.
+
+    It is neither shown nor recorded.
+
+    :param reason: Why it is lost, as a part of a sentence, or empty
+    """
+
+    machine: str
+    link: Literal['up', 'lost', 'gone', 'done']
+    reason: str = ''
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {}
+
+
+@dataclass(frozen=True, slots=True)
+class Measured(Event):
+    """
+    It is known what the processes of a machine use.
+
+    It is neither shown nor recorded.
+
+    :param usage: By label the share of a processor, and bytes of memory
+    """
+
+    machine: str
+    usage: Mapping[str, tuple[float, int]]
+
+    def lines(self) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> dict[str, Any]:
+        return {}
+
+
+@dataclass(frozen=True, slots=True)
 class Changed(Event):
     """
     Files were changed, and something follows from that.
@@ -861,15 +939,15 @@ class Watched(Event):
     :param failed: Whether it came to nothing, or the check failed
     :param details: Lines that say why, as a build or an evaluation shows them
     :param is_final: Whether nothing more follows from the change
-    :param is_switch: Whether there was no change, and it tells that they are
-      not looked at any more, or again
+    :param is_paused: Whether changes are ignored from now on, if that is what
+      it tells; None if it is about a change
     """
 
     text: str
     failed: bool = False
     details: str = ''
     is_final: bool = True
-    is_switch: bool = False
+    is_paused: bool | None = None
 
     @property
     def severity(self) -> str:
@@ -914,6 +992,8 @@ class Checked(Event):
     missing: tuple[str, ...]
     failures: tuple[str, ...]
     seconds: float
+
+    is_final = True
 
     @property
     def severity(self) -> str:

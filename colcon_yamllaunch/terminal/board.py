@@ -156,7 +156,7 @@ class Board:
                 self.countdown = Countdown(event, due)
             case events.Changed():
                 self.changed = self._clock()
-            case events.Watched(is_switch=True):
+            case events.Watched(is_paused=bool()):
                 # what came of the last change is still that
                 pass
             case events.Watched() | events.Checked():

@@ -193,7 +193,7 @@ class Watching:
         if not self._is_paused:
             self._is_paused = True
             text = 'off: what is saved now has to wait'
-            self._the_launch.tell(events.Watched(text, is_switch=True))
+            self._the_launch.tell(events.Watched(text, is_paused=True))
 
     def resume(self) -> None:
         """Do what follows from the changes since :meth:`pause`."""
@@ -201,7 +201,7 @@ class Watching:
             return
         self._is_paused = False
         batch, self._put_by = self._put_by, None
-        self._the_launch.tell(events.Watched('on again', is_switch=True))
+        self._the_launch.tell(events.Watched('on again', is_paused=False))
         if batch is not None:
             # whoever has started since may have read what was there then
             self._follow(batch, self._clock())

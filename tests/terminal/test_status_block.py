@@ -222,7 +222,7 @@ def test_the_last_result_of_the_watch(board):
     assert lines(one)[-1] == ' ✓ double.py changed: restarted a (0.21 s)'
     assert next_change(one, 103.0) is None
     # which it is also when nothing follows from another one
-    one.handle(events.Watched('off: what is saved waits', is_switch=True))
+    one.handle(events.Watched('off: what is saved waits', is_paused=True))
     assert 'off' not in lines(one)[1]
     one.handle(events.Watched('double.py changed: it failed', failed=True))
     assert lines(one)[-1] == ' ✗ double.py changed: it failed'

@@ -1,0 +1,895 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The state of a launch: what its processes, components and machines do.
+
+Each event of the launch changes it, through :meth:`LaunchState.apply`, and
+nothing else does. Every view of a launch reads it: the status block, the
+full screen, `--status`, the exit code and the JUnit report. The control
+protocol sends its JSON form, from which a client makes the same state.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from dataclasses import field
+import os
+from pathlib import Path
+import time
+from typing import Any
+from typing import Literal
+
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.frozen import mutable
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.outcome import ending_of
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.outcome import signal_name
+from colcon_yamllaunch.engine.outcome import STOP_SIGNALS
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan import Timer
+
+#: The phases of a process: `waiting` for its turn or its timer, `running`,
+#: `stopping` on request, waiting for its `respawn`, or `ended`; of a
+#: component: `waiting` for its turn or its container, `loading`, `loaded`,
+#: `unloading`, `unloaded` or `failed`. `unknown` while the connection to its
+#: machine is lost.
+Phase = Literal[
+    'waiting',
+    'running',
+    'stopping',
+    'respawn',
+    'ended',
+    'loading',
+    'loaded',
+    'unloading',
+    'unloaded',
+    'failed',
+    'unknown',
+]
+#: What views show of a process or component: `waiting` for a timer,
+#: `starting` (also while it is loaded, configured or activated), `running`,
+#: `stopping`, `held` by a signal such as SIGSTOP, waiting for its `respawn`,
+#: `ended` by itself, `stopped` on request, or `failed`.
+Condition = Literal[
+    'waiting',
+    'starting',
+    'running',
+    'stopping',
+    'held',
+    'respawn',
+    'ended',
+    'stopped',
+    'failed',
+]
+#: What became of the connection to a machine; `done` after its part ended.
+LinkState = Literal['up', 'lost', 'gone', 'done']
+#: The state of a lifecycle node that is not known (lifecycle_msgs/State).
+UNKNOWN = 'unknown'
+#: States in which lifecycle nodes are between two others (likewise).
+BETWEEN_STATES = ('configuring', 'activating')
+
+# the phases that a lost connection does not make doubtful
+_CERTAIN = ('waiting', 'ended', 'unloaded', 'failed')
+_STARTED: Mapping[str, Condition] = {
+    'waiting': 'starting',
+    'loading': 'starting',
+    'running': 'running',
+    'loaded': 'running',
+    'stopping': 'stopping',
+    'unloading': 'stopping',
+    'respawn': 'respawn',
+    'failed': 'failed',
+}
+
+Failure = (
+    events.Exited
+    | events.StartFailed
+    | events.LoadFailed
+    | events.TransitionFailed
+)
+
+
+class StateError(Exception):
+    """Data is no state of a launch; the text says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class About:
+    """
+    What a launch is called.
+
+    :param title: What was launched, as the user called it
+    :param package: The package that was named, if one was
+    :param file: The path of the launch file
+    :param folder: The folder where it was launched
+    """
+
+    title: str
+    package: str | None
+    file: str
+    folder: str
+
+
+@mutable
+class PartState:
+    """
+    A process or component of a launch.
+
+    :param label: Its name in output and logs
+    :param phase: See :data:`Phase`
+    :param seconds: For how long a process has been running or ended, or a
+      component in its phase, when this was read; see `LaunchState.seconds_of`
+    :param ending: How a process ended, or why a component could not be
+      loaded, as a part of a sentence; empty while it runs
+    :param node: The full name of its ROS node as far as it is known
+    :param package: The package that the program or plugin belongs to, if any
+    :param log: The path of the log with all of its output, if it has one; of
+      a component, that of its container
+    :param lifecycle: The state of its lifecycle node, such as `active`;
+      `unknown` until that is known, None if it is no lifecycle node
+    :param machine: The name of the machine that it runs on, None for this one
+    :param condition: See :data:`Condition`
+    :param failure: How it failed last, in short; empty if it has not since
+      somebody started it
+    :param restarts: How often it has been started, or loaded, again
+    :param turn: The version of the launch state in which its condition
+      changed last; 0 while it has only started
+    :param is_kept_stopped: Whether it was stopped on request
+
+    The other ones are for :meth:`LaunchState.apply` only.
+    """
+
+    label: str
+    phase: Phase = 'waiting'
+    seconds: float = 0.0
+    ending: str = ''
+    node: str | None = None
+    package: str | None = None
+    log: str | None = None
+    lifecycle: str | None = None
+    machine: str | None = None
+    condition: Condition = 'starting'
+    failure: str = ''
+    restarts: int = 0
+    turn: int = 0
+    is_kept_stopped: bool = False
+    # when its phase began, by the clock of the state
+    since: float = 0.0
+    # whether its turn comes without a timer
+    is_due: bool = True
+    # whether it was started or loaded before
+    is_begun: bool = False
+    # whether it ended as a failure, or on request
+    has_failed: bool = False
+    was_asked: bool = False
+    is_held: bool = False
+    # whether a signal ends it, though nobody stopped it on request
+    is_signalled: bool = False
+    # the restarts before its machine started again
+    restarts_before: int = 0
+
+
+@mutable
+class ProcessState(PartState):
+    """
+    A process of a launch.
+
+    :param pid: Its process id, which is that of its group, while it runs
+    :param executable: The name of its program
+    :param terminal: Whether keys can be typed at it now
+    :param name: What ROS 2 calls it, its program and number, as
+      `talker.py-2`; None where that is not known
+    :param cpu: The share of one processor that it takes on its machine, 1.0
+      for all of it; None where that is not known, and on this machine
+    :param memory: Its memory there in bytes, likewise
+    :param container: The full name of the node, if it is a container
+    """
+
+    pid: int | None = None
+    executable: str = ''
+    terminal: bool = False
+    name: str | None = None
+    cpu: float | None = None
+    memory: int | None = None
+    container: str | None = None
+    # whether it is started under a debugger next
+    is_debugged: bool = False
+
+    @property
+    def local_pid(self) -> int | None:
+        """Its process id, if it runs on this machine."""
+        return self.pid if self.machine is None else None
+
+
+@mutable
+class ComponentState(PartState):
+    """
+    A component of a launch.
+
+    :param plugin: The class of its node
+    :param container: The full name of the node of its container
+    :param process: The label of the container, None where that is not one of
+      the launch's processes
+    """
+
+    plugin: str = ''
+    container: str = ''
+    process: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class MachineState:
+    """
+    A machine that a part of a launch runs on.
+
+    :param link: `up`, `lost` while the connection to it is, `gone` when that
+      is for good, `done` when its part has ended
+    :param reason: Why it is lost or gone, as a part of a sentence; or empty
+    """
+
+    name: str
+    link: str
+    reason: str = ''
+
+
+@dataclass(frozen=True, slots=True)
+class Countdown:
+    """
+    What stopping waits for.
+
+    :param event: The latest event about it
+    :param due: When the next signal is sent, by the clock of the state
+    """
+
+    event: events.StillRunning
+    due: float
+
+
+#: What a launch consists of, and what has a label.
+Part = ProcessState | ComponentState
+
+
+@mutable
+class LaunchState:
+    """
+    A launch.
+
+    :param title: What was launched, as the user called it
+    :param package: The package that was named, if one was
+    :param file: The path of the launch file
+    :param folder: The folder where it was launched
+    :param pid: The process id of the launcher
+    :param started: When it began, by the clock
+    :param clock: Returns seconds that never go back
+    :param log_folder: The folder with its logs, if it writes any
+    :param log_files: For each label the log with all output
+    :param tty: Whether each process has a terminal
+    :param machine_of: Returns the name of the machine on which a process or
+      component runs, by its label; None for this one
+    :param by_label: Its processes and components, in the order of the plan
+    :param machines: The machines that parts of it run on, by name
+    :param stop_reason: Why everything is being stopped; empty if it is not
+    :param countdown: What stopping waits for
+    :param watch: What came of the last change, if it goes on with its files
+      (`--watch`); empty before the first one, None without `--watch`
+    :param watch_failed: Whether that failed
+    :param watch_paused: Whether changes are ignored for the time being
+    :param change: The latest event about a change
+    :param changed: When files were changed, by the clock, while something is
+      still to be done about that; else None
+    :param errors: What the last build or evaluation that failed has printed
+    :param failures: What failed, by label, in order
+    :param problems: What failed that is no process, component or node
+    :param gone: By name, why machines are gone
+    :param lost: The processes that were lost with them
+    :param left_behind: Processes that cannot be ended
+    :param verdicts: What came of its exit conditions; set by `Ended`
+    :param exit_code: What the launcher exits with, None until it ends
+    :param sequence: The number of events so far; output does not count
+    :param version: Grows whenever something that is shown changes
+    """
+
+    title: str = ''
+    package: str | None = None
+    file: str = ''
+    folder: str = ''
+    pid: int = field(default_factory=os.getpid)
+    started: float = 0.0
+    clock: Callable[[], float] = time.monotonic
+    log_folder: str | None = None
+    log_files: Mapping[str, Path | str] = field(default_factory=dict)
+    tty: bool = False
+    machine_of: Callable[[str], str | None] = field(
+        default_factory=lambda: lambda _label: None
+    )
+    by_label: dict[str, Part] = field(default_factory=dict)
+    machines: dict[str, MachineState] = field(default_factory=dict)
+    stop_reason: str = ''
+    countdown: Countdown | None = None
+    watch: str | None = None
+    watch_failed: bool = False
+    watch_paused: bool = False
+    change: events.Watched | events.Checked | None = None
+    changed: float | None = None
+    errors: tuple[str, ...] = ()
+    failures: dict[str, Failure] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    gone: dict[str, str] = field(default_factory=dict)
+    lost: list[events.Exited] = field(default_factory=list)
+    left_behind: dict[tuple[str, int], events.LeftBehind] = field(
+        default_factory=dict
+    )
+    verdicts: tuple[events.Verdict, ...] = ()
+    exit_code: int | None = None
+    sequence: int = 0
+    version: int = 0
+
+    # what it says
+
+    @property
+    def seconds(self) -> float:
+        """For how long it has been running."""
+        return self.clock() - self.started
+
+    @property
+    def stopping(self) -> bool:
+        """Whether everything is being stopped."""
+        return bool(self.stop_reason)
+
+    @property
+    def processes(self) -> list[ProcessState]:
+        """Its processes, in the order of the plan."""
+        parts = self.by_label.values()
+        return [p for p in parts if isinstance(p, ProcessState)]
+
+    @property
+    def components(self) -> list[ComponentState]:
+        """Its components, in the order of the plan."""
+        parts = self.by_label.values()
+        return [p for p in parts if isinstance(p, ComponentState)]
+
+    def parts(self) -> Iterator[Part]:
+        """Iterate over all that has a label, components below containers."""
+        for process in self.processes:
+            yield process
+            yield from self.components_of(process.label)
+        yield from self.components_of(None)
+
+    def components_of(self, process: str | None) -> Iterator[ComponentState]:
+        """
+        Iterate over the components of a container.
+
+        :param process: Its label; None for containers of others
+        """
+        return (c for c in self.components if c.process == process)
+
+    def process(self, label: str) -> ProcessState | None:
+        """Return the process with a label, if there is one."""
+        part = self.by_label.get(label)
+        return part if isinstance(part, ProcessState) else None
+
+    def seconds_of(self, part: Part) -> float:
+        """Return for how long a process runs or has ended; see `seconds`."""
+        if part.phase == 'waiting' and isinstance(part, ProcessState):
+            return 0.0
+        return max(0.0, self.clock() - part.since)
+
+    def log_of(self, part: Part) -> str | None:
+        """Return the path of a log that has all output of a part."""
+        label = part.label if isinstance(part, ProcessState) else part.process
+        log = self.log_files.get(label or '')
+        return None if log is None else str(log)
+
+    def groups(self) -> dict[str, int]:
+        """Return the process groups that run on this machine, by label."""
+        return {
+            p.label: p.pid
+            for p in self.processes
+            if p.pid is not None and p.machine is None
+        }
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether something failed, so that the exit code is 1."""
+        return bool(
+            self.failures or self.left_behind or self.problems or self.gone
+        )
+
+    # what changes it
+
+    def expect(self, entries: Iterable[Entry], *, is_due: bool = True) -> None:
+        """
+        Add processes and components of a plan, or replace those it has.
+
+        :param is_due: Whether their turn comes without a timer
+        """
+        for entry in entries:
+            if isinstance(entry, Timer):
+                self.expect(entry.entries, is_due=False)
+            elif isinstance(entry, Process):
+                self._expect_process(entry, is_due=is_due)
+            elif isinstance(entry, Component):
+                self._expect_component(entry, is_due=is_due)
+        self._find_containers()
+
+    def apply(self, event: events.Event) -> None:
+        """Change it as an event says."""
+        if isinstance(event, events.Output):
+            return
+        self.sequence += 1
+        self._note_failure(event)
+        part = self._part_of(event)
+        if part is not None and self._apply_to_part(part, event):
+            self._show(part)
+        elif part is not None or not self._apply_to_launch(event):
+            return
+        self.version += 1
+
+    def _expect_process(self, process: Process, *, is_due: bool) -> None:
+        part = self.process(process.label)
+        if part is None:
+            part = ProcessState(process.label, is_due=is_due)
+            part.machine = self.machine_of(process.label)
+            part.condition = _condition_of(part)
+            self.by_label[process.label] = part
+        part.executable = os.path.basename(str(process.argv[0]))
+        part.node = process.node_name
+        part.package = process.package
+        part.name = process.ros_name
+        part.container = process.node_name if process.is_container else None
+        if not process.is_lifecycle:
+            part.lifecycle = None
+        elif part.lifecycle is None:
+            part.lifecycle = UNKNOWN
+
+    def _expect_component(self, component: Component, *, is_due: bool) -> None:
+        part = self.by_label.get(component.label)
+        if not isinstance(part, ComponentState):
+            part = ComponentState(component.label, is_due=is_due)
+            part.machine = self.machine_of(component.label)
+            part.condition = _condition_of(part)
+            part.since = self.clock()
+            self.by_label[component.label] = part
+        part.plugin = component.plugin
+        part.package = component.package
+        part.container = component.container
+        if part.phase != 'loaded':
+            part.node = component.node_name
+        if not component.is_lifecycle:
+            part.lifecycle = None
+        elif part.lifecycle is None:
+            part.lifecycle = UNKNOWN
+
+    def _find_containers(self) -> None:
+        components = self.components
+        if components:
+            containers = {p.container: p.label for p in self.processes}
+            for component in components:
+                component.process = containers.get(component.container)
+
+    def _part_of(self, event: events.Event) -> Part | None:
+        part = getattr(event, 'process', None)
+        if part is None:
+            part = getattr(event, 'component', None)
+        return None if part is None else self.by_label.get(part.label)
+
+    def _show(self, part: Part) -> None:
+        """Find out the condition of a part that changed."""
+        before, part.condition = part.condition, _condition_of(part)
+        is_first_start = (
+            not part.turn
+            and not part.restarts
+            and part.condition in ('starting', 'running')
+        )
+        if part.condition != before and not is_first_start:
+            part.turn = self.version + 1
+
+    def _apply_to_launch(self, event: events.Event) -> bool:
+        """Apply an event about the launch; return whether it changed."""
+        match event:
+            case events.Planned():
+                self.expect(event.parts)
+            case events.ShuttingDown():
+                self._shut_down(event.reason)
+            case events.StillRunning():
+                due = self.clock() + event.seconds
+                self.countdown = Countdown(event, due)
+            case events.Changed():
+                self.changed = self.clock()
+            case events.Watched() | events.Checked():
+                self._note_change(event)
+            case events.LinkLost():
+                self._link(event.machine, 'lost', event.reason)
+            case events.LinkBack():
+                self._link(event.machine, 'up')
+            case events.MachineGone():
+                self._link(event.machine, 'gone', event.reason)
+            case events.LinkChanged():
+                self._link(event.machine, event.link, event.reason)
+            case events.Measured():
+                self._measure(event)
+            case events.Ended():
+                self.exit_code = event.exit_code
+                self.verdicts = event.verdicts
+            case _:
+                return False
+        return True
+
+    def _shut_down(self, reason: str) -> None:
+        self.stop_reason = reason
+        for part in self.by_label.values():
+            part.is_due = False
+            if isinstance(part, ComponentState):
+                part.is_signalled = part.phase == 'loaded'
+            elif part.pid is not None:
+                part.phase = 'stopping'
+            elif part.phase in ('respawn', 'stopping'):
+                part.phase = 'ended'
+            self._show(part)
+
+    def _note_change(self, event: events.Watched | events.Checked) -> None:
+        if isinstance(event, events.Watched):
+            self.watch, self.watch_failed = event.text, event.failed
+            self.errors = event.errors or self.errors
+            if event.is_paused is not None:
+                # what came of the last change is still that
+                self.watch_paused = event.is_paused
+                return
+        self.change = event
+        if event.is_final:
+            self.changed = None
+
+    def _link(self, name: str, link: LinkState, reason: str = '') -> None:
+        self.machines[name] = MachineState(name, link, reason)
+
+    def _measure(self, event: events.Measured) -> None:
+        for process in self.processes:
+            if process.machine == event.machine:
+                usage = event.usage.get(process.label, (None, None))
+                process.cpu, process.memory = usage
+
+    def _note_failure(self, event: events.Event) -> None:
+        match event:
+            case events.Started() | events.StateChanged(state='active'):
+                self._forget_failure(event.process.label)
+            case events.Loaded():
+                self._forget_failure(event.component.label)
+            case events.Dropped():
+                self._forget_failure(event.process.label)
+            case events.Exited(outcome=outcome) if outcome.lost:
+                # that the machine is gone is a failure already
+                if not event.asked:
+                    self.lost.append(event)
+            case events.Exited(failed=True) | events.StartFailed():
+                self.failures[event.process.label] = event
+            case events.LoadFailed():
+                self.failures[event.component.label] = event
+            case events.TransitionFailed():
+                # that its process failed says more
+                self.failures.setdefault(event.process.label, event)
+            case events.LeftBehind():
+                key = event.process.label, event.pid
+                self.left_behind[key] = event
+            case events.RosLost():
+                self.problems.append(event.reason)
+            case events.HostLost():
+                self.problems.append(event.text)
+            case events.PlanFailed():
+                self.problems.append(event.problems[0])
+            case events.MachineGone():
+                self.gone[event.machine] = event.text
+            case events.LinkBack(machine=name) if not self.stopping:
+                self.gone.pop(name, None)
+                self.lost = [e for e in self.lost if e.outcome.lost != name]
+            case _:
+                return
+
+    def _forget_failure(self, label: str) -> None:
+        # a machine may start a process again until it learns of the stop
+        if not self.stopping:
+            self.failures.pop(label, None)
+
+    def _apply_to_part(self, part: Part, event: events.Event) -> bool:
+        """Apply an event about a part; return whether that changed."""
+        match event:
+            case events.Dropped():
+                del self.by_label[part.label]
+                self._find_containers()
+            case events.Requested():
+                self._request(part, event.action)
+            case events.StateChanged():
+                part.lifecycle = event.state
+                part.node = part.node or event.node
+            case events.TransitionFailed():
+                part.failure = event.transition
+            case events.PartChanged():
+                self._change_part(part, event)
+            case _ if isinstance(part, ComponentState):
+                return self._apply_to_component(part, event)
+            case _:
+                return self._apply_to_process(part, event)
+        return True
+
+    def _apply_to_process(
+        self, process: ProcessState, event: events.Event
+    ) -> bool:
+        match event:
+            case events.Started():
+                self._begin(process)
+                process.pid = event.pid
+                process.terminal = (
+                    self.tty
+                    or event.process.emulate_tty
+                    or process.is_debugged
+                )
+                process.is_debugged = False
+                phase: Phase = 'stopping' if self.stopping else 'running'
+                self._enter(process, phase)
+            case events.StartFailed():
+                self._begin(process)
+                process.failure = 'cannot start'
+                process.ending = f'could not be started: {event.reason}'
+                process.has_failed = True
+                again = event.respawn_delay is not None
+                self._enter(process, 'respawn' if again else 'ended')
+            case events.Exited():
+                self._exit(process, event)
+            case events.Signalled():
+                if process.phase != 'running':
+                    return False
+                process.is_signalled |= event.signal in STOP_SIGNALS
+            case events.Suspended():
+                process.is_held = event.signal is not None
+            case _:
+                return False
+        return True
+
+    def _begin(self, part: Part) -> None:
+        """Apply that a part is started or loaded."""
+        part.restarts += part.is_begun
+        part.is_begun = True
+        part.ending = ''
+        part.has_failed = part.was_asked = part.is_kept_stopped = False
+        self._reset(part)
+
+    def _reset(self, part: Part) -> None:
+        """Forget what holds only while a part runs as it did before."""
+        part.is_held = part.is_signalled = False
+        if part.lifecycle is not None:
+            part.lifecycle = UNKNOWN
+        if isinstance(part, ProcessState):
+            part.pid = part.cpu = part.memory = None
+            part.terminal = False
+
+    def _enter(self, part: Part, phase: Phase) -> None:
+        part.phase = phase
+        part.since = self.clock()
+
+    def _exit(self, process: ProcessState, event: events.Exited) -> None:
+        process.has_failed = event.failed
+        process.was_asked = event.asked or process.is_signalled
+        if event.failed:
+            process.failure = _in_short(event.outcome)
+        process.ending = (
+            'stopped'
+            if event.asked and not event.failed
+            else ending_of(event.outcome, event.asked)
+        )
+        self._reset(process)
+        # what a process that is stopped has started may still run
+        is_stopping = (
+            process.phase == 'stopping'
+            and not self.stopping
+            and not event.outcome.lost
+        )
+        if event.respawn_delay is not None:
+            self._enter(process, 'respawn')
+        else:
+            self._enter(process, 'stopping' if is_stopping else 'ended')
+
+    def _request(self, part: Part, action: events.Action) -> None:
+        ends = action in ('stop', 'kill')
+        # a failure stays one though what failed is stopped
+        is_past = ends and part.condition == 'failed'
+        if isinstance(part, ComponentState):
+            part.failure = ''
+            part.was_asked = ends
+        else:
+            if not is_past:
+                part.failure = ''
+                part.has_failed = False
+            part.was_asked |= part.phase == 'respawn'
+            part.is_debugged = action == 'debug'
+            part.phase = 'stopping'
+        if action != 'change':
+            part.is_kept_stopped = ends
+
+    def _change_part(self, part: Part, event: events.PartChanged) -> None:
+        if event.lifecycle is not None:
+            part.lifecycle = event.lifecycle
+        if event.phase is None:
+            return
+        if event.phase == 'waiting' and isinstance(part, ProcessState):
+            # its machine is back, and starts it once more
+            part.restarts_before = part.restarts + part.is_begun
+            part.is_kept_stopped = False
+        if isinstance(part, ComponentState):
+            part.ending = event.ending
+            if event.phase != part.phase:
+                part.since = self.clock()
+        part.phase = event.phase
+
+    def _apply_to_component(
+        self, component: ComponentState, event: events.Event
+    ) -> bool:
+        match event:
+            case events.Loaded():
+                self._begin(component)
+                component.failure = ''
+                component.node = event.full_name
+                self._enter(component, 'loaded')
+            case events.LoadFailed():
+                component.failure = 'cannot load'
+                component.ending = event.reason
+                component.has_failed = True
+                self._enter(component, 'waiting' if event.again else 'failed')
+            case events.Unloaded():
+                component.ending = ''
+                component.was_asked = event.reason == events.REQUESTED
+                self._reset(component)
+                self._enter(component, 'unloaded')
+            case _:
+                return False
+        return True
+
+
+def _condition_of(part: Part) -> Condition:
+    """Return what views show of a process or component."""
+    phase = part.phase
+    match phase:
+        case 'waiting' | 'loading' if not part.is_due:
+            return 'waiting'
+        case 'waiting' if part.has_failed:
+            return 'respawn'
+        case 'running' | 'loaded':
+            if part.is_signalled:
+                return 'stopping'
+            if part.is_held:
+                return 'held'
+            if part.lifecycle in BETWEEN_STATES:
+                return 'starting'
+            return 'running'
+        case 'ended' if part.has_failed:
+            return 'failed'
+        case 'ended' | 'unloaded':
+            return 'stopped' if part.was_asked else 'ended'
+        case _:
+            return _STARTED.get(phase, 'starting')
+
+
+def _in_short(outcome: Outcome) -> str:
+    if outcome.lost:
+        return 'lost'
+    if outcome.signal is not None:
+        return signal_name(outcome.signal)
+    return f'exit {outcome.code}'
+
+
+# its JSON form
+
+_LAUNCH = ('title', 'package', 'file', 'folder', 'pid', 'log_folder')
+_LATER_OF_LAUNCH = ('watch', 'watch_failed', 'watch_paused')
+_PROCESS = (
+    *('label', 'phase', 'pid', 'restarts', 'ending', 'executable', 'node'),
+    *('package', 'terminal'),
+)
+_COMPONENT = (
+    *('label', 'phase', 'ending', 'plugin', 'node', 'package', 'container'),
+    *('process', 'lifecycle'),
+)
+_LATER_OF_PROCESS = (
+    *('name', 'lifecycle', 'machine', 'cpu', 'memory'),
+    *('condition', 'failure'),
+)
+_LATER_OF_COMPONENT = ('machine', 'condition', 'failure')
+
+
+def to_json(state: LaunchState) -> dict[str, Any]:
+    """Return a state as the control protocol sends it."""
+    return {
+        **_values(state, _LAUNCH),
+        'seconds': round(state.seconds, 3),
+        'stopping': state.stopping,
+        'processes': [part_to_json(state, p) for p in state.processes],
+        'components': [part_to_json(state, c) for c in state.components],
+        **_values(state, _LATER_OF_LAUNCH),
+        'machines': [
+            {'name': m.name, 'link': m.link, 'reason': m.reason}
+            for m in state.machines.values()
+        ],
+    }
+
+
+def part_to_json(state: LaunchState, part: Part) -> dict[str, Any]:
+    """Return a process or component as the control protocol sends it."""
+    names = (
+        (*_PROCESS, *_LATER_OF_PROCESS)
+        if isinstance(part, ProcessState)
+        else (*_COMPONENT, *_LATER_OF_COMPONENT)
+    )
+    values = _values(part, names)
+    values['seconds'] = round(state.seconds_of(part), 3)
+    values['log'] = state.log_of(part)
+    machine = state.machines.get(part.machine or '')
+    if machine is not None and machine.link != 'up':
+        values['terminal'] = False
+        if machine.link == 'lost' and part.phase not in _CERTAIN:
+            values |= {'phase': 'unknown', 'ending': ''}
+    return values
+
+
+def from_json(
+    data: object, clock: Callable[[], float] = time.monotonic
+) -> LaunchState:
+    """
+    Return the state that an object of the control protocol has.
+
+    What is not known here is left out. What came with a later version may be
+    missing.
+
+    :param clock: Returns seconds that never go back
+    :raises StateError: when something is missing
+    """
+    try:
+        now = clock()
+        launch = _known(data, _LAUNCH, _LATER_OF_LAUNCH)
+        state = LaunchState(**launch, clock=clock)
+        assert isinstance(data, Mapping)
+        state.started = now - data['seconds']
+        state.stop_reason = 'requested' if data['stopping'] else ''
+        state.log_files = {}
+        for kind, rows, names, later in (
+            (ProcessState, data['processes'], _PROCESS, _LATER_OF_PROCESS),
+            (
+                ComponentState,
+                data.get('components', ()),
+                _COMPONENT,
+                _LATER_OF_COMPONENT,
+            ),
+        ):
+            for row in rows:
+                part: Part = kind(**_known(row, (*names, 'seconds'), later))
+                part.since = now - part.seconds
+                part.log = row['log']
+                if 'condition' not in row:
+                    part.condition = _condition_of(part)
+                if part.log is not None and kind is ProcessState:
+                    state.log_files[part.label] = part.log
+                state.by_label[part.label] = part
+        for row in data.get('machines', ()):
+            machine = MachineState(
+                **_known(row, ('name', 'link'), ('reason',))
+            )
+            state.machines[machine.name] = machine
+    except (AttributeError, KeyError, TypeError) as error:
+        raise StateError('the launch is not described in full') from error
+    return state
+
+
+def _values(of: object, names: Iterable[str]) -> dict[str, Any]:
+    return {name: getattr(of, name) for name in names}
+
+
+def _known(
+    data: object, names: Iterable[str], later: Iterable[str]
+) -> dict[str, Any]:
+    """Return fields of an object; those that came later may be missing."""
+    if not isinstance(data, Mapping):
+        raise TypeError
+    known = {name: data[name] for name in names}
+    return known | {name: data[name] for name in later if name in data}
