@@ -136,17 +136,24 @@ def test_entries_run_in_order(launch, sh):
 @pytest.mark.parametrize(
     ('script', 'text'),
     [
-        ('echo why >&2; exit 3', 'exited with code 3'),
-        ('echo why; kill -SEGV $$', 'died by SIGSEGV'),
+        ('echo why >&2; touch wrote; exit 3', 'exited with code 3'),
+        ('echo why; touch wrote; kill -SEGV $$', 'died by SIGSEGV'),
         pytest.param(
-            'echo why; kill -TERM $$',
+            'echo why; touch wrote; kill -TERM $$',
             'died by SIGTERM',
             marks=pytest.mark.full,
         ),
     ],
 )
-def test_a_failure_is_named_last_with_its_last_lines(launch, sh, script, text):
-    one = launch(sh('bad', script), sh('good', 'echo fine; sleep 0.1'))
+def test_a_failure_is_named_last_with_its_last_lines(
+    launch, sh, tmp_path, script, text
+):
+    # the last lines are repeated only if other output follows them
+    good = 'until [ -e wrote ]; do sleep 0.01; done; sleep 0.1; echo fine'
+    one = launch(
+        sh('bad', script, cwd=str(tmp_path)),
+        sh('good', good, cwd=str(tmp_path)),
+    )
     assert one.ends() == 1
     closing = one.screen[one.screen.rindex('failed: ') :]
     assert closing.startswith(f'failed: bad {text}')
