@@ -45,7 +45,6 @@ from colcon_yamllaunch.observers.display import can_have_status
 from colcon_yamllaunch.observers.display import Display
 from colcon_yamllaunch.observers.failures import Failures
 from colcon_yamllaunch.observers.failures import OwnerOf
-from colcon_yamllaunch.observers.failures import ParametersOf
 from colcon_yamllaunch.observers.launch_logs import CLIENT_LOG
 from colcon_yamllaunch.observers.launch_logs import COMMON_LOG
 from colcon_yamllaunch.observers.launch_logs import Logs
@@ -55,6 +54,7 @@ from colcon_yamllaunch.observers.line_formats import LOG_FORMAT
 from colcon_yamllaunch.observers.presentation import present
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.observers.screen import Screen
+from colcon_yamllaunch.plan.plan import ParametersOf
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.terminal.own_terminal import OwnTerminal

@@ -19,7 +19,7 @@ CORE = {'common', 'plan'}
 ALLOWED = {
     'common': set[str](),
     'workspace': {'common'},
-    'plan': {'common', 'language'},
+    'plan': {'common'},
     'language': CORE,
     'engine': CORE,
     'observers': CORE | {'engine'},

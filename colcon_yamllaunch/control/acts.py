@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.process.spawn import StartError
 from colcon_yamllaunch.engine.tasks import RefusedError
-from colcon_yamllaunch.observers.failures import ParametersOf
 from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import ParametersOf
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:

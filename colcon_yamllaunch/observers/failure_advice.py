@@ -26,8 +26,8 @@ from colcon_yamllaunch.engine.process.spawn import find_program
 from colcon_yamllaunch.engine.process.spawn import interpreter_of
 from colcon_yamllaunch.engine.process.spawn import StartError
 from colcon_yamllaunch.observers.failures import OwnerOf
-from colcon_yamllaunch.observers.failures import ParametersOf
 from colcon_yamllaunch.observers.parameter_advice import parameter_advice
+from colcon_yamllaunch.plan.plan import ParametersOf
 from colcon_yamllaunch.plan.plan import Process
 
 _MISSING_MODULE = re.compile(

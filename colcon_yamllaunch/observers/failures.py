@@ -4,7 +4,6 @@
 """What failed in a launch, and the closing lines about it."""
 
 from collections.abc import Callable
-from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +15,6 @@ from colcon_yamllaunch.engine.output_modes import SHOWN
 from colcon_yamllaunch.engine.process.core_dumps import find_core_dump
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.plan.plan import SetParameter
 
 Failure = (
     events.Exited
@@ -27,9 +25,6 @@ Failure = (
 #: Returns the package that has a Python module and that another package does
 #: not declare, or None; it gets the module and that other package.
 OwnerOf = Callable[[str, str | None], str | None]
-#: Returns all parameters that a process is given, with where they are set; the
-#: last of several with one name counts.
-ParametersOf = Callable[[Process], Iterable[SetParameter]]
 
 
 class Failures:

@@ -3,6 +3,8 @@
 
 """What a launch file comes to: plain data, ready to be run."""
 
+from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Iterator
 
 from colcon_yamllaunch.common.frozen import dataclass
@@ -16,6 +18,9 @@ DEFAULT_SIGKILL_TIMEOUT = 5.0
 UNLIMITED_RETRIES = -1
 #: The values of the `output` attribute, as in ROS 2.
 OUTPUT_MODES = ('both', 'screen', 'log', 'own_log', 'full')
+
+#: Variables by name, sorted; None where one is unset.
+Variables = tuple[tuple[str, str | None], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +127,7 @@ class Process:
     cwd: str
     position: Position
     name: str | None = None
-    environment: tuple[tuple[str, str | None], ...] = ()
+    environment: Variables = ()
     output: str = 'both'
     emulate_tty: bool = False
     respawn: bool = False
@@ -407,3 +412,8 @@ class Growth:
     entries: tuple[Entry, ...] = ()
     problems: tuple[str, ...] = ()
     blocks: tuple[Block, ...] = ()
+
+
+#: Returns all parameters that a process is given, with where they are set; the
+#: last of several with one name counts.
+ParametersOf = Callable[[Process], Iterable[SetParameter]]

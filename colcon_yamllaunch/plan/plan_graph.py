@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.language.syntax.diagnostics import shown_path
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan_text import when
+from colcon_yamllaunch.plan.position import shown_path
 
 
 def plan_to_mermaid(plan: Plan, cwd: str) -> str:

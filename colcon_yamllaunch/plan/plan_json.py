@@ -12,15 +12,13 @@ for a variable that is unset.
 """
 
 from collections import Counter
-import dataclasses
 import json
-import math
-import re
-import types
-import typing
-from typing import Any
 
-from colcon_yamllaunch.plan import plan as plan_module
+from colcon_yamllaunch.common.codec import Codec
+from colcon_yamllaunch.common.codec import CodecError
+from colcon_yamllaunch.common.codec import from_json
+from colcon_yamllaunch.common.codec import only
+from colcon_yamllaunch.common.codec import read_float
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import HostCall
@@ -31,6 +29,7 @@ from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import Variables
 
 #: How many values and separators the JSON of a plan may have: a process takes
 #: some thirty.
@@ -40,7 +39,7 @@ MAXIMUM_VALUES = 2_000_000
 #: misunderstand the new one.
 VERSION = 1
 
-_TAGGED: dict[type, str] = {
+_TAGS: dict[type, str] = {
     ChangeState: 'change_state',
     Component: 'component',
     HostCall: 'call',
@@ -51,7 +50,6 @@ _TAGGED: dict[type, str] = {
     SignalProcess: 'signal',
     Timer: 'timer',
 }
-_ENVIRONMENT = 'environment'
 
 
 class PlanFormatError(Exception):
@@ -60,15 +58,15 @@ class PlanFormatError(Exception):
 
 def plan_to_json(plan: Plan) -> str:
     """Return a plan as JSON."""
-    data = {'version': VERSION, **_encode(plan)}
+    data = {'version': VERSION, **_CODEC.to_json(plan)}
     return json.dumps(data, indent=2, ensure_ascii=False)
 
 
 def plan_from_json(text: str) -> Plan:
     """
-    Return the plan that JSON tells of.
+    Return the plan in a JSON text.
 
-    :raises PlanFormatError: when it tells of none
+    :raises PlanFormatError: when it has none
     """
     if sum(map(text.count, '[{,')) > MAXIMUM_VALUES:
         raise PlanFormatError(f'it has more than {MAXIMUM_VALUES} values')
@@ -78,12 +76,15 @@ def plan_from_json(text: str) -> Plan:
         raise PlanFormatError(f'it is not JSON: {e}') from e
     if not isinstance(data, dict) or 'version' not in data:
         raise PlanFormatError("it has no 'version'")
-    if data['version'] != VERSION:
+    version = data.pop('version')
+    if version != VERSION:
         raise PlanFormatError(
-            f'its version is {data["version"]}, but only {VERSION} is known'
+            f'its version is {version}, but only {VERSION} is known'
         )
-    fields = {name: data[name] for name in data if name != 'version'}
-    plan: Plan = _decode(Plan, fields, 'plan')
+    try:
+        plan = _CODEC.from_json(Plan, data, 'plan')
+    except CodecError as e:
+        raise PlanFormatError(str(e)) from e
     _check_labels(plan)
     return plan
 
@@ -99,109 +100,29 @@ def _check_labels(plan: Plan) -> None:
             )
 
 
-def _encode(value: Any) -> Any:
-    if dataclasses.is_dataclass(value):
-        tag = _TAGGED.get(type(value))
-        data: dict[str, Any] = {} if tag is None else {'type': tag}
-        for field in dataclasses.fields(value):
-            content = getattr(value, field.name)
-            data[field.name] = (
-                dict(content)
-                if field.name == _ENVIRONMENT
-                else _encode(content)
-            )
-        return data
-    if isinstance(value, tuple):
-        return [_encode(item) for item in value]
-    return value
-
-
-def _decode(hint: Any, data: Any, where: str) -> Any:
-    if dataclasses.is_dataclass(hint):
-        return _decode_object(hint, data, where)
-    origin = typing.get_origin(hint)
-    if origin in (typing.Union, types.UnionType):
-        return _decode_one_of(typing.get_args(hint), data, where)
-    if origin is tuple:
-        if not isinstance(data, list):
-            raise PlanFormatError(f'{where} is not a list')
-        element = typing.get_args(hint)[0]
-        return tuple(
-            _decode(element, item, f'{where}[{index}]')
-            for index, item in enumerate(data)
-        )
-    if hint is float:
-        return _decode_seconds(data, where)
-    if type(data) is not hint:
-        raise PlanFormatError(f'{where} is not of the type {hint.__name__}')
-    return data
-
-
 def _refuse_constant(name: str) -> None:
     # JSON has none of them (RFC 8259, 6)
     raise ValueError(f'{name} is no number')
 
 
-def _decode_seconds(data: Any, where: str) -> float:
-    if type(data) not in (int, float):
-        raise PlanFormatError(f'{where} is not of the type float')
-    try:
-        seconds = float(data)
-    except OverflowError:
-        seconds = math.inf
-    if not 0 <= seconds < math.inf:
-        raise PlanFormatError(f'{where} is no time that can be waited for')
+def _read_seconds(data: object) -> float:
+    seconds = read_float(data)
+    if seconds < 0:
+        raise CodecError('is no time that can be waited for')
     return seconds
 
 
-def _decode_object(hint: Any, data: Any, where: str) -> Any:
-    if not isinstance(data, dict):
-        raise PlanFormatError(f'{where} is not an object')
-    hints = typing.get_type_hints(hint, vars(plan_module))
-    fields = {field.name: field for field in dataclasses.fields(hint)}
-    unknown = sorted(data.keys() - fields.keys() - {'type'})
-    if unknown:
-        raise PlanFormatError(f"{where} has an unknown field '{unknown[0]}'")
-    values = {}
-    for name, field in fields.items():
-        inner = f'{where}.{name}'
-        if name in data:
-            content = data[name]
-            values[name] = (
-                _decode_environment(content, inner)
-                if name == _ENVIRONMENT
-                else _decode(hints[name], content, inner)
-            )
-        elif field.default is dataclasses.MISSING:
-            raise PlanFormatError(f'{inner} is missing')
-    return hint(**values)
+def _read_environment(data: object) -> Variables:
+    variables = from_json(dict[str, str | None], data)
+    return tuple(sorted(variables.items()))
 
 
-def _decode_environment(
-    data: Any, where: str
-) -> tuple[tuple[str, str | None], ...]:
-    if not isinstance(data, dict):
-        raise PlanFormatError(f'{where} is not an object')
-    return tuple(
-        (name, _decode(str | None, value, f'{where}.{name}'))
-        for name, value in sorted(data.items())
-    )
-
-
-def _decode_one_of(hints: tuple[Any, ...], data: Any, where: str) -> Any:
-    if data is None and type(None) in hints:
-        return None
-    tag = data.get('type') if isinstance(data, dict) else None
-    for hint in hints:
-        if hint in _TAGGED:
-            if tag == _TAGGED[hint]:
-                return _decode(hint, data, where)
-        elif isinstance(data, hint) and hint is not type(None):
-            return data
-    names = ' or '.join(_name(h) for h in hints if h is not type(None))
-    raise PlanFormatError(f'{where} is not {names}')
-
-
-def _name(hint: Any) -> str:
-    words = re.sub('(?<!^)([A-Z])', r' \1', hint.__name__).lower()
-    return f'a {words}'
+_CODEC = Codec(
+    _TAGS,
+    special={
+        float: (None, _read_seconds),
+        # of any size, as a plan is the user's own
+        int: (None, lambda data: only(int, data)),
+        Variables: (dict, _read_environment),
+    },
+)

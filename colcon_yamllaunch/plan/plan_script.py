@@ -6,7 +6,6 @@
 from collections.abc import Iterator
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.language.syntax.diagnostics import shown_position
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
@@ -22,6 +21,7 @@ from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.plan_text import command
 from colcon_yamllaunch.plan.plan_text import load_command
 from colcon_yamllaunch.plan.plan_text import quoted
+from colcon_yamllaunch.plan.position import shown_position
 
 _BEGIN = """\
 #!/usr/bin/env bash

@@ -5,36 +5,28 @@
 
 from collections.abc import Iterable
 from collections.abc import Iterator
-from collections.abc import Mapping as AbstractMapping
-import math
-import os
+from collections.abc import Mapping
 import shlex
 import signal
-import stat
-import sys
+from typing import NamedTuple
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.diagnostics import shown_position
-from colcon_yamllaunch.language.syntax.source_text import read_source
-from colcon_yamllaunch.language.syntax.yaml_reader import Mapping
-from colcon_yamllaunch.language.syntax.yaml_reader import read_yaml
-from colcon_yamllaunch.language.syntax.yaml_reader import Scalar
-from colcon_yamllaunch.language.syntax.yaml_reader import Sequence
-from colcon_yamllaunch.language.syntax.yaml_reader import Value
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import EventHandler
 from colcon_yamllaunch.plan.plan import HostCall
 from colcon_yamllaunch.plan.plan import Message
-from colcon_yamllaunch.plan.plan import ParameterFile
+from colcon_yamllaunch.plan.plan import ParametersOf
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
+from colcon_yamllaunch.plan.plan import Timer
 from colcon_yamllaunch.plan.plan import UNLIMITED_RETRIES
+from colcon_yamllaunch.plan.plan import Variables
+from colcon_yamllaunch.plan.position import shown_position
 
 _INDENT = '    '
 
@@ -43,7 +35,8 @@ def plan_to_text(
     plan: Plan,
     cwd: str,
     setup: str | None = None,
-    machines: AbstractMapping[str, str] | None = None,
+    machines: Mapping[str, str] | None = None,
+    parameters_of: ParametersOf = lambda process: process.parameters,
 ) -> str:
     """
     Describe what a plan would do, in order.
@@ -55,9 +48,10 @@ def plan_to_text(
     :param cwd: The folder that paths are shown relative to
     :param setup: The setup script of the workspace, if there is one
     :param machines: The machines of what runs elsewhere, by its label
+    :param parameters_of: Returns the parameters of a process
     """
-    there = {} if machines is None else machines
-    lines = list(map(one_line, _entries(plan.entries, cwd, '', there)))
+    described = _Described(cwd, machines or {}, parameters_of)
+    lines = list(map(one_line, described.entries(plan.entries)))
     for handler in plan.handlers:
         lines += map(one_line, handler_as_text(handler, cwd))
     if not lines:
@@ -121,9 +115,7 @@ def _in_quotes(character: str) -> str:
     return f'\\U{ord(character):08x}'
 
 
-def _variables(
-    environment: tuple[tuple[str, str | None], ...],
-) -> Iterator[str]:
+def _variables(environment: Variables) -> Iterator[str]:
     unset = [name for name, value in environment if value is None]
     if unset:
         yield 'env'
@@ -134,44 +126,56 @@ def _variables(
             yield f'{name}={quoted(value)}'
 
 
-def _entries(
-    entries: tuple[Entry, ...],
-    cwd: str,
-    indent: str,
-    machines: AbstractMapping[str, str],
-) -> Iterator[str]:
-    for entry in entries:
-        if isinstance(entry, Process | Component):
-            lines = (
-                process_as_text(entry, cwd)
-                if isinstance(entry, Process)
-                else component_as_text(entry, cwd)
-            )
-            for number, line in enumerate(lines):
+class _Described(NamedTuple):
+    """
+    Describes the entries of a plan, see :func:`plan_to_text`.
+
+    :param cwd: The folder that paths are shown relative to
+    """
+
+    cwd: str
+    machines: Mapping[str, str]
+    parameters_of: ParametersOf
+
+    def entries(
+        self, entries: tuple[Entry, ...], indent: str = ''
+    ) -> Iterator[str]:
+        for entry in entries:
+            for line in self._entry(entry):
                 yield indent + line
-                # behind what it is called
-                if not number and entry.label in machines:
-                    yield f'{indent}{_INDENT}machine: {machines[entry.label]}'
-        elif isinstance(entry, Message):
-            yield f'{indent}{entry.level}: {entry.text}'
-        elif isinstance(entry, Shutdown):
-            reason = f': {entry.reason}' if entry.reason else ''
-            yield f'{indent}the launch ends{reason}'
-        elif isinstance(entry, ChangeState):
-            place = shown_position(entry.position, cwd)
-            change = f'{entry.transition} {entry.node}'
-            yield f'{indent}{change}  ({place})'
-        elif isinstance(entry, SignalProcess):
-            place = shown_position(entry.position, cwd)
-            yield f'{indent}{_signal(entry)}  ({place})'
-        elif isinstance(entry, HostCall):
-            place = shown_position(entry.position, cwd)
-            yield f'{indent}at its time: {entry.title}  ({place})'
-        else:
-            clock = ' on /clock' if entry.on_ros_time else ''
-            yield f'{indent}after {entry.period:g} s{clock}:'
-            inner = indent + _INDENT
-            yield from _entries(entry.entries, cwd, inner, machines)
+
+    def _entry(self, entry: Entry) -> Iterator[str]:
+        match entry:
+            case Process():
+                lines = process_as_text(entry, self.cwd, self.parameters_of)
+                yield from self._with_machine(entry.label, lines)
+            case Component():
+                lines = component_as_text(entry, self.cwd)
+                yield from self._with_machine(entry.label, lines)
+            case Message():
+                yield f'{entry.level}: {entry.text}'
+            case Shutdown():
+                reason = f': {entry.reason}' if entry.reason else ''
+                yield f'the launch ends{reason}'
+            case ChangeState():
+                yield f'{entry.transition} {entry.node}{self._place(entry)}'
+            case SignalProcess():
+                yield _signal(entry) + self._place(entry)
+            case HostCall():
+                yield f'at its time: {entry.title}{self._place(entry)}'
+            case Timer():
+                clock = ' on /clock' if entry.on_ros_time else ''
+                yield f'after {entry.period:g} s{clock}:'
+                yield from self.entries(entry.entries, _INDENT)
+
+    def _with_machine(self, label: str, lines: Iterator[str]) -> Iterator[str]:
+        yield next(lines)
+        if label in self.machines:
+            yield f'{_INDENT}machine: {self.machines[label]}'
+        yield from lines
+
+    def _place(self, entry: ChangeState | SignalProcess | HostCall) -> str:
+        return f'  ({shown_position(entry.position, self.cwd)})'
 
 
 def _signal(entry: SignalProcess) -> str:
@@ -225,11 +229,14 @@ def when(handler: EventHandler) -> str:
             return f'when {condition or "something else happens"}'
 
 
-def process_as_text(process: Process, cwd: str) -> Iterator[str]:
+def process_as_text(
+    process: Process, cwd: str, parameters_of: ParametersOf
+) -> Iterator[str]:
     """
     Describe a process, line by line.
 
     :param cwd: The folder that paths are shown relative to
+    :param parameters_of: Returns its parameters
     """
     facts = [process.label]
     if process.name not in (None, process.label):
@@ -320,77 +327,3 @@ def _behaviour(process: Process) -> Iterator[str]:
         yield 'the launch ends with it'
     if process.is_lifecycle:
         yield _lifecycle(autostart=process.autostart)
-
-
-def parameters_of(
-    process: Process, limit: float = math.inf
-) -> Iterator[SetParameter]:
-    """
-    Iterate over all parameters in the order of the command line.
-
-    :param limit: Bytes of files that are read at most. Larger ones, and what
-      is no ordinary file, are passed over
-    """
-    given = {f'{p.name}:={p.value}': p for p in process.parameters}
-    arguments = zip(process.argv, process.argv[1:], strict=False)
-    for option, value in arguments:
-        if option == '-p' and isinstance(value, str) and value in given:
-            yield given[value]
-        elif option == '--params-file' and isinstance(value, str):
-            size = _size_of(os.path.join(process.cwd, value))
-            if size <= limit:
-                limit -= size
-                yield from parameters_in_file(value, process.cwd)
-        elif isinstance(value, ParameterFile):
-            yield from value.parameters
-
-
-def _size_of(path: str) -> int:
-    """Return the bytes of a file, very many for what may have no end."""
-    try:
-        status = os.stat(path)
-    except (OSError, ValueError):
-        return 0
-    return status.st_size if stat.S_ISREG(status.st_mode) else sys.maxsize
-
-
-def parameters_in_file(path: str, cwd: str) -> tuple[SetParameter, ...]:
-    """
-    Return the parameters in a file for nodes, none when it is no such file.
-
-    :param cwd: The folder that a relative path starts from
-    """
-    absolute = path if path.startswith('/') else f'{cwd}/{path}'
-    try:
-        document = read_yaml(read_source(absolute, absolute))
-        return tuple(_file_parameters(document))
-    except LaunchError:
-        return ()
-
-
-def _file_parameters(document: Value | None) -> Iterator[SetParameter]:
-    for _, body in _pairs(document).values():
-        for name, (_, values) in _pairs(body).items():
-            if name == 'ros__parameters':
-                yield from _flattened('', values)
-
-
-def _pairs(
-    value: Value | None,
-) -> AbstractMapping[str, tuple[Scalar, Value]]:
-    return value.pairs if isinstance(value, Mapping) else {}
-
-
-def _flattened(prefix: str, value: Value) -> Iterator[SetParameter]:
-    for name, (key, inner) in _pairs(value).items():
-        if isinstance(inner, Mapping):
-            yield from _flattened(f'{prefix}{name}.', inner)
-        else:
-            shown = _shown(inner)
-            yield SetParameter(prefix + name, shown, key.position)
-
-
-def _shown(value: Value) -> str:
-    if isinstance(value, Sequence):
-        return f'[{", ".join(_shown(item) for item in value.items)}]'
-    return value.text if isinstance(value, Scalar) else '{…}'

@@ -3,9 +3,11 @@
 
 """Where something is written."""
 
+import os
 from typing import Protocol
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.printable import one_line
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,3 +48,15 @@ class Span(Protocol):
     @property
     def length(self) -> int:
         """How many characters it takes there, 1 if that does not matter."""
+
+
+def shown_path(path: str, cwd: str) -> str:
+    """Return the path as a user in `cwd` would write it."""
+    relative = os.path.relpath(path, cwd)
+    return path if relative.startswith('..') else relative
+
+
+def shown_position(position: Position, cwd: str) -> str:
+    """Return a position with its path as a user in `cwd` would write it."""
+    path = one_line(shown_path(position.path, cwd))
+    return f'{path}:{position.line}:{position.column}'

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.language.syntax.diagnostics import shown_path
+from colcon_yamllaunch.plan.position import shown_path
 from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.consequences import Consequence
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 from itertools import count
 from itertools import repeat
 import json
-import os
 import subprocess
 
 from colcon_yamllaunch.language.policies.evaluate import evaluate
@@ -33,7 +32,6 @@ from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.plan.plan_json import PlanFormatError
 from colcon_yamllaunch.plan.plan_text import command
-from colcon_yamllaunch.plan.plan_text import parameters_of
 from colcon_yamllaunch.plan.plan_text import plan_to_text
 from colcon_yamllaunch.plan.position import Position
 from hypothesis import given
@@ -486,25 +484,3 @@ def test_a_plan_that_waits_for_centuries() -> None:
     (timer,) = plan_from_json(_timer('1e300')).entries
     assert isinstance(timer, Timer)
     assert timer.period == 1e300
-
-
-def test_a_limit_of_the_files_that_are_read(tmp_path):
-    text = '/**: {ros__parameters: {%s: 1}}\n'
-    for name in ('one', 'two', 'three'):
-        (tmp_path / name).write_text(text % name)
-    (tmp_path / 'big').write_text(text % 'big' + ' ' * 99)
-    os.mkfifo(tmp_path / 'pipe')
-    names = ('pipe', 'one', 'big', 'two', 'none', 'three')
-    options = [word for name in names for word in ('--params-file', name)]
-    process = Process(
-        label='a',
-        argv=('a', '--ros-args', *options),
-        cwd=str(tmp_path),
-        position=Position('/ws/demo.yaml', 1, 1),
-    )
-
-    def found(*limit):
-        return [p.name for p in parameters_of(process, *limit)]
-
-    assert found() == ['one', 'big', 'two', 'three']
-    assert found(2 * len(text % 'two')) == ['one', 'two']

@@ -10,7 +10,7 @@ from colcon_yamllaunch.language.evaluation.declared_argument import (
     DeclaredArgument,
 )
 from colcon_yamllaunch.language.policies.declared import Declarations
-from colcon_yamllaunch.language.syntax.diagnostics import shown_position
+from colcon_yamllaunch.plan.position import shown_position
 
 _INDENT = ' ' * 8
 

@@ -8,7 +8,7 @@ See "Workflow commands for GitHub Actions" in its documentation.
 """
 
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
-from colcon_yamllaunch.language.syntax.diagnostics import shown_path
+from colcon_yamllaunch.plan.position import shown_path
 
 
 def annotation(diagnostic: Diagnostic, root: str) -> str:

@@ -23,8 +23,8 @@ from colcon_yamllaunch.language.reports.github_annotations import with_hint
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import render
 from colcon_yamllaunch.language.syntax.diagnostics import Severity
-from colcon_yamllaunch.language.syntax.diagnostics import shown_path
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.position import shown_path
 
 #: The version of what `as_json` returns: greater when a member is renamed or
 #: removed or means something else; new members do not change it.

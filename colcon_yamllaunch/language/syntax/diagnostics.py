@@ -8,14 +8,13 @@ from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Sequence
 from dataclasses import replace
-import os
 from typing import Literal
 import unicodedata
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.common.text_files import content_of
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.position import shown_position
 from colcon_yamllaunch.plan.position import Span
 
 Severity = Literal['error', 'warning']
@@ -119,12 +118,6 @@ def error(
     )
 
 
-def shown_path(path: str, cwd: str) -> str:
-    """Return the path as a user in `cwd` would write it."""
-    relative = os.path.relpath(path, cwd)
-    return path if relative.startswith('..') else relative
-
-
 def render(
     diagnostics: Iterable[Diagnostic],
     cwd: str,
@@ -177,12 +170,6 @@ def _chain(how: str, positions: Sequence[Position], cwd: str) -> Iterator[str]:
                 yield f'  … {hidden} more'
             continue
         yield f'  {how} {shown_position(position, cwd)}'
-
-
-def shown_position(position: Position, cwd: str) -> str:
-    """Return a position with its path as a user in `cwd` would write it."""
-    path = one_line(shown_path(position.path, cwd))
-    return f'{path}:{position.line}:{position.column}'
 
 
 def _excerpt(position: Position, length: int) -> Sequence[str]:

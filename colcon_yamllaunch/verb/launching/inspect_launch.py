@@ -21,7 +21,9 @@ from colcon_yamllaunch.language.reports.reports import as_sarif
 from colcon_yamllaunch.language.reports.reports import as_text
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic
 from colcon_yamllaunch.language.syntax.diagnostics import LaunchError
-from colcon_yamllaunch.language.syntax.diagnostics import shown_position
+from colcon_yamllaunch.language.vocabulary.process_parameters import (
+    parameters_of,
+)
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_graph import plan_to_dot
 from colcon_yamllaunch.plan.plan_graph import plan_to_mermaid
@@ -29,6 +31,7 @@ from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.plan.plan_script import plan_to_script
 from colcon_yamllaunch.plan.plan_text import plan_to_text
 from colcon_yamllaunch.plan.position import Position
+from colcon_yamllaunch.plan.position import shown_position
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.messages import enumeration
 from colcon_yamllaunch.verb.cli.messages import show
@@ -57,7 +60,9 @@ _CHECK_FORMATS: Mapping[str, Callable[[Checked, str], str]] = {
 }
 #: By a plan, the current folder, and the setup script of the workspace.
 _PLAN_FORMATS: Mapping[str, Callable[[Plan, str, str | None], str]] = {
-    TEXT: plan_to_text,
+    TEXT: lambda plan, cwd, setup: plan_to_text(
+        plan, cwd, setup, parameters_of=parameters_of
+    ),
     SCRIPT: plan_to_script,
     'json': lambda plan, *_: plan_to_json(plan),
     'mermaid': lambda plan, cwd, _: plan_to_mermaid(plan, cwd),
@@ -249,7 +254,9 @@ def _plan(flow: LaunchFlow, options: LaunchOptions, form: str) -> int:
             f'{enumeration(placed.parts)}: launch it'
         )
     if form == TEXT:
-        text = plan_to_text(placed.whole, *setup, placed.machines)
+        text = plan_to_text(
+            placed.whole, *setup, placed.machines, parameters_of
+        )
         show(f'{placement.text}\n\n{text}')
     else:
         _show(form, _PLAN_FORMATS[form](placed.whole, *setup))

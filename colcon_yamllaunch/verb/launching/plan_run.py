@@ -232,9 +232,12 @@ class PlanRun:
                 self._write_report(self._report.document(seconds))
 
     def _describe(self, process: Process) -> Iterable[str]:
+        from colcon_yamllaunch.language.vocabulary import process_parameters
         from colcon_yamllaunch.plan.plan_text import process_as_text
 
-        return process_as_text(process, str(self._cwd))
+        return process_as_text(
+            process, str(self._cwd), process_parameters.parameters_of
+        )
 
     def _handle(self, event: Event) -> None:
         if isinstance(event, Ended):
@@ -258,7 +261,7 @@ class PlanRun:
 
 
 def _parameters_of(process: Process) -> Iterable[SetParameter]:
-    from colcon_yamllaunch.plan.plan_text import parameters_of
+    from colcon_yamllaunch.language.vocabulary import process_parameters
 
     # all else waits meanwhile
-    return parameters_of(process, limits.PARAMETERS)
+    return process_parameters.parameters_of(process, limits.PARAMETERS)

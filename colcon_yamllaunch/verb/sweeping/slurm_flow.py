@@ -10,8 +10,8 @@ import json
 from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.language.syntax.diagnostics import shown_position
 from colcon_yamllaunch.plan.plan_json import plan_to_json
+from colcon_yamllaunch.plan.position import shown_position
 from colcon_yamllaunch.sweep.domain_ids import VARIABLE
 from colcon_yamllaunch.sweep.local_runner import first_error
 from colcon_yamllaunch.sweep.local_runner import NotBuiltError

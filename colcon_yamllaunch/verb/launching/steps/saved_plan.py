@@ -7,10 +7,10 @@ from pathlib import Path
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.text_files import content_of
-from colcon_yamllaunch.language.syntax.diagnostics import shown_position
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.plan.plan_json import PlanFormatError
+from colcon_yamllaunch.plan.position import shown_position
 
 
 def read_saved_plan(path: Path, cwd: Path) -> Plan:
