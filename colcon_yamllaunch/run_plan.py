@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from colcon_yamllaunch.common.adoption import Adoption
 from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.control.acts import Acts
+from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.launch_record import LaunchRecord
 from colcon_yamllaunch.control.launch_states import About
 from colcon_yamllaunch.control.server import serve
@@ -258,7 +259,13 @@ def run_plan(
         with ExitStack() as control:
             terminal.connect(engine, acts, control)
             service = Service(
-                about or _UNKNOWN, engine, acts, log_folder, log_files, clock
+                about or _UNKNOWN,
+                engine,
+                acts,
+                log_folder,
+                log_files,
+                clock,
+                Journal(log_folder, log_limit),
             )
             show = partial(
                 serve,

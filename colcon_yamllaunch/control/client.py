@@ -101,6 +101,7 @@ class RunningLaunch:
         events: bool = True,
         output: bool = True,
         processes: Collection[str] | None = None,
+        behind: int | None = None,
     ) -> Subscription:
         """
         Be told what happens from now on.
@@ -111,6 +112,8 @@ class RunningLaunch:
         :param events: Whether to be told events
         :param output: Whether to be told what the processes write
         :param processes: The labels of those; None for all
+        :param behind: How many bytes of their output we may be behind before
+          we miss some, None for as many as the launch allows
         :raises ControlError: when that is refused
         """
         point = None if since is None else since.as_json()
@@ -120,6 +123,7 @@ class RunningLaunch:
             events=events,
             output=output,
             processes=None if processes is None else list(processes),
+            behind=behind,
         )
         try:
             return Subscription(self, since, answer)

@@ -11,7 +11,7 @@ import socket
 from typing import Any
 
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.backlog import Cursor
+from colcon_yamllaunch.control.journal import Cursor
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine.events import Stream
@@ -51,7 +51,7 @@ class Client:
         self._connection = connection
         self._watches = watches
         self._service = service
-        self._backlog = service.backlog
+        self._journal = service.journal
         self._left = left
         self._received = b''
         self._outgoing = bytearray()
@@ -97,7 +97,9 @@ class Client:
         if self._label is not None:
             self._service.detach(self._label, self)
         if self._is_called:
-            self._backlog.forget(self._call)
+            self._journal.forget(self._call)
+        if self._cursor is not None:
+            self._journal.unsubscribe(self._cursor)
         self._watches.remove(self._connection.fileno())
         self._connection.close()
         self._left(self)
@@ -148,7 +150,7 @@ class Client:
     def _has_more(self) -> bool:
         """Tell whether there is more for one that has subscribed."""
         cursor = self._cursor
-        return cursor is not None and self._backlog.has_more(cursor)
+        return cursor is not None and self._journal.has_more(cursor)
 
     def _read(self) -> None:
         try:
@@ -230,7 +232,9 @@ class Client:
         self._is_last = True
         self._is_waiting = False
         self._unanswered = 0
-        self._cursor = None
+        if self._cursor is not None:
+            self._journal.unsubscribe(self._cursor)
+            self._cursor = None
         self.tell(protocol.failure(reason))
 
     def _send(self) -> None:
@@ -238,7 +242,7 @@ class Client:
             return
         if self._cursor is not None and len(self._outgoing) < _SHARE:
             # no more at once, as others have their turn
-            self._outgoing += self._backlog.read(self._cursor, _SHARE)
+            self._outgoing += self._journal.read(self._cursor, _SHARE)
         try:
             while self._outgoing:
                 sent = self._connection.send(self._outgoing)
@@ -268,7 +272,7 @@ class Client:
         has_more = self._has_more()
         if self._cursor is not None and not has_more and not self._is_called:
             self._is_called = True
-            self._backlog.call(self._call)
+            self._journal.call(self._call)
         may_serve = not self._is_waiting and self._may_ask_more()
         waits = self._outgoing or has_more or (has_request and may_serve)
         self._watches.change(

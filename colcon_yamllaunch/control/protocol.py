@@ -49,12 +49,14 @@ Such requests need not wait for one another: one that takes its time is
 answered when it is done, after others that came later.
 
 `subscribe` takes `since`, a point in the course of the launch, by default now;
-`events` and `output`, whether these are wanted, by default true; and
-`processes`, a list with the labels of those whose output that is, by default
-null, for all. A point is `{"events": NUMBER, "bytes": NUMBER}`: how many
-events there have been before it, and how many bytes of output of all
-processes; with two zeros it is the beginning. The answer has `launch`, as that
-of `status`, and `now`, the point where it is in that state. From the answer on
+`events` and `output`, whether these are wanted, by default true; `processes`,
+a list with the labels of those whose output that is, by default null, for all;
+and `behind`, how many bytes of output the client may be behind before it
+misses some, by default as many as the launch allows. A point is
+`{"events": NUMBER, "bytes": NUMBER}`: how many events there have been before
+it, and how many bytes of output of all processes; with two zeros it is the
+beginning. The answer has `launch`, as that of `status`, and `now`, the point
+where it is in that state. From the answer on
 come, in the order in which things happened,
 
 - `{"event": OBJECT}`, a line of `events.jsonl`, with its `time`;

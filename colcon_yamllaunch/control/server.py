@@ -71,7 +71,7 @@ def serve(
         engine.tell(Warned(f'{trouble}; the socket is in {address.path}'))
     guard.socket(address.place)
     engine.listen(service.handle)
-    engine.listen(service.backlog.handle)
+    engine.listen(service.journal.handle)
     server = Server(address, engine.watches, service)
     engine.listen(server.handle)
     stack.callback(server.close)
@@ -97,7 +97,7 @@ class Server:
             for client in list(self._clients):
                 client.drain()
             # so that what was told last finds room before what was written
-            self._service.backlog.drop_output()
+            self._service.journal.drop_output()
             for client in list(self._clients):
                 client.end()
 

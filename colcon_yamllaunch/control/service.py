@@ -15,8 +15,8 @@ from typing import TypeVar
 
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.acts import Acts
-from colcon_yamllaunch.control.backlog import Backlog
-from colcon_yamllaunch.control.backlog import Cursor
+from colcon_yamllaunch.control.journal import Cursor
+from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.launch_states import About
 from colcon_yamllaunch.control.launch_states import ComponentState
 from colcon_yamllaunch.control.launch_states import LaunchState
@@ -71,6 +71,7 @@ class Service:
         log_folder: Path | None,
         log_files: Mapping[str, Path],
         clock: Callable[[], float],
+        journal: Journal,
     ) -> None:
         self._about = about
         self._engine = engine
@@ -84,8 +85,8 @@ class Service:
         self._started = clock()
         self._viewers: dict[str, list[Viewer]] = {}
         self._watched: events.Watched | None = None
-        #: What happened last, for those who subscribe.
-        self.backlog = Backlog()
+        #: What happened, for those who subscribe.
+        self.journal = journal
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
@@ -157,15 +158,16 @@ class Service:
                     granted, pid = self._may_attach(_name(message))
                     answer = protocol.success(pid=pid)
                 case 'subscribe':
-                    granted = self.backlog.cursor(
+                    granted = self.journal.subscribe(
                         message.get('since'),
                         wants_events=_flag(message, 'events'),
                         wants_output=_flag(message, 'output'),
                         labels=_labels(message),
+                        behind=_behind(message),
                         before=cursor,
                     )
                     answer = protocol.success(
-                        launch=asdict(self.state()), now=self.backlog.point
+                        launch=asdict(self.state()), now=self.journal.point
                     )
                 case _:
                     raise ProtocolError('there is no such request')
@@ -388,6 +390,13 @@ def _labels(message: Mapping[str, Any]) -> frozenset[str] | None:
     ):
         raise ProtocolError("'processes' is a list of labels, or null")
     return frozenset(labels)
+
+
+def _behind(message: Mapping[str, Any]) -> int | None:
+    behind = message.get('behind')
+    if behind is None or (type(behind) is int and behind >= 0):
+        return behind
+    raise ProtocolError("'behind' is a number of bytes, or null")
 
 
 def _is_pause(message: Mapping[str, Any]) -> bool:

@@ -140,11 +140,19 @@ PYTHONS = 4
 #: Seconds that a Python gets to say which modules it does not find.
 INTERPRETER_TIMEOUT = 5.0
 
-#: Bytes of the latest events, and of the latest output, that are kept for
-#: clients of the control socket, and pieces of output at most.
+#: Bytes of the latest events, and of the latest output, that are kept in
+#: memory for clients of the control socket, and pieces of output at most.
 EVENT_BACKLOG = 512 * 1024
 OUTPUT_BACKLOG = 1024 * 1024
 OUTPUT_PIECES = 8192
+#: Bytes of events that are kept while a client has not read them.
+UNREAD_EVENTS = 4 * 1024 * 1024
+#: Bytes of output that such a client may be behind before it misses some, and
+#: those in one file of the journal.
+JOURNAL = 256 * 1024 * 1024
+JOURNAL_FILE = 8 * 1024 * 1024
+#: Seconds in which pieces of one stream become one in the journal.
+TURN = 0.005
 
 #: Bytes typed at a process that wait until it reads them.
 KEYS = 64 * 1024

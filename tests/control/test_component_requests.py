@@ -11,6 +11,7 @@ from types import SimpleNamespace
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.control.client_connection import Client
+from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.launch_states import About
 from colcon_yamllaunch.control.launch_states import from_json
 from colcon_yamllaunch.control.service import Service
@@ -65,7 +66,9 @@ class Controlled:
         logs = {'box-1': Path('/log/box-1')}
         about = About('demo', None, '/demo.yaml', '/')
         acts = Acts(engine, logs, lambda process: process.parameters)
-        service = Service(about, engine, acts, None, logs, self.clock)
+        service = Service(
+            about, engine, acts, None, logs, self.clock, Journal()
+        )
         self.watches = Watches()
         self.near, far = socket.socketpair()
         far.setblocking(False)

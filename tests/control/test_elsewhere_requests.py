@@ -9,6 +9,7 @@ from typing import Any
 
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.acts import Acts
+from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.launch_states import About
 from colcon_yamllaunch.control.launch_states import from_json
 from colcon_yamllaunch.control.service import Service
@@ -79,7 +80,7 @@ class Asked:
         self.acts = Acts(engine, logs, lambda process: process.parameters)
         about = About('demo', None, '/demo.yaml', '/')
         self.service = Service(
-            about, engine, self.acts, None, logs, lambda: 0.0
+            about, engine, self.acts, None, logs, lambda: 0.0, Journal()
         )
         self.parts.begin(self.launch, SimpleNamespace(lines=1, columns=1))
         self.answers: list[Any] = []

@@ -28,6 +28,9 @@ INTERVAL = 0.2
 #: Seconds between two questions for the state of the launch: short enough to
 #: look like at once, long enough for many events to be asked about together.
 ASKED_EVERY = 0.25
+#: Bytes of output that the screen may be behind before it misses some. So it
+#: shows all of a burst, and stays up to date beside an endless flood.
+BEHIND = 8 * 1024 * 1024
 
 #: Takes an answer: why it was refused, or None, and all of it.
 Done = Callable[[str | None, Mapping[str, Any]], None]
@@ -205,7 +208,7 @@ class Link:
             model.say('… all is read again …')
         self._wanted = wanted
         processes = None if wanted is None else sorted(wanted)
-        self.ask('subscribe', processes=processes)
+        self.ask('subscribe', processes=processes, behind=BEHIND)
 
     def _end(self, error: ControlError) -> None:
         self.close()

@@ -97,9 +97,10 @@ def show(launch: RunningLaunch, terminal: 'OuterTerminal') -> int | None:
     """
     # it takes long to import
     from colcon_yamllaunch.terminal.full_screen.launch_app import LaunchApp
+    from colcon_yamllaunch.terminal.full_screen.link import BEHIND
 
     try:
-        subscription = launch.subscribe(BEGINNING)
+        subscription = launch.subscribe(BEGINNING, behind=BEHIND)
     except LaunchEndedError:
         raise
     except ControlError as e:

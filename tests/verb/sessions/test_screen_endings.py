@@ -25,7 +25,7 @@ from support.shown_launch import process
 from support.shown_launch import ShownLaunch
 
 class Launch:
-    def subscribe(self, _):
+    def subscribe(self, _, **_more):
         return ShownLaunch(process('kitchen'))
 
 {defect}

@@ -1,0 +1,519 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The journal of a launch: its events and output, for clients that subscribe.
+
+All clients share it, and each has a cursor in it, so a slow client neither
+blocks the launch nor uses its memory. The latest events and output stay in
+memory. Older output goes to nameless files, but only while a client that has
+subscribed has not read it and is not too far behind; else nothing is written.
+"""
+
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Mapping
+from contextlib import suppress
+import marshal
+import os
+from pathlib import Path
+import time
+from typing import Any
+from typing import NamedTuple
+
+from colcon_yamllaunch.control import protocol
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine import limits
+
+
+class _EventRecord(NamedTuple):
+    """
+    An event, as a line for clients.
+
+    :param order: How many events and pieces of output there were before
+    """
+
+    order: int
+    line: bytes
+
+
+class _OutputRecord:
+    """
+    A piece of output.
+
+    :param order: As that of an event
+    :param start: How many bytes of output there were before
+    :param time: In seconds since the epoch
+    """
+
+    __slots__ = ('label', 'order', 'pieces', 'size', 'start', 'stream', 'time')
+
+    def __init__(
+        self,
+        order: int,
+        start: int,
+        time: float,
+        label: str,
+        stream: events.Stream,
+        data: bytes,
+    ) -> None:
+        self.order = order
+        self.start = start
+        self.time = time
+        self.label = label
+        self.stream = stream
+        self.pieces = [data]
+        self.size = len(data)
+
+    @property
+    def data(self) -> bytes:
+        """The output."""
+        if len(self.pieces) > 1:
+            self.pieces = [b''.join(self.pieces)]
+        return self.pieces[0]
+
+    def fields(self) -> tuple[int, int, float, str, events.Stream, bytes]:
+        """Return the arguments that make an equal record."""
+        return (
+            self.order,
+            self.start,
+            self.time,
+            self.label,
+            self.stream,
+            self.data,
+        )
+
+
+class _Block(NamedTuple):
+    """
+    Output records in a file.
+
+    :param start: How many bytes of output there were before
+    :param descriptor: The file
+    :param position: The place in the file
+    """
+
+    start: int
+    descriptor: int
+    position: int
+    size: int
+
+
+class Cursor:
+    """
+    The position of a client in the journal.
+
+    :param events: How many events there were before
+    :param bytes: How many bytes of output there were before
+    :param wants_events: Whether the client gets events
+    :param wants_output: Whether the client gets output
+    :param labels: The processes whose output it gets; None for all
+    :param behind: Bytes of output that it may be behind before it misses some
+    """
+
+    __slots__ = (
+        'behind',
+        'bytes',
+        'events',
+        'labels',
+        'loaded',
+        'wants_events',
+        'wants_output',
+    )
+
+    def __init__(
+        self,
+        events: int,
+        bytes: int,  # noqa: A002
+        *,
+        wants_events: bool,
+        wants_output: bool,
+        labels: Collection[str] | None = None,
+        behind: int = limits.JOURNAL,
+    ) -> None:
+        self.events = events
+        self.bytes = bytes
+        self.wants_events = wants_events
+        self.wants_output = wants_output
+        self.labels = labels
+        self.behind = behind
+        # records of the block that is being read
+        self.loaded: tuple[int, list[_OutputRecord]] = 0, []
+
+
+class Journal:
+    """
+    The events and output of a launch, in their order.
+
+    Both have room of their own, so that output drives out no event.
+
+    :param folder: Where output goes that does not fit in memory
+    :param limit: The bytes that it may take there, or None for no other
+      limit than that of all clients
+    :param now: Returns the seconds since the epoch
+    """
+
+    def __init__(
+        self,
+        folder: Path | None = None,
+        limit: int | None = None,
+        now: Callable[[], float] = time.time,
+    ) -> None:
+        self._folder = folder
+        self._limit = min(limits.JOURNAL, limit or limits.JOURNAL)
+        self._now = now
+        self._order = 0
+        # those in memory, and the bytes that they take
+        self._events: deque[_EventRecord] = deque()
+        self._output: deque[_OutputRecord] = deque()
+        self._events_size = self._output_size = 0
+        # how many events, and how many bytes of output, there were
+        self._event_count = self._byte_count = 0
+        # output before that in memory, and the size of the last file
+        self._blocks: deque[_Block] = deque()
+        self._file_size = 0
+        self._cursors: list[Cursor] = []
+        self._waiting: list[Callable[[], None]] = []
+
+    @property
+    def point(self) -> Mapping[str, int]:
+        """How much there has been so far; see `protocol`."""
+        return {'events': self._event_count, 'bytes': self._byte_count}
+
+    def handle(self, event: events.Event) -> None:
+        """Listen to an event."""
+        if isinstance(event, events.Output):
+            self._add_output(event)
+        else:
+            record = event.record()
+            if not record:
+                return
+            self._add_event(record)
+        if self._waiting:
+            waiting, self._waiting = self._waiting, []
+            for wake in waiting:
+                wake()
+
+    def subscribe(
+        self,
+        since: object,
+        *,
+        wants_events: bool = True,
+        wants_output: bool = True,
+        labels: Collection[str] | None = None,
+        behind: int | None = None,
+        before: Cursor | None = None,
+    ) -> Cursor:
+        """
+        Return a cursor at a point, which keeps what follows that.
+
+        :param since: The point from a client, or None for now
+        :param labels: The processes whose output it gets; None for all
+        :param behind: The bytes that it may be behind; None for the limit
+        :param before: The cursor which the client had so far: without
+          `since`, the new one goes on from there
+        :raises ProtocolError: when that is no point of this launch
+        """
+        point = self.point if since is None else since
+        if since is None and before is not None:
+            point = {'events': before.events, 'bytes': before.bytes}
+        if not isinstance(point, Mapping):
+            raise protocol.ProtocolError("'since' is a point, or null")
+        cursor = Cursor(
+            _number(point, 'events', self._event_count),
+            _number(point, 'bytes', self._byte_count),
+            wants_events=wants_events,
+            wants_output=wants_output,
+            labels=labels,
+            behind=self._limit if behind is None else min(behind, self._limit),
+        )
+        if before is not None:
+            self.unsubscribe(before)
+        self._cursors.append(cursor)
+        return cursor
+
+    def unsubscribe(self, cursor: Cursor) -> None:
+        """Keep nothing for a cursor any more."""
+        if cursor in self._cursors:
+            self._cursors.remove(cursor)
+            self._release()
+
+    def has_more(self, cursor: Cursor) -> bool:
+        """Return whether `cursor` has not come to the end."""
+        if cursor.wants_events and cursor.events < self._event_count:
+            return True
+        if cursor.wants_output and cursor.bytes < self._first_byte(cursor):
+            return True
+        return self._next_output(cursor) is not None
+
+    def call(self, wake: Callable[[], None]) -> None:
+        """Call `wake` once, when there is more."""
+        self._waiting.append(wake)
+
+    def forget(self, wake: Callable[[], None]) -> None:
+        """Do not call `wake` any more."""
+        if wake in self._waiting:
+            self._waiting.remove(wake)
+
+    def read(self, cursor: Cursor, room: int) -> bytes:
+        """
+        Return what follows, as lines, and move the cursor behind that.
+
+        :param room: The bytes after which no line is added
+        """
+        lines: list[bytes] = []
+        size = 0
+        while size < room:
+            line = self._next(cursor)
+            if line is None:
+                break
+            lines.append(line)
+            size += len(line)
+        return b''.join(lines)
+
+    def drop_output(self) -> None:
+        """Drop all output; clients that have not read it miss it."""
+        self._output.clear()
+        self._output_size = 0
+        self.close()
+
+    def close(self) -> None:
+        """Close the files."""
+        while self._blocks:
+            self._drop_block()
+
+    def _next(self, cursor: Cursor) -> bytes | None:
+        missed = self._missed(cursor)
+        if missed is not None:
+            return protocol.encode({'missed': missed})
+        event = None
+        if cursor.wants_events and cursor.events < self._event_count:
+            event = self._events[cursor.events - self._event_count]
+        output = self._next_output(cursor)
+        if event is not None and (
+            output is None or event.order < output.order
+        ):
+            cursor.events += 1
+            return event.line
+        if output is None:
+            return None
+        before = cursor.bytes
+        data = _piece(output.data, before - output.start)
+        cursor.bytes += len(data)
+        return protocol.encode(
+            {
+                'output': {
+                    'process': output.label,
+                    'stream': output.stream,
+                    'data': protocol.text_of(data),
+                    'time': output.time,
+                    'at': before,
+                }
+            }
+        )
+
+    @property
+    def _first_in_memory(self) -> int:
+        """How many bytes of output there were before those in memory."""
+        return self._byte_count - self._output_size
+
+    def _first_byte(self, cursor: Cursor) -> int:
+        """Return how much output there was before what `cursor` can read."""
+        if self._blocks and not self._is_lost(cursor):
+            return self._blocks[0].start
+        return self._first_in_memory
+
+    def _is_lost(self, cursor: Cursor) -> bool:
+        """
+        Return whether a client is so far behind that it misses output.
+
+        It goes on with what is in memory then, so that it is up to date.
+        """
+        return self._first_in_memory - cursor.bytes > cursor.behind
+
+    def _missed(self, cursor: Cursor) -> Mapping[str, int] | None:
+        """Move a cursor to what there is, and return what it missed."""
+        first_event = self._event_count - len(self._events)
+        missed = {
+            'events': max(0, first_event - cursor.events),
+            'bytes': max(0, self._first_byte(cursor) - cursor.bytes),
+        }
+        cursor.events += missed['events']
+        cursor.bytes += missed['bytes']
+        if not cursor.wants_events:
+            missed['events'] = 0
+        if not cursor.wants_output:
+            missed['bytes'] = 0
+        return missed if any(missed.values()) else None
+
+    def _next_output(self, cursor: Cursor) -> _OutputRecord | None:
+        """Move a cursor to the next piece that its client wants, if any."""
+        if not cursor.wants_output:
+            return None
+        while cursor.bytes < self._byte_count:
+            records = self._records_at(cursor)
+            found = bisect_right(records, cursor.bytes, key=_start_of) - 1
+            for number in range(found, len(records)):
+                output = records[number]
+                if cursor.labels is None or output.label in cursor.labels:
+                    return output
+                cursor.bytes = output.start + output.size
+        return None
+
+    def _records_at(
+        self, cursor: Cursor
+    ) -> deque[_OutputRecord] | list[_OutputRecord]:
+        """Return the records in memory, or of a block, at a cursor."""
+        if cursor.bytes >= self._first_in_memory:
+            cursor.loaded = 0, []
+            return self._output
+        end, records = cursor.loaded
+        if not records or not records[0].start <= cursor.bytes < end:
+            found = bisect_right(self._blocks, cursor.bytes, key=_start_of)
+            block = self._blocks[found - 1]
+            data = os.pread(block.descriptor, block.size, block.position)
+            records = [_OutputRecord(*each) for each in marshal.loads(data)]
+            end = records[-1].start + records[-1].size
+            cursor.loaded = end, records
+        return records
+
+    def _add_event(self, record: Mapping[str, Any]) -> None:
+        fields = {'time': round(self._now(), 6), **record}
+        line = protocol.encode({'event': fields})
+        self._events.append(_EventRecord(self._order, line))
+        self._order += 1
+        self._event_count += 1
+        self._events_size += len(line)
+        while self._events_size > limits.EVENT_BACKLOG:
+            first = self._event_count - len(self._events)
+            is_unread = any(
+                c.wants_events and c.events <= first for c in self._cursors
+            )
+            if is_unread and self._events_size <= limits.UNREAD_EVENTS:
+                break
+            self._events_size -= len(self._events.popleft().line)
+
+    def _add_output(self, event: events.Output) -> None:
+        now = self._now()
+        label, data = event.process.label, event.data
+        size = len(data)
+        last = self._output[-1] if self._output else None
+        if (
+            last is not None
+            and last.order == self._order - 1
+            and last.label == label
+            and last.stream == event.stream
+            and now - last.time < limits.TURN
+            and last.size + size <= protocol.MAXIMUM_OUTPUT
+        ):
+            last.pieces.append(data)
+            last.size += size
+        else:
+            start, time = self._byte_count, round(now, 6)
+            self._output.append(
+                _OutputRecord(
+                    self._order, start, time, label, event.stream, data
+                )
+            )
+            self._order += 1
+        self._byte_count += size
+        self._output_size += size
+        # many at once, as they are one block
+        room, pieces = limits.OUTPUT_BACKLOG, limits.OUTPUT_PIECES
+        if (
+            self._output_size > room + room // 16
+            or len(self._output) > pieces + pieces // 16
+        ):
+            self._move_out()
+
+    def _move_out(self) -> None:
+        """Move output from memory to a file, or drop it if nobody needs it."""
+        records = []
+        while (
+            self._output_size > limits.OUTPUT_BACKLOG
+            or len(self._output) > limits.OUTPUT_PIECES
+        ):
+            record = self._output.popleft()
+            self._output_size -= record.size
+            records.append(record)
+        is_needed = self._release()
+        if not is_needed or not self._write(records):
+            self.close()
+
+    def _release(self) -> bool:
+        """Drop what no client needs; return whether they need more."""
+        positions = [
+            c.bytes
+            for c in self._cursors
+            if c.wants_output and not self._is_lost(c)
+        ]
+        first = min(positions, default=self._byte_count)
+        while self._blocks and (
+            first >= self._first_in_memory
+            if len(self._blocks) == 1
+            else self._blocks[1].start <= first
+        ):
+            self._drop_block()
+        return first < self._first_in_memory
+
+    def _write(self, records: list[_OutputRecord]) -> bool:
+        """Write records to a file, and return whether that was possible."""
+        data = marshal.dumps([record.fields() for record in records])
+        with suppress(OSError):
+            if not self._blocks or self._file_size >= limits.JOURNAL_FILE:
+                descriptor = _nameless_file(self._folder)
+                self._file_size = 0
+            else:
+                descriptor = self._blocks[-1].descriptor
+            self._blocks.append(
+                _Block(
+                    records[0].start, descriptor, self._file_size, len(data)
+                )
+            )
+            written = os.pwrite(descriptor, data, self._file_size)
+            self._file_size += len(data)
+            return written == len(data)
+        return False
+
+    def _drop_block(self) -> None:
+        descriptor = self._blocks.popleft().descriptor
+        if not self._blocks or self._blocks[0].descriptor != descriptor:
+            os.close(descriptor)
+
+
+def _start_of(part: _OutputRecord | _Block) -> int:
+    return part.start
+
+
+def _nameless_file(folder: Path | None) -> int:
+    """
+    Open a file that vanishes with this process.
+
+    :raises OSError: when that is not possible
+    """
+    # few launches have clients that are so slow
+    import tempfile
+
+    descriptor, path = tempfile.mkstemp(prefix='.journal-', dir=folder)
+    os.unlink(path)
+    return descriptor
+
+
+def _piece(data: bytes, start: int) -> bytes:
+    """Return as much of output as goes into a message, lines if possible."""
+    end = start + protocol.MAXIMUM_OUTPUT
+    if end < len(data):
+        end = data.rfind(b'\n', start, end) + 1 or end
+    return data[start:end]
+
+
+def _number(point: Mapping[Any, Any], name: str, most: int) -> int:
+    number = point.get(name)
+    if type(number) is not int or not 0 <= number <= most:
+        raise protocol.ProtocolError(
+            "'since' is no point of this launch: how many 'events' and "
+            "'bytes' there have been, or null for now"
+        )
+    return number
