@@ -89,7 +89,7 @@ class JUnitReport:
     def _cases(self) -> Iterable[Element]:
         if self._ended is None:
             text = 'the launch failed before a process was started'
-            yield self._case('launch', 0.0, junit_outcome('error', text, text))
+            yield self._case('launch', 0.0, _outcome('error', text))
             return
         failures = {
             None if f.process is None else f.process.label: f
@@ -103,17 +103,14 @@ class JUnitReport:
             elif label not in self._seen:
                 is_process = isinstance(process, Process)
                 what = 'started' if is_process else 'loaded'
-                message = {'message': f'it was never {what}'}
-                outcome = Element('skipped', message)
+                outcome = junit_outcome('skipped', f'it was never {what}')
             yield self._case(label, self._seconds.get(label, 0.0), outcome)
         if None in failures:
             yield self._case('launch', 0.0, _failure(failures[None]))
         for verdict in self._ended.verdicts:
             missed = None
             if verdict.failure is not None:
-                missed = junit_outcome(
-                    'failure', verdict.failure, verdict.failure
-                )
+                missed = _outcome('failure', verdict.failure)
             yield self._case(verdict.name, verdict.seconds, missed)
 
     def _case(
@@ -130,7 +127,11 @@ def _failure(report: events.FailureReport) -> Element:
         lines += ['', 'the last lines of its output:', *report.tail]
     if report.log_file is not None:
         lines += ['', f'all of its output: {report.log_file}']
-    return junit_outcome('failure', report.text, '\n'.join(lines))
+    return junit_outcome('failure', report.text, '\n'.join(lines), 'launch')
+
+
+def _outcome(kind: str, text: str) -> Element:
+    return junit_outcome(kind, text, text, 'launch')
 
 
 def junit_document(
@@ -190,11 +191,18 @@ def junit_case(
 
 
 def junit_outcome(
-    kind: str, message: str, text: str, source: str = 'launch'
+    kind: str, message: str, text: str = '', source: str = ''
 ) -> Element:
-    """Return a `failure` or an `error`; `source` is its type."""
-    element = Element(kind, {'message': _clean(message), 'type': source})
-    element.text = _clean(text)
+    """
+    Return why a case did not succeed.
+
+    :param kind: `failure`, `error` or `skipped`
+    :param source: The type of a failure or an error
+    """
+    element = Element(kind, {'message': _clean(message)})
+    if source:
+        element.set('type', source)
+        element.text = _clean(text)
     return element
 
 

@@ -40,14 +40,14 @@ from colcon_yamllaunch.sweep.forked_guard import ForkedGuards
 from colcon_yamllaunch.sweep.isolation import end_with
 from colcon_yamllaunch.sweep.isolation import enter_own_network
 from colcon_yamllaunch.sweep.move_keeper import MoveKeeper
-from colcon_yamllaunch.sweep.one_run import Goal
-from colcon_yamllaunch.sweep.one_run import perform
-from colcon_yamllaunch.sweep.one_run import PlannedRun
-from colcon_yamllaunch.sweep.results_folder import MESSAGES
-from colcon_yamllaunch.sweep.run_result import one_reason
-from colcon_yamllaunch.sweep.run_result import result_from_json
-from colcon_yamllaunch.sweep.run_result import RunResult
-from colcon_yamllaunch.sweep.run_table import Run
+from colcon_yamllaunch.sweep.results import MESSAGES
+from colcon_yamllaunch.sweep.results import one_reason
+from colcon_yamllaunch.sweep.results import result_from_json
+from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.run import Goal
+from colcon_yamllaunch.sweep.run import perform
+from colcon_yamllaunch.sweep.run import PlannedRun
+from colcon_yamllaunch.sweep.table import Run
 
 #: Bytes of a message of a run; a reason and metrics are shorter.
 _MESSAGE = 256 * 1024

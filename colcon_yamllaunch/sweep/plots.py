@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Plots as SVG, which takes its colours from the page around it."""
+"""Plots as SVG, with the colours of the page around them."""
 
 from collections.abc import Iterator
 from collections.abc import Sequence
@@ -10,20 +10,23 @@ import math
 import statistics
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.table import without_end
+from colcon_yamllaunch.common.table import without_middle
 
 #: Pixels; a plot grows and shrinks with the page.
 _WIDTH, _HEIGHT = 320, 206
-_LEFT, _RIGHT, _TOP, _BOTTOM = 48, 10, 8, 44
+_LEFT, _RIGHT, _TOP, _BOTTOM = 48, 310, 8, 162
 #: Pixels that a character of a label takes, about.
 _CHARACTER = 6.2
-#: Pixels between points and the mark of their mean.
+#: Pixels between points and the axes, and between points and their mean.
+_MARGIN = 6
 _ASIDE = 9
 #: Marks of an axis, about.
 _TICKS = 5
 #: Points that a plot has at most, so that a browser draws it at once.
 MAXIMUM_POINTS = 2000
 _MAXIMUM_BINS = 24
-#: What an axis extends over at least; less cannot be divided.
+#: The smallest extent of an axis that can be divided.
 _LEAST = 1e-300
 
 
@@ -33,7 +36,7 @@ class Point:
     A point of a scatter plot.
 
     :param good: Whether its run succeeded
-    :param title: What is shown when it is pointed at
+    :param title: The text that is shown when the mouse is over it
     """
 
     x: float
@@ -44,7 +47,7 @@ class Point:
 
 class _Scale:
     """
-    Where values are on an axis.
+    An axis: the pixel of each value.
 
     :param start: The pixel of the lowest value
     """
@@ -65,9 +68,13 @@ class _Scale:
         part = (value - self.low) / (self.high - self.low)
         return self._start + part * (self._end - self._start)
 
+    def ticks(self) -> list[float]:
+        """Return the numbers that are written at the axis."""
+        return ticks(self.low, self.high)
+
 
 def ticks(low: float, high: float) -> list[float]:
-    """Return round numbers between two others, some five."""
+    """Return about five round numbers between two others."""
     rough = (high - low) / _TICKS
     if not _LEAST < rough < math.inf:
         return [low]
@@ -91,10 +98,10 @@ def number_text(value: float) -> str:
 
 def histogram(values: Sequence[float], label: str) -> str:
     """
-    Return a distribution.
+    Return the distribution of `values`.
 
     :param values: At least one
-    :param label: What they are
+    :param label: Their name
     """
     low, high = min(values), max(values)
     count = min(_MAXIMUM_BINS, max(1, math.ceil(2 * len(values) ** (1 / 3))))
@@ -104,35 +111,29 @@ def histogram(values: Sequence[float], label: str) -> str:
     for value in values:
         part = (value - low) / ((high - low) or 1)
         heights[min(count - 1, int(part * count))] += 1
-    up = _Scale((0, max(heights)), _HEIGHT - _BOTTOM, _TOP)
+    up = _Scale((0, max(heights)), _BOTTOM, _TOP)
     begin = _begin(up)
-    across = _Scale((low, high), begin, _WIDTH - _RIGHT)
-    edges = [
-        across.low + (across.high - across.low) / count * number
-        for number in range(count + 1)
-    ]
+    across = _Scale((low, high), begin, _RIGHT)
+    width = (across.high - across.low) / count
     bars = []
     for number, height in enumerate(heights):
-        if not height:
-            continue
-        left, right = across.at(edges[number]), across.at(edges[number + 1])
-        top, bottom = up.at(height), up.at(0)
-        title = (
-            f'{number_text(edges[number])} to '
-            f'{number_text(edges[number + 1])}: {height}'
-        )
-        bars.append(
-            f'<rect class="good" x="{left + 0.5:.1f}" y="{top:.1f}" '
-            f'width="{max(0.5, right - left - 1):.1f}" '
-            f'height="{bottom - top:.1f}"><title>{escape(title)}</title>'
-            '</rect>'
-        )
-    parts = (
-        *_across(across, begin, label),
-        *_upwards(up, begin, 'runs', only_whole=True),
+        if height:
+            edges = [across.low + width * (number + n) for n in (0, 1)]
+            left, right = map(across.at, edges)
+            title = f'{" to ".join(map(number_text, edges))}: {height}'
+            bars.append(
+                f'<rect class="good" x="{left + 0.5:.1f}" '
+                f'y="{up.at(height):.1f}" '
+                f'width="{max(0.5, right - left - 1):.1f}" '
+                f'height="{up.at(0) - up.at(height):.1f}">'
+                f'<title>{escape(title)}</title></rect>'
+            )
+    return _svg(
+        f'Distribution of {label}',
+        *_x_axis(across, begin, label),
+        *_y_axis(up, begin, 'runs', only_whole=True),
         *bars,
     )
-    return _svg(parts, f'Distribution of {label}')
 
 
 def scatter(
@@ -147,7 +148,7 @@ def scatter(
     Return a scatter plot.
 
     :param points: At least one
-    :param names: What the whole numbers of x stand for, if it is no number
+    :param names: The names for 0, 1, … if x is no number
     :param has_means: Whether mean and standard deviation of the points with
       the same x are marked
     """
@@ -157,32 +158,31 @@ def scatter(
     means = {x: mean_and_deviation(ys) for x, ys in groups.items()}
     ends = [mean + s * d for mean, d in means.values() for s in (-1, 1)]
     up = _Scale(
-        [*(p.y for p in points), *ends], _HEIGHT - _BOTTOM - 6, _TOP + 6
+        [*(p.y for p in points), *ends], _BOTTOM - _MARGIN, _TOP + _MARGIN
     )
     begin = _begin(up)
     across = _Scale(
         (-0.5, len(names) - 0.5) if names else [p.x for p in points],
-        begin + 6,
-        _WIDTH - _RIGHT - 6 - (_ASIDE if has_means else 0),
+        begin + _MARGIN,
+        _RIGHT - _MARGIN - (_ASIDE if has_means else 0),
     )
     step = max(1, math.ceil(len(points) / MAXIMUM_POINTS))
-    # those that failed are drawn last, so that they are seen
+    # failed runs are drawn last, so that they are seen
     drawn = sorted(points[::step], key=lambda p: not p.good)
-    marks = [_mark(p, across.at(p.x), up.at(p.y)) for p in reversed(drawn)]
-    parts = (
-        *_across(across, begin, x_label, names),
-        *_upwards(up, begin, y_label),
-        *marks,
+    return _svg(
+        f'{y_label} by {x_label}',
+        *_x_axis(across, begin, x_label, names),
+        *_y_axis(up, begin, y_label),
+        *(_mark(p, across.at(p.x), up.at(p.y)) for p in reversed(drawn)),
         *(
             _mean_mark(mean, deviation, across.at(x) + _ASIDE, up)
             for x, (mean, deviation) in means.items()
         ),
     )
-    return _svg(parts, f'{y_label} by {x_label}')
 
 
 def share_bar(part: float) -> str:
-    """Return a bar that is full as far as a share, from 0 to 1."""
+    """Return a bar that is filled to `part`, from 0 to 1."""
     good = 100 * part
     return (
         '<svg viewBox="0 0 100 10" preserveAspectRatio="none" height="12" '
@@ -197,9 +197,9 @@ def mean_and_deviation(values: Sequence[float]) -> tuple[float, float]:
     """
     Return the mean and the standard deviation of a sample.
 
-    :param values: At least one; one alone deviates by 0
+    :param values: At least one; the deviation of one alone is 0
     """
-    # each is divided first, as a sum of large ones may be too large
+    # each is divided first, as the sum may overflow
     mean = sum(value / len(values) for value in values)
     return mean, statistics.stdev(values) if len(values) > 1 else 0.0
 
@@ -233,84 +233,64 @@ def _mark(point: Point, x: float, y: float) -> str:
 
 
 def _begin(up: _Scale) -> float:
-    """Return where the x axis begins, right of the numbers of the other."""
-    longest = max(len(number_text(value)) for value in _round(up))
+    """Return the left end of the x axis, right of the numbers of `up`."""
+    longest = max(len(number_text(value)) for value in up.ticks())
     return max(_LEFT, 22 + _CHARACTER * longest)
 
 
-def _across(
+def _x_axis(
     scale: _Scale, begin: float, label: str, names: Sequence[str] = ()
 ) -> Iterator[str]:
-    bottom = _HEIGHT - _BOTTOM
-    width = _WIDTH - _RIGHT - begin
-    yield (
-        f'<path class="axis" d="M{begin:.1f} {bottom}H{_WIDTH - _RIGHT}">'
-        '</path>'
-    )
-    marks = [(value, number_text(value)) for value in _round(scale)]
+    width = _RIGHT - begin
+    yield _line(begin, f'{_BOTTOM}')
     if names:
         # in two lines, so that each has twice the room
-        room = int(2 * width / len(names) / _CHARACTER) - 2
-        marks = [(n, _squeezed(name, room)) for n, name in enumerate(names)]
+        room = max(3, int(2 * width / len(names) / _CHARACTER) - 2)
+        marks = [
+            (float(n), without_middle(name, room))
+            for n, name in enumerate(names)
+        ]
     else:
+        marks = [(value, number_text(value)) for value in scale.ticks()]
         longest = max(len(text) + 1 for _, text in marks)
         needed = len(marks) * (longest + 1) * _CHARACTER
         marks = marks[:: math.ceil(needed / width)]
     is_crowded = sum(len(text) + 2 for _, text in marks) * _CHARACTER > width
     for number, (value, text) in enumerate(marks):
-        x = scale.at(value)
-        y = bottom + 14 + (12 if is_crowded and number % 2 else 0)
-        yield (
-            f'<text x="{x:.1f}" y="{y}" text-anchor="middle">'
-            f'{escape(text)}</text>'
-        )
-    yield (
-        f'<text x="{begin + width / 2:.1f}" y="{_HEIGHT - 5}" '
-        'text-anchor="middle">'
-        f'{escape(_shortened(label, int(width / _CHARACTER)))}</text>'
-    )
+        y = _BOTTOM + 14 + (12 if is_crowded and number % 2 else 0)
+        yield _text(scale.at(value), y, 'middle', text)
+    label = without_end(label, int(width / _CHARACTER))
+    yield _text(begin + width / 2, _HEIGHT - 5, 'middle', label)
 
 
-def _upwards(
+def _y_axis(
     scale: _Scale, begin: float, label: str, *, only_whole: bool = False
 ) -> Iterator[str]:
-    for value in _round(scale):
-        if only_whole and value != int(value):
-            continue
-        y = scale.at(value)
-        yield (
-            f'<path class="axis" d="M{begin:.1f} {y:.1f}H{_WIDTH - _RIGHT}">'
-            '</path>'
-        )
-        yield (
-            f'<text x="{begin - 5:.1f}" y="{y + 4:.1f}" text-anchor="end">'
-            f'{escape(number_text(value))}</text>'
-        )
-    middle = (_TOP + _HEIGHT - _BOTTOM) / 2
+    for value in scale.ticks():
+        if not only_whole or value == int(value):
+            y = scale.at(value)
+            yield _line(begin, f'{y:.1f}')
+            yield _text(begin - 5, y + 4, 'end', number_text(value))
+    middle = (_TOP + _BOTTOM) / 2
     yield (
         f'<text transform="translate(10 {middle}) rotate(-90)" '
-        f'text-anchor="middle">{escape(_shortened(label, 26))}</text>'
+        f'text-anchor="middle">{escape(without_end(label, 26))}</text>'
     )
 
 
-def _round(scale: _Scale) -> list[float]:
-    return ticks(scale.low, scale.high)
+def _line(begin: float, y: str) -> str:
+    return f'<path class="axis" d="M{begin:.1f} {y}H{_RIGHT}"></path>'
 
 
-def _svg(parts: Sequence[str], label: str) -> str:
+def _text(x: float, y: float, anchor: str, text: str) -> str:
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">'
+        f'{escape(text)}</text>'
+    )
+
+
+def _svg(label: str, *parts: str) -> str:
     return (
         f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" '
         f'aria-label="{escape(label)}">{"".join(parts)}</svg>'
     )
-
-
-def _squeezed(text: str, room: int) -> str:
-    """Return a name with both of its ends, as names often differ there."""
-    if len(text) <= max(3, room):
-        return text
-    part = max(1, (room - 1) // 2)
-    return f'{text[:part]}…{text[-part:]}'
-
-
-def _shortened(text: str, room: int) -> str:
-    return text if len(text) <= room else f'{text[: room - 1]}…'

@@ -2,19 +2,21 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The page about a sweep, for people: one HTML file that needs nothing else.
+The report of a sweep as one HTML file, for people.
 
-It loads nothing, runs nothing, and whatever a launch file or a process wrote
-is text in it.
+It loads nothing and runs nothing, and text from launch files and processes is
+escaped.
 """
 
 from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
+from collections.abc import Sequence
 from html import escape
 from itertools import combinations
 from itertools import islice
+from pathlib import Path
 import statistics
 import time
 
@@ -28,38 +30,42 @@ from colcon_yamllaunch.sweep.plots import Point
 from colcon_yamllaunch.sweep.plots import scatter
 from colcon_yamllaunch.sweep.plots import share_bar
 from colcon_yamllaunch.sweep.plots import spread_text
-from colcon_yamllaunch.sweep.report_style import STYLE
-from colcon_yamllaunch.sweep.run_result import number_of
-from colcon_yamllaunch.sweep.run_result import RunResult
-from colcon_yamllaunch.sweep.run_result import versions_of
-from colcon_yamllaunch.sweep.run_table import Run
-from colcon_yamllaunch.sweep.run_table import RunTable
-from colcon_yamllaunch.sweep.success_shares import Shares
-from colcon_yamllaunch.sweep.success_shares import shares_of
+from colcon_yamllaunch.sweep.results import number_of
+from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.results import versions_of
+from colcon_yamllaunch.sweep.table import Run
+from colcon_yamllaunch.sweep.table import RunTable
 
+_STYLE = Path(__file__).with_name('report.css')
 #: Rows of the tables with runs; results.csv has all.
 _MAXIMUM_ROWS = 1000
-#: Values of an argument that is no number that a plot has place for.
+#: Values of an argument whose shares are shown one by one, and the number of
+#: ranges if there are more and they are numbers.
+_MAXIMUM_SHARES = 20
+_BINS = 10
+#: Values of an argument that is no number that fit below a plot.
 _MAXIMUM_NAMES = 12
 #: Pairs of metrics that are plotted.
 _MAXIMUM_PAIRS = 10
-#: What the time of a run is called among the metrics.
+#: The name of the time of a run among the metrics.
 _TIME = 'time of a run (s)'
-
-# nothing is to be fetched or run, whatever gets into the page
+# nothing is loaded or run, whatever gets into the page
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'"
+
+#: A value, and how many of its runs succeeded and are done.
+_Share = tuple[str, int, int]
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
     """
-    What the page is about.
+    The content of the page.
 
     :param title: The package and the launch file
     :param command: The command, as it was typed
     :param metrics: The names of the metrics
-    :param log_of: Returns the path of the logs of a run, from the page on, or
-      None if there are none
+    :param log_of: Returns the path of the logs of a run, relative to the page,
+      or None if there are none
     :param made: When, in seconds since the epoch
     """
 
@@ -71,12 +77,13 @@ class Page:
     log_of: Callable[[int], str | None]
     made: float
 
-    def done(self) -> Iterator[tuple[Run, RunResult]]:
-        """Iterate over the runs that are done."""
-        for run in self.table.runs:
-            result = self.results.get(run.number)
-            if result is not None:
-                yield run, result
+    def done(self) -> list[tuple[Run, RunResult]]:
+        """Return the runs that are done."""
+        return [
+            (run, self.results[run.number])
+            for run in self.table.runs
+            if run.number in self.results
+        ]
 
 
 def report_page(page: Page) -> str:
@@ -86,54 +93,56 @@ def report_page(page: Page) -> str:
 
 def _page(page: Page) -> Iterator[str]:
     title = escape(one_line(page.title))
-    yield '<!DOCTYPE html>'
-    yield '<html lang="en"><head><meta charset="utf-8">'
-    yield f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
-    yield (
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-    )
-    yield f'<title>{title} - colcon sweep</title>'
-    yield f'<style>{STYLE}</style></head><body>'
-    yield f'<h1>{title}</h1>'
-    yield f'<pre>{escape(one_line(page.command))}</pre>'
-    yield from _numbers(page)
+    yield f"""\
+<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title} - colcon sweep</title>
+<style>{_STYLE.read_text(encoding='utf-8')}</style></head><body>
+<h1>{title}</h1>
+<pre>{escape(one_line(page.command))}</pre>"""
+    yield from _totals(page)
     yield from _versions(page)
-    shares = [
-        shares_of(name, page.table, page.results) for name in page.table.varied
-    ]
-    if page.results and shares:
+    if page.results and page.table.varied:
         yield '<h2>Success by argument</h2><div class="cards">'
-        for share in shares:
-            yield from _shares(share)
+        for name in page.table.varied:
+            yield from _success(page, name)
         yield '</div>'
     yield from _measures(page)
     yield from _repeats(page)
-    yield from _failures(page)
-    yield from _all_runs(page)
+    if failed := [(run, r) for run, r in page.done() if not r.succeeded]:
+        yield '<h2>Runs that did not succeed</h2>'
+        yield from _runs(page, failed)
+    if done := page.done():
+        yield '<h2>All runs</h2><details>'
+        yield f'<summary>{len(done):,} runs</summary>'
+        yield from _runs(page, done)
+        yield '</details>'
     made = time.strftime('%Y-%m-%d %H:%M', time.localtime(page.made))
     yield f'<p>Made by colcon sweep, {made}.</p></body></html>'
 
 
-def _numbers(page: Page) -> Iterator[str]:
+def _totals(page: Page) -> Iterator[str]:
     total, done = len(page.table.runs), len(page.results)
     results = page.results.values()
-    succeeded = sum(result.succeeded for result in results)
-    numbers = [('runs', f'{total:,}')]
+    numbers = {'runs': f'{total:,}'}
     if done < total:
-        numbers.append(('done so far', f'{done:,}'))
+        numbers['done so far'] = f'{done:,}'
     if done:
-        numbers.append(('succeeded', f'{100 * succeeded / done:.4g}%'))
-        numbers.append(('did not succeed', f'{done - succeeded:,}'))
+        succeeded = sum(result.succeeded for result in results)
         seconds = statistics.median(result.seconds for result in results)
-        numbers.append(('median time', f'{number_text(seconds)} s'))
+        numbers['succeeded'] = f'{100 * succeeded / done:.4g}%'
+        numbers['did not succeed'] = f'{done - succeeded:,}'
+        numbers['median time'] = f'{number_text(seconds)} s'
     yield '<dl>'
-    for name, text in numbers:
+    for name, text in numbers.items():
         yield f'<div><dt>{name}</dt><dd>{text}</dd></div>'
     yield '</dl>'
 
 
 def _versions(page: Page) -> Iterator[str]:
-    """Show which code was run, and warn if that was not the same."""
+    """Show the version of the code, and warn if there are several."""
     versions = versions_of(page.results.values())
     if len(versions) == 1 and 'not recorded' not in versions:
         yield f'<p>Code (commit, fingerprint): {_text(*versions)}</p>'
@@ -141,45 +150,81 @@ def _versions(page: Page) -> Iterator[str]:
         return
     yield (
         f'<div class="card warning"><h3>These results are of {len(versions)} '
-        'versions of the code</h3><table><tr><th>commit, fingerprint</th>'
-        '<th>runs</th><th>succeeded</th></tr>'
+        'versions of the code</h3>'
     )
-    for name, results in versions.items():
-        count, good = len(results), sum(r.succeeded for r in results)
-        yield (
-            f'<tr>{_cell(name)}<td>{count:,}</td>'
-            f'<td>{100 * good / count:.3g}%</td></tr>'
-        )
-    yield '</table><p>To do all runs again: --again all</p></div>'
+    yield from _table(
+        ['commit, fingerprint', 'runs', 'succeeded'],
+        (
+            map(_cell, (name, f'{len(results):,}', _succeeded(results)))
+            for name, results in versions.items()
+        ),
+    )
+    yield '<p>To do all runs again: --again all</p></div>'
 
 
-def _shares(shares: Shares) -> Iterator[str]:
-    yield f'<div class="card"><h3>{_text(shares.name)}</h3><table>'
-    for share in shares.shares:
+def _success(page: Page, name: str) -> Iterator[str]:
+    """Show how many runs succeeded with each value of an argument."""
+    shares, left_out = _shares(page, name)
+    yield f'<div class="card"><h3>{_text(name)}</h3>'
+    yield from _table(
+        [],
+        (
+            (
+                f'<td>{_text(value) or "(empty)"}</td>',
+                f'<td class="share">{share_bar(good / total)}</td>',
+                _number(f'{100 * (good / total):.3g}%'),
+                _number(f'{good:,} of {total:,}'),
+            )
+            for value, good, total in shares
+        ),
+    )
+    if left_out:
         yield (
-            f'<tr><td>{_text(share.value) or "(empty)"}</td>'
-            f'<td class="share">{share_bar(share.part)}</td>'
-            f'<td class="number">{100 * share.part:.3g}%</td>'
-            f'<td class="number">{share.succeeded:,} of {share.total:,}</td>'
-            '</tr>'
-        )
-    yield '</table>'
-    if shares.left_out:
-        yield (
-            f'<p>{shares.left_out:,} values with which more runs succeed are '
+            f'<p>{left_out:,} values with which more runs succeed are '
             'left out; results.csv has them all.</p>'
         )
     yield '</div>'
 
 
+def _shares(page: Page, name: str) -> tuple[list[_Share], int]:
+    """
+    Return the shares of an argument, and how many values are left out.
+
+    Many numbers are summed up in ranges; of many other values, the worst
+    remain.
+    """
+    groups: dict[str, list[bool]] = {}
+    for run, result in page.done():
+        group = groups.setdefault(run.arguments[name], [])
+        group.append(result.succeeded)
+    shares = [(value, sum(g), len(g)) for value, g in groups.items()]
+    if len(shares) <= _MAXIMUM_SHARES:
+        return shares, 0
+    numbers = [(number_of(share[0]), share) for share in shares]
+    order = [(number, s) for number, s in numbers if number is not None]
+    if len(order) < len(shares):
+        worst = sorted(shares, key=lambda share: share[1] / share[2])
+        return worst[:_MAXIMUM_SHARES], len(shares) - _MAXIMUM_SHARES
+    # as many values in each, as they may be anywhere
+    order.sort(key=lambda one: one[0])
+    size = -(-len(order) // _BINS)
+    bins = [order[n : n + size] for n in range(0, len(order), size)]
+    return [
+        (
+            f'{number_text(part[0][0])} to {number_text(part[-1][0])}',
+            sum(share[1] for _, share in part),
+            sum(share[2] for _, share in part),
+        )
+        for part in bins
+    ], 0
+
+
 def _measures(page: Page) -> Iterator[str]:
-    """Plot the metrics, and the time, alone and by arguments."""
-    done = list(page.done())
+    """Plot the metrics and the time, alone and by arguments."""
+    done = page.done()
     if not done:
         return
-    found: dict[str, dict[int, float]] = {
-        _TIME: {run.number: result.seconds for run, result in done}
-    }
+    found: dict[str, dict[int, float]] = {}
     for name in page.metrics:
         values = {
             run.number: number
@@ -187,29 +232,22 @@ def _measures(page: Page) -> Iterator[str]:
             if (number := number_of(result.metrics.get(name, ''))) is not None
         }
         if values:
-            # what is asked for comes first
             found[name] = values
-    names = [*(name for name in found if name != _TIME), _TIME]
-    for name in names:
+    pairs = list(combinations(found, 2))[:_MAXIMUM_PAIRS]
+    found[_TIME] = {run.number: result.seconds for run, result in done}
+    for name, values in found.items():
         yield f'<h2>{_text(name)}</h2><div class="cards">'
-        numbers = list(found[name].values())
-        caption = _statistics(numbers, len(done))
-        yield _card(histogram(numbers, name), caption)
+        numbers = list(values.values())
+        yield _card(histogram(numbers, name), _statistics(numbers, len(done)))
         for argument in page.table.varied:
-            yield from _by_argument(page, argument, name, found[name])
+            yield from _by_argument(page, argument, name, values)
         yield '</div>'
-    pairs = list(combinations([name for name in names if name != _TIME], 2))
     if pairs:
         yield '<h2>Metrics by one another</h2><div class="cards">'
-        for one, other in pairs[:_MAXIMUM_PAIRS]:
+        for one, other in pairs:
             points = [
-                Point(
-                    found[one][run.number],
-                    found[other][run.number],
-                    result.succeeded,
-                    _title(page, run),
-                )
-                for run, result in done
+                _point(page, run, found[one][run.number], found[other])
+                for run, _ in done
                 if run.number in found[one] and run.number in found[other]
             ]
             if points:
@@ -227,23 +265,15 @@ def _by_argument(
     runs = [run for run in page.table.runs if run.number in values]
     texts = list(dict.fromkeys(run.arguments[argument] for run in runs))
     numbers = {text: number_of(text) for text in texts}
+    places = {text: n for text, n in numbers.items() if n is not None}
     names: list[str] = []
-    places: dict[str, float] = {}
-    for index, (text, number) in enumerate(numbers.items()):
-        if None in numbers.values():
-            names.append(text)
-            places[text] = float(index)
-        elif number is not None:
-            places[text] = number
+    if len(places) < len(texts):
+        names = texts
+        places = {text: float(index) for index, text in enumerate(texts)}
     if len(names) > _MAXIMUM_NAMES or len(texts) < 2:
         return
     points = [
-        Point(
-            places[run.arguments[argument]],
-            values[run.number],
-            page.results[run.number].succeeded,
-            _title(page, run),
-        )
+        _point(page, run, places[run.arguments[argument]], values)
         for run in runs
     ]
     caption = _sampled(points)
@@ -252,6 +282,12 @@ def _by_argument(
         caption += ' With mean and standard deviation for each value.'
     plot = scatter(points, argument, name, names, has_means=has_means)
     yield _card(plot, caption.strip())
+
+
+def _point(page: Page, run: Run, x: float, ys: Mapping[int, float]) -> Point:
+    title = f'run {run.number}: {one_line(page.table.title(run))}'
+    good = page.results[run.number].succeeded
+    return Point(x, ys[run.number], good, title)
 
 
 def _statistics(values: list[float], done: int) -> str:
@@ -289,92 +325,95 @@ def _repeats(page: Page) -> Iterator[str]:
     if page.table.repeats < 2 or not groups:
         return
     yield '<h2>Mean and standard deviation of repeats</h2>'
-    heads = [*names, 'runs', 'succeeded', *page.metrics, _TIME]
-    yield '<div class="wide"><table><tr>'
-    yield ''.join(f'<th>{_text(head)}</th>' for head in heads)
-    yield '</tr>'
-    for values, results in islice(groups.items(), _MAXIMUM_ROWS):
-        good = sum(result.succeeded for result in results)
-        cells = [
-            *values,
-            f'{len(results):,}',
-            f'{100 * good / len(results):.3g}%',
-            *(
-                _spread([number_of(r.metrics.get(name, '')) for r in results])
-                for name in page.metrics
-            ),
-            _spread([result.seconds for result in results]),
-        ]
-        yield f'<tr>{"".join(map(_cell, cells))}</tr>'
-    yield '</table></div>'
+    yield '<div class="wide">'
+    yield from _table(
+        [*names, 'runs', 'succeeded', *page.metrics, _TIME],
+        (
+            map(
+                _cell,
+                [
+                    *(*values, f'{len(results):,}', _succeeded(results)),
+                    *(
+                        _spread(
+                            number_of(r.metrics.get(name, '')) for r in results
+                        )
+                        for name in page.metrics
+                    ),
+                    _spread(result.seconds for result in results),
+                ],
+            )
+            for values, results in islice(groups.items(), _MAXIMUM_ROWS)
+        ),
+    )
+    yield '</div>'
 
 
 def _spread(found: Iterable[float | None]) -> str:
     values = [value for value in found if value is not None]
-    if not values:
-        return ''
-    return spread_text(*mean_and_deviation(values))
+    return spread_text(*mean_and_deviation(values)) if values else ''
 
 
-def _failures(page: Page) -> Iterator[str]:
-    failed = [(run, r) for run, r in page.done() if not r.succeeded]
-    if not failed:
-        return
-    yield '<h2>Runs that did not succeed</h2>'
-    yield from _rows(page, failed, len(failed))
-
-
-def _all_runs(page: Page) -> Iterator[str]:
-    if page.results:
-        count = len(page.results)
-        yield f'<h2>All runs</h2><details><summary>{count:,} runs</summary>'
-        yield from _rows(page, page.done(), count)
-        yield '</details>'
-
-
-def _rows(
-    page: Page, runs: Iterable[tuple[Run, RunResult]], count: int
-) -> Iterator[str]:
-    repeats = ['repeat'] if page.table.repeats > 1 else []
-    heads = ['run', *page.table.varied, *repeats, 'outcome', 'seconds']
-    heads += [*page.metrics, 'reason']
+def _runs(page: Page, runs: Sequence[tuple[Run, RunResult]]) -> Iterator[str]:
+    is_repeated = page.table.repeats > 1
     is_mixed = len(versions_of(page.results.values())) > 1
-    heads += ['commit', 'fingerprint'] * is_mixed
-    yield '<div class="wide"><table><tr>'
-    yield ''.join(f'<th>{_text(head)}</th>' for head in heads)
-    yield '</tr>'
-    for run, result in islice(runs, _MAXIMUM_ROWS):
+
+    def cells(run: Run, result: RunResult) -> Iterator[str]:
         number = f'{run.number}'
-        log = page.log_of(run.number)
-        if log is not None:
-            number = f'<a href="{_text(log)}">{run.number}</a>'
+        if (log := page.log_of(run.number)) is not None:
+            number = f'<a href="{_text(log)}">{number}</a>'
+        yield _number(number)
+        yield from (_cell(run.arguments[name]) for name in page.table.varied)
+        if is_repeated:
+            yield _cell(str(run.repeat))
         kind = '' if result.succeeded else ' class="bad"'
-        cells = [
-            f'<td class="number">{number}</td>',
-            *(_cell(run.arguments[name]) for name in page.table.varied),
-            *(_cell(str(run.repeat)) for _ in repeats),
-            f'<td{kind}>{result.outcome}</td>',
-            f'<td class="number">{result.seconds:.2f}</td>',
-            *(_cell(result.metrics.get(name, '')) for name in page.metrics),
-            _cell(result.reason),
-        ]
+        yield f'<td{kind}>{result.outcome}</td>'
+        yield _number(f'{result.seconds:.2f}')
+        yield from (_cell(result.metrics.get(n, '')) for n in page.metrics)
+        yield _cell(result.reason)
         if is_mixed:
-            cells += [_cell(result.commit), _cell(result.fingerprint)]
-        yield f'<tr>{"".join(cells)}</tr>'
-    yield '</table></div>'
-    if count > _MAXIMUM_ROWS:
+            yield from map(_cell, (result.commit, result.fingerprint))
+
+    yield '<div class="wide">'
+    yield from _table(
+        [
+            *('run', *page.table.varied, *['repeat'] * is_repeated),
+            *('outcome', 'seconds', *page.metrics, 'reason'),
+            *['commit', 'fingerprint'] * is_mixed,
+        ],
+        (cells(run, result) for run, result in runs[:_MAXIMUM_ROWS]),
+    )
+    yield '</div>'
+    if len(runs) > _MAXIMUM_ROWS:
         yield (
-            f'<p>These are the first {_MAXIMUM_ROWS:,} of {count:,}; '
+            f'<p>These are the first {_MAXIMUM_ROWS:,} of {len(runs):,}; '
             '<a href="results.csv">results.csv</a> has them all.</p>'
         )
+
+
+def _table(
+    heads: Sequence[str], rows: Iterable[Iterable[str]]
+) -> Iterator[str]:
+    """Yield a table whose rows have cells in HTML."""
+    yield '<table>'
+    if heads:
+        cells = (f'<th>{_text(head)}</th>' for head in heads)
+        yield f'<tr>{"".join(cells)}</tr>'
+    for row in rows:
+        yield f'<tr>{"".join(row)}</tr>'
+    yield '</table>'
+
+
+def _succeeded(results: Sequence[RunResult]) -> str:
+    good = sum(result.succeeded for result in results)
+    return f'{100 * good / len(results):.3g}%'
 
 
 def _cell(text: str) -> str:
     return f'<td>{_text(text)}</td>'
 
 
-def _title(page: Page, run: Run) -> str:
-    return f'run {run.number}: {one_line(page.table.title(run))}'
+def _number(text: str) -> str:
+    return f'<td class="number">{text}</td>'
 
 
 def _text(text: str) -> str:

@@ -22,14 +22,14 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.engine.output.line_pattern import LinePattern
-from colcon_yamllaunch.sweep.one_run import Goal
-from colcon_yamllaunch.sweep.results_folder import ARRAYS
-from colcon_yamllaunch.sweep.results_folder import DONE
-from colcon_yamllaunch.sweep.results_folder import SLURM
-from colcon_yamllaunch.sweep.results_folder import write_text
-from colcon_yamllaunch.sweep.run_metrics import Metric
-from colcon_yamllaunch.sweep.run_result import result_from_json
-from colcon_yamllaunch.sweep.run_result import RunResult
+from colcon_yamllaunch.sweep.results import ARRAYS
+from colcon_yamllaunch.sweep.results import DONE
+from colcon_yamllaunch.sweep.results import result_from_json
+from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.results import SLURM
+from colcon_yamllaunch.sweep.results import write_text
+from colcon_yamllaunch.sweep.run import Goal
+from colcon_yamllaunch.sweep.run import Metric
 
 _COMMON = 'common.json'
 PLAN = 'plan.json'

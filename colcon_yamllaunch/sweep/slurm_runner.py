@@ -24,14 +24,14 @@ from typing import Protocol
 import colcon_yamllaunch
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.sweep.run_result import one_reason
-from colcon_yamllaunch.sweep.run_result import RunResult
-from colcon_yamllaunch.sweep.run_table import Run
+from colcon_yamllaunch.sweep.results import one_reason
+from colcon_yamllaunch.sweep.results import RunResult
 from colcon_yamllaunch.sweep.slurm_client import Ending
 from colcon_yamllaunch.sweep.slurm_client import SlurmClient
 from colcon_yamllaunch.sweep.slurm_client import SlurmError
 from colcon_yamllaunch.sweep.slurm_files import SlurmFiles
 from colcon_yamllaunch.sweep.slurm_place import SlurmPlace
+from colcon_yamllaunch.sweep.table import Run
 
 #: Seconds between two looks for results, and between two questions to Slurm.
 _LOOK = 0.5

@@ -19,10 +19,10 @@ from colcon_yamllaunch.sweep.domain_ids import DomainIds
 from colcon_yamllaunch.sweep.domain_ids import VARIABLE
 from colcon_yamllaunch.sweep.forked_guard import ForkedGuards
 from colcon_yamllaunch.sweep.isolation import enter_own_network
-from colcon_yamllaunch.sweep.one_run import perform
-from colcon_yamllaunch.sweep.one_run import PlannedRun
-from colcon_yamllaunch.sweep.run_result import one_reason
-from colcon_yamllaunch.sweep.run_result import RunResult
+from colcon_yamllaunch.sweep.results import one_reason
+from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.run import perform
+from colcon_yamllaunch.sweep.run import PlannedRun
 from colcon_yamllaunch.sweep.slurm_files import Common
 from colcon_yamllaunch.sweep.slurm_files import PLAN
 from colcon_yamllaunch.sweep.slurm_files import SlurmFiles

@@ -16,10 +16,9 @@ from colcon_yamllaunch.sweep.plots import share_bar
 from colcon_yamllaunch.sweep.plots import ticks
 from colcon_yamllaunch.sweep.report_page import Page
 from colcon_yamllaunch.sweep.report_page import report_page
-from colcon_yamllaunch.sweep.run_result import RunResult
-from colcon_yamllaunch.sweep.run_table import run_table
-from colcon_yamllaunch.sweep.run_table import RunTable
-from colcon_yamllaunch.sweep.success_shares import shares_of
+from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.table import run_table
+from colcon_yamllaunch.sweep.table import RunTable
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -253,27 +252,23 @@ def test_numbers_as_people_write_them() -> None:
 
 
 def test_many_values_are_summed_up() -> None:
-    table = run_table({'seed': '1..1000', 'name': '1..1000'[:4]})
+    table = run_table({'seed': '1..1000'})
     results = {
         run.number: RunResult(
             run.number, 'succeeded' if run.number % 2 else 'failed'
         )
         for run in table.runs
     }
-    shares = shares_of('seed', table, results)
-    assert len(shares.shares) == 10
-    assert sum(share.total for share in shares.shares) == 1000
-    assert shares.shares[0].value == '1 to 100'
+    text = read(page_of(table, results)).text.replace('\n', '')
+    assert '1 to 10050%50 of 100101 to 200' in text
+    assert text.count('50 of 100') == 10
     words = run_table({'w': ','.join(f'w{n}' for n in range(30))})
-    worst = shares_of(
-        'w',
-        words,
-        {
-            r.number: RunResult(
-                r.number, 'failed' if r.number == 30 else 'succeeded'
-            )
-            for r in words.runs
-        },
-    )
-    assert worst.shares[0].value == 'w29'
-    assert worst.left_out == 10
+    results = {
+        r.number: RunResult(
+            r.number, 'failed' if r.number == 30 else 'succeeded'
+        )
+        for r in words.runs
+    }
+    text = read(page_of(words, results)).text.replace('\n', '')
+    assert 'Success by argumentww290%0 of 1' in text
+    assert '10 values with which more runs succeed are left out' in text

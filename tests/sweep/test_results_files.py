@@ -11,19 +11,18 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.sweep import results_folder
-from colcon_yamllaunch.sweep.results_csv import refuse_columns_twice
-from colcon_yamllaunch.sweep.results_csv import results_csv
-from colcon_yamllaunch.sweep.results_folder import default_name
-from colcon_yamllaunch.sweep.results_folder import ResultsFolder
-from colcon_yamllaunch.sweep.results_folder import SweepDefinition
-from colcon_yamllaunch.sweep.run_result import result_from_json
-from colcon_yamllaunch.sweep.run_result import RunResult
-from colcon_yamllaunch.sweep.run_result import versions_of
-from colcon_yamllaunch.sweep.run_table import run_table
-from colcon_yamllaunch.sweep.sweep_journal import Code
-from colcon_yamllaunch.sweep.sweep_journal import SweepJournal
-from colcon_yamllaunch.sweep.sweep_junit import junit_report
+from colcon_yamllaunch.sweep import results
+from colcon_yamllaunch.sweep.reports import junit_report
+from colcon_yamllaunch.sweep.reports import refuse_columns_twice
+from colcon_yamllaunch.sweep.reports import results_csv
+from colcon_yamllaunch.sweep.results import Code
+from colcon_yamllaunch.sweep.results import result_from_json
+from colcon_yamllaunch.sweep.results import ResultsFolder
+from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.results import SweepDefinition
+from colcon_yamllaunch.sweep.results import SweepJournal
+from colcon_yamllaunch.sweep.results import versions_of
+from colcon_yamllaunch.sweep.table import run_table
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -262,8 +261,8 @@ def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
 def test_two_sweeps_in_one_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(results_folder, '_PATIENCE', 0.2)
-    monkeypatch.setattr(results_folder, '_QUIET', 0.1)
+    monkeypatch.setattr(results, '_LOCK_TIMEOUT', 0.2)
+    monkeypatch.setattr(results, '_QUIET', 0.1)
     first, second = ResultsFolder(tmp_path), ResultsFolder(tmp_path)
     first.open(definition(), print)
     said: list[str] = []
@@ -275,7 +274,7 @@ def test_two_sweeps_in_one_folder(
 
 
 def test_the_same_sweep_has_the_same_folder() -> None:
-    name = default_name(definition())
+    name = definition().default_name
     assert name.startswith('my_pkg-a-')
-    assert name == default_name(definition())
-    assert name != default_name(definition('1..3'))
+    assert name == definition().default_name
+    assert name != definition('1..3').default_name

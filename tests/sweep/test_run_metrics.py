@@ -7,15 +7,15 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.sweep.run_metrics import MetricSearch
-from colcon_yamllaunch.sweep.run_metrics import read_metric
+from colcon_yamllaunch.sweep.run import read_metric
+from colcon_yamllaunch.sweep.run import RunObserver
 import pytest
 
 PROCESS = Process('sim', ('sim',), '/', Position('a.yaml', 1, 1))
 
 
 def found(metric: str, *outputs: bytes) -> str | None:
-    search = MetricSearch([read_metric('--metric', metric)])
+    search = RunObserver([read_metric('--metric', metric)])
     for data in outputs:
         search.handle(events.Output(PROCESS, 'stdout', data))
     return next(iter(search.found.values()), None)

@@ -13,9 +13,7 @@ import signal
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.sweep import slurm_runner
-from colcon_yamllaunch.sweep.run_result import RunResult
-from colcon_yamllaunch.sweep.run_table import Run
-from colcon_yamllaunch.sweep.run_table import run_table
+from colcon_yamllaunch.sweep.results import RunResult
 from colcon_yamllaunch.sweep.slurm_client import Ending
 from colcon_yamllaunch.sweep.slurm_client import SlurmClient
 from colcon_yamllaunch.sweep.slurm_client import SlurmError
@@ -24,6 +22,8 @@ from colcon_yamllaunch.sweep.slurm_place import read_place
 from colcon_yamllaunch.sweep.slurm_runner import batch_script
 from colcon_yamllaunch.sweep.slurm_runner import reason_of
 from colcon_yamllaunch.sweep.slurm_runner import SlurmRunner
+from colcon_yamllaunch.sweep.table import Run
+from colcon_yamllaunch.sweep.table import run_table
 import pytest
 
 Queue = dict[tuple[int, int], tuple[str, str]]

@@ -6,8 +6,8 @@
 from pathlib import Path
 import stat
 
-from colcon_yamllaunch.sweep.one_run import Goal
-from colcon_yamllaunch.sweep.run_metrics import read_metric
+from colcon_yamllaunch.sweep.run import Goal
+from colcon_yamllaunch.sweep.run import read_metric
 from colcon_yamllaunch.sweep.slurm_files import Common
 from colcon_yamllaunch.sweep.slurm_files import SlurmFiles
 from colcon_yamllaunch.sweep.slurm_task import environment_here

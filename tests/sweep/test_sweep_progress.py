@@ -6,14 +6,14 @@
 import io
 from pathlib import Path
 
-from colcon_yamllaunch.sweep.results_folder import ResultsFolder
-from colcon_yamllaunch.sweep.results_folder import SweepDefinition
-from colcon_yamllaunch.sweep.run_result import RunResult
-from colcon_yamllaunch.sweep.run_table import run_table
-from colcon_yamllaunch.sweep.sweep_journal import SweepJournal
-from colcon_yamllaunch.sweep.sweep_progress import duration
-from colcon_yamllaunch.sweep.sweep_progress import Progress
-from colcon_yamllaunch.sweep.sweep_reports import SweepReports
+from colcon_yamllaunch.sweep.progress import duration
+from colcon_yamllaunch.sweep.progress import Progress
+from colcon_yamllaunch.sweep.reports import SweepReports
+from colcon_yamllaunch.sweep.results import ResultsFolder
+from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.results import SweepDefinition
+from colcon_yamllaunch.sweep.results import SweepJournal
+from colcon_yamllaunch.sweep.table import run_table
 import pytest
 
 

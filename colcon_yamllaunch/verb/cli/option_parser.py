@@ -29,7 +29,7 @@ from colcon_yamllaunch.verb.cli.option_table import SECTIONS
 from colcon_yamllaunch.verb.cli.option_table import Verb
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.sweep.run_metrics import Metric
+    from colcon_yamllaunch.sweep.run import Metric
     from colcon_yamllaunch.sweep.slurm_place import SlurmPlace
 
 #: Bytes that a limit for logs has at least.
@@ -277,7 +277,7 @@ def _share(option: str, text: str) -> float:
 
 def _metric(option: str, text: str) -> 'Metric':
     # no other verb has it
-    from colcon_yamllaunch.sweep.run_metrics import read_metric
+    from colcon_yamllaunch.sweep.run import read_metric
 
     return read_metric(option, text)
 

@@ -21,7 +21,7 @@ from colcon_yamllaunch.verb.cli.option_parser import refuse_unknown
 from colcon_yamllaunch.verb.cli.option_table import RUN_LOG_LIMIT
 
 if TYPE_CHECKING:
-    from colcon_yamllaunch.sweep.run_metrics import Metric
+    from colcon_yamllaunch.sweep.run import Metric
     from colcon_yamllaunch.sweep.slurm_place import SlurmPlace
 
 _USAGE = (

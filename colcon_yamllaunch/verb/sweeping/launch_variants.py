@@ -11,8 +11,8 @@ from colcon_yamllaunch.language.actions.process_actions import OUTPUT_OVERRIDE
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.sweep.local_runner import NotBuiltError
 from colcon_yamllaunch.sweep.local_runner import PlanError
-from colcon_yamllaunch.sweep.one_run import PlannedRun
-from colcon_yamllaunch.sweep.run_table import Run
+from colcon_yamllaunch.sweep.run import PlannedRun
+from colcon_yamllaunch.sweep.table import Run
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
 from colcon_yamllaunch.verb.sweeping.code_state import CodeState

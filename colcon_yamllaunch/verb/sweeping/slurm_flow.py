@@ -16,18 +16,18 @@ from colcon_yamllaunch.sweep.domain_ids import VARIABLE
 from colcon_yamllaunch.sweep.local_runner import first_error
 from colcon_yamllaunch.sweep.local_runner import NotBuiltError
 from colcon_yamllaunch.sweep.local_runner import PlanError
-from colcon_yamllaunch.sweep.one_run import Goal
-from colcon_yamllaunch.sweep.one_run import PlannedRun
-from colcon_yamllaunch.sweep.results_folder import ResultsFolder
-from colcon_yamllaunch.sweep.run_result import one_reason
-from colcon_yamllaunch.sweep.run_result import RunResult
-from colcon_yamllaunch.sweep.run_table import Run
+from colcon_yamllaunch.sweep.progress import Progress
+from colcon_yamllaunch.sweep.results import one_reason
+from colcon_yamllaunch.sweep.results import ResultsFolder
+from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.run import Goal
+from colcon_yamllaunch.sweep.run import PlannedRun
 from colcon_yamllaunch.sweep.slurm_client import SlurmClient
 from colcon_yamllaunch.sweep.slurm_files import Common
 from colcon_yamllaunch.sweep.slurm_files import SlurmFiles
 from colcon_yamllaunch.sweep.slurm_place import SlurmPlace
 from colcon_yamllaunch.sweep.slurm_runner import SlurmRunner
-from colcon_yamllaunch.sweep.sweep_progress import Progress
+from colcon_yamllaunch.sweep.table import Run
 from colcon_yamllaunch.verb.cli.sweep_options import SweepOptions
 from colcon_yamllaunch.verb.sweeping.launch_variants import LaunchVariants
 

@@ -14,20 +14,18 @@ from colcon_yamllaunch.sweep.domain_ids import DomainIds
 from colcon_yamllaunch.sweep.isolation import reason_for_no_network
 from colcon_yamllaunch.sweep.local_runner import LocalRunner
 from colcon_yamllaunch.sweep.local_runner import Settings
-from colcon_yamllaunch.sweep.one_run import Goal
-from colcon_yamllaunch.sweep.results_csv import refuse_columns_twice
-from colcon_yamllaunch.sweep.results_folder import default_name
-from colcon_yamllaunch.sweep.results_folder import definition_values
-from colcon_yamllaunch.sweep.results_folder import JOURNAL
-from colcon_yamllaunch.sweep.results_folder import ResultsFolder
-from colcon_yamllaunch.sweep.results_folder import SweepDefinition
-from colcon_yamllaunch.sweep.run_table import Run
-from colcon_yamllaunch.sweep.run_table import run_table
-from colcon_yamllaunch.sweep.run_table import RunTable
-from colcon_yamllaunch.sweep.sweep_journal import SweepJournal
-from colcon_yamllaunch.sweep.sweep_progress import Progress
-from colcon_yamllaunch.sweep.sweep_reports import SweepReports
-from colcon_yamllaunch.sweep.table_file import read_table
+from colcon_yamllaunch.sweep.progress import Progress
+from colcon_yamllaunch.sweep.reports import refuse_columns_twice
+from colcon_yamllaunch.sweep.reports import SweepReports
+from colcon_yamllaunch.sweep.results import JOURNAL
+from colcon_yamllaunch.sweep.results import ResultsFolder
+from colcon_yamllaunch.sweep.results import SweepDefinition
+from colcon_yamllaunch.sweep.results import SweepJournal
+from colcon_yamllaunch.sweep.run import Goal
+from colcon_yamllaunch.sweep.table import read_table
+from colcon_yamllaunch.sweep.table import Run
+from colcon_yamllaunch.sweep.table import run_table
+from colcon_yamllaunch.sweep.table import RunTable
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.cli.option_table import AGAIN_ALL
@@ -80,19 +78,22 @@ class SweepFlow:
         )
         metrics = {m.name: m.pattern.text for m in options.metric}
         refuse_columns_twice(table.names, metrics)
+        goal = {
+            **options.fixed,
+            'until': tuple(p.text for p in options.until),
+            'timeout': options.timeout,
+            'for': options.for_,
+            'tty': options.tty,
+        }
         definition = SweepDefinition(
             shlex.join(['colcon', 'sweep', *_words()]),
             options.positionals,
             table,
-            definition_values(
-                {
-                    **options.fixed,
-                    'until': tuple(p.text for p in options.until),
-                    'timeout': options.timeout,
-                    'for': options.for_,
-                    'tty': options.tty,
-                }
-            ),
+            {
+                name: str(value)
+                for name, value in goal.items()
+                if value not in (None, (), False)
+            },
             metrics,
         )
         # what builds nothing and runs nothing finds mistakes first
@@ -117,7 +118,7 @@ class SweepFlow:
         base = ros_log_folder(self._environment)
         if logs is not None:
             base = logs.parent
-        return base / _SWEEPS / default_name(definition)
+        return base / _SWEEPS / definition.default_name
 
     def _go_on(
         self,

@@ -16,14 +16,14 @@ import time
 from typing import TextIO
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.sweep.results_folder import ResultsFolder
-from colcon_yamllaunch.sweep.results_folder import shown_path
-from colcon_yamllaunch.sweep.run_result import RunResult
-from colcon_yamllaunch.sweep.run_table import Run
-from colcon_yamllaunch.sweep.run_table import RunTable
-from colcon_yamllaunch.sweep.sweep_journal import Code
-from colcon_yamllaunch.sweep.sweep_journal import SweepJournal
-from colcon_yamllaunch.sweep.sweep_reports import SweepReports
+from colcon_yamllaunch.sweep.reports import SweepReports
+from colcon_yamllaunch.sweep.results import Code
+from colcon_yamllaunch.sweep.results import ResultsFolder
+from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.results import shown_path
+from colcon_yamllaunch.sweep.results import SweepJournal
+from colcon_yamllaunch.sweep.table import Run
+from colcon_yamllaunch.sweep.table import RunTable
 
 #: Seconds between two drawings of the line in a terminal.
 _INTERVAL = 0.1

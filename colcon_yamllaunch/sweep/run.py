@@ -1,0 +1,255 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""One run of a sweep, from its plan to its result."""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Mapping
+from contextlib import suppress
+import os
+from pathlib import Path
+import re
+import resource
+import time
+
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.exit_conditions import ExitConditions
+from colcon_yamllaunch.engine.output.line_pattern import LinePattern
+from colcon_yamllaunch.engine.output.line_pattern import SearchTimeError
+from colcon_yamllaunch.engine.output.lines import bare
+from colcon_yamllaunch.engine.plan_source import PlanSource
+from colcon_yamllaunch.engine.stopping.guard_link import Guards
+from colcon_yamllaunch.observers.failures import OwnerOf
+from colcon_yamllaunch.observers.presentation import Presentation
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.run_plan import run_plan
+from colcon_yamllaunch.sweep.results import failed_run
+from colcon_yamllaunch.sweep.results import one_reason
+from colcon_yamllaunch.sweep.results import RunResult
+
+_FAILED = 'failed: '
+#: Characters of the value of a metric that are kept.
+_LONGEST_VALUE = 200
+_NAME = re.compile(r'[^\W\d][\w ./%()-]*')
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """
+    A value to find in the output of processes.
+
+    :param pattern: Its first group is the value
+    """
+
+    name: str
+    pattern: LinePattern
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """
+    The conditions and options that all runs of a sweep share.
+
+    :param until: Expressions that are to be found in output
+    :param timeout: Seconds for that, or for the launch to end
+    :param for_: Seconds that the launch goes on for after that
+    :param log_limit: Bytes of logs of a run, None for any number
+    :param tty: Whether each process gets a terminal
+    """
+
+    until: tuple[LinePattern, ...] = ()
+    timeout: float | None = None
+    for_: float | None = None
+    metrics: tuple[Metric, ...] = ()
+    log_limit: int | None = None
+    tty: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedRun:
+    """
+    A run that can begin.
+
+    :param environment: The environment of its processes
+    :param identity: The identity of its launch if it has one already
+    :param source: The source of more plan while it runs, if any
+    :param owner_of: Returns the package that has a missing Python module
+    :param uses: Files that it uses and that other runs did not use yet
+    :param close: Ends the helpers of the plan
+    """
+
+    plan: Plan
+    environment: Mapping[str, str]
+    identity: str = ''
+    source: PlanSource | None = None
+    owner_of: OwnerOf = lambda _module, _package: None
+    uses: tuple[str, ...] = ()
+    close: Callable[[], object] = bool
+
+
+def read_metric(option: str, text: str) -> Metric:
+    """
+    Parse a metric, which is written `name=regex`.
+
+    :param option: The option that has it, for errors
+    :raises UserError: when it is none
+    """
+    name, is_given, expression = text.partition('=')
+    name = name.strip()
+    if not is_given or not expression:
+        raise UserError(
+            f"{option} is written name=REGEX, not '{text}'",
+            r"such as 'distance=drove ([\d.]+) m'",
+        )
+    if not _NAME.fullmatch(name):
+        raise UserError(
+            f"{option}: '{name}' is no name of a metric",
+            'it begins with a letter',
+        )
+    try:
+        pattern = LinePattern(expression)
+    except (re.error, OverflowError, RecursionError) as e:
+        raise UserError(
+            f"{option}: '{expression}' is no regular expression: {e}"
+        ) from e
+    if not pattern.groups:
+        raise UserError(
+            f"{option}: '{expression}' has no group, so nothing says which "
+            'part of the line is the value',
+            r"put that in brackets, as in 'drove ([\d.]+) m'",
+        )
+    return Metric(name, pattern)
+
+
+class _Conditions(ExitConditions):
+    """
+    The exit conditions of a run that waits for its turn.
+
+    :param wait: Blocks until the run may start processes
+    :param over: Called when none of its processes run any more
+    """
+
+    def __init__(
+        self,
+        goal: Goal,
+        wait: Callable[[], object],
+        over: Callable[[], object],
+    ) -> None:
+        super().__init__(goal.until, goal.timeout, goal.for_)
+        self._wait = wait
+        self._over = over
+        self.begun = time.monotonic()
+
+    def begin(self) -> None:
+        """Wait; the time counts from then on."""
+        self._wait()
+        self.begun = time.monotonic()
+        super().begin()
+
+    def end(self) -> None:
+        """Let another run begin; only bookkeeping follows."""
+        super().end()
+        self._over()
+
+
+class RunObserver:
+    """
+    Collects the metrics of a launch and the reason of its failure.
+
+    :param metrics: The last line that matches one counts
+    """
+
+    def __init__(self, metrics: Iterable[Metric]) -> None:
+        self._metrics = tuple(metrics)
+        #: The values that were found, by the names of their metrics.
+        self.found: dict[str, str] = {}
+        self.reason = 'its launch ended with an error'
+        #: Whether a signal stopped it.
+        self.interrupted = False
+
+    def handle(self, event: events.Event) -> None:
+        """Receive an event."""
+        match event:
+            case events.Output():
+                if self._metrics:
+                    self._search(bare(event.data))
+            case events.ShuttingDown():
+                is_signal = event.reason.endswith(' received')
+                self.interrupted = event.interactive or is_signal
+            case events.Ended():
+                for line in event.summary:
+                    if line.startswith(_FAILED):
+                        self.reason = one_reason(line.removeprefix(_FAILED))
+                        break
+            case _:
+                return
+
+    def _search(self, lines: str) -> None:
+        for metric in self._metrics:
+            # a line that takes too long has no value
+            with suppress(SearchTimeError):
+                value = metric.pattern.last_group(lines)
+                if value is not None:
+                    self.found[metric.name] = value[:_LONGEST_VALUE]
+
+
+def perform(
+    number: int,
+    planned: PlannedRun,
+    folder: Path,
+    goal: Goal,
+    guards: Guards,
+    wait: Callable[[], object] = bool,
+    over: Callable[[], object] = bool,
+) -> RunResult | None:
+    """
+    Launch a run, and return its result, None if it was interrupted.
+
+    :param folder: The folder for its logs
+    :param guards: Starts its guard
+    :param wait: Blocks until its processes may be started; all else is
+      prepared before that
+    :param over: Called when none of its processes run any more, before the
+      launch is closed
+    """
+    before = _processor_time()
+    observer = RunObserver(goal.metrics)
+    conditions = _Conditions(goal, wait, over)
+    with open(os.devnull, 'w', encoding='utf-8') as nothing:
+        try:
+            code = run_plan(
+                planned.plan,
+                environment=planned.environment,
+                log_folder=folder,
+                stream=nothing,
+                tty=goal.tty,
+                log_limit=goal.log_limit,
+                conditions=conditions,
+                presentation=Presentation('quiet'),
+                observers=(observer.handle,),
+                owner_of=planned.owner_of,
+                identity=planned.identity,
+                source=planned.source,
+                guards=guards,
+            )
+        except UserError as e:
+            # the environment lacks something; nothing was started
+            return failed_run(number, str(e))
+    if observer.interrupted:
+        return None
+    return RunResult(
+        number,
+        'failed' if code else 'succeeded',
+        observer.reason if code else '',
+        round(time.monotonic() - conditions.begun, 3),
+        observer.found,
+        round(_processor_time() - before, 4),
+    )
+
+
+def _processor_time() -> float:
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    return usage.ru_utime + usage.ru_stime
