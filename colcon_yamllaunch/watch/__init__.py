@@ -1,4 +1,19 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What follows from a change of a file while a launch runs."""
+"""
+`--watch`: changes of files become changes of the running launch.
+
+- `watcher` is a process that watches files (`watched_files` compares their
+  contents), and `watcher_client` the launcher's side of it. It reports
+  `changes`.
+- `dependencies` has what the launch uses, as data; `find_dependencies` and
+  `process_dependencies` find it.
+- `consequences` returns what follows from changes, as data.
+- `worker` is a process that prepares the launch again: it builds and
+  evaluates.
+- `change_loop` ties these together and changes the launch; start reading
+  there. `pending_changes` are the changes that it is handling.
+
+`verb/launching/watch_flow.py` does the jobs of the worker.
+"""

@@ -2,35 +2,64 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What follows from changes of files; `docs/watching.md` has the table.
+What follows from changes of files and from builds, as data.
 
-Nothing is looked at here but what is given, and nothing is done.
+`docs/watching.md` has the table. Nothing here reads files or acts.
 """
 
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
+from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import replace
 import os
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.plan.labels import machine_of
+from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
+from colcon_yamllaunch.plan.position import shown_path
+from colcon_yamllaunch.remote.agent.builds_there import ANY_PACKAGE
 from colcon_yamllaunch.watch.changes import Change
 from colcon_yamllaunch.watch.changes import Kind
-from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge import PackageUse
+from colcon_yamllaunch.watch.dependencies import Dependencies
+from colcon_yamllaunch.watch.dependencies import PackageDependencies
+from colcon_yamllaunch.watch.dependencies import ProcessDependencies
 
-#: What is to be done; `restart after build` waits until the packages of the
-#: same batch are built, and is done whatever that brought; `keep` is that a
-#: machine is not sent the change.
+#: What to do; `restart after build` waits until the packages of the same batch
+#: are built, whether or not the build changes anything; `keep` means that a
+#: machine does not receive the change.
 Action = Literal[
     'ignore', 'restart', 'build', 'restart after build', 'replan', 'keep'
 ]
 
 _PYTHON_SUFFIX = '.py'
-#: What a file may have been for a moment that is as it was.
+_LIBRARY = '.so'
+_MODULES = (_PYTHON_SUFFIX, _LIBRARY)
+#: What may have happened to a file in between that was rewritten unchanged.
 _MEANWHILE: tuple[Kind, ...] = ('changed', 'deleted')
+_EVENTS = {
+    'new': 'is new',
+    'changed': 'changed',
+    'deleted': 'was deleted',
+    'mode': 'can be run now, or no more',
+    'again': 'is as before, but was not for a moment',
+}
+
+_PHRASES: Mapping[Action, str] = {
+    'ignore': 'nothing to do',
+    'build': 'build {}',
+    'replan': 'evaluate the launch file',
+    'restart': 'restart {}',
+    'restart after build': 'restart {} after the build',
+    'keep': 'nothing on {}',
+}
+
+#: The products of packages: what identifies the content of each built and
+#: installed file, by its path behind all links.
+Products = Mapping[str, Mapping[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +67,8 @@ class Consequence:
     """
     What follows from a change.
 
-    :param names: Labels of what is restarted, in the order of the launch,
-      packages that are built, or machines that keep what they have
+    :param names: The labels to restart, in the order of the launch, the
+      packages to build, or the machines that keep their files
     :param reason: Why, as a part of a sentence
     """
 
@@ -52,14 +81,14 @@ class Consequence:
 @dataclass(frozen=True, slots=True)
 class Steps:
     """
-    What follows from changes that count as one.
+    What to do about the changes of one batch.
 
-    :param build: Packages that are stale, as far as can be told without
-      looking
-    :param replan: Whether the launch file is to be evaluated again
-    :param restart: The labels of what is restarted, in the order of the launch
-    :param after_build: Those that are restarted once the build has succeeded
-    :param kept: Machines that are not sent the changes, each with the reason
+    :param build: The packages that are probably stale
+    :param replan: Whether to evaluate the launch file again
+    :param restart: The labels to restart, in the order of the launch
+    :param after_build: The labels to restart once the build has succeeded
+    :param kept: The machines that do not receive the changes, each with the
+      reason
     """
 
     build: frozenset[str] = frozenset()
@@ -70,55 +99,57 @@ class Steps:
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is to be done, or to be said."""
+        """Whether there is nothing to do and nothing to report."""
         return self == Steps()
 
 
 def consequences(
-    changes: Sequence[Change], knowledge: Knowledge
+    changes: Sequence[Change], dependencies: Dependencies
 ) -> tuple[Consequence, ...]:
-    """Tell what follows from changes, in their order."""
+    """Return what follows from changes, in their order."""
     by_file: dict[tuple[str, str], list[Change]] = {}
     for change in changes:
         same = by_file.setdefault((change.real, change.kind), [])
         same.append(change)
-    uses = _Uses(knowledge)
+    index = _Index(dependencies)
     found: list[Consequence] = []
     for same in by_file.values():
-        found += uses.of_file(same)
+        found += index.of_file(same)
     return tuple(found)
 
 
-def missed(
-    again: Iterable[Change],
-    knowledge: Knowledge,
+def after_rewrite(
+    rewritten: Iterable[Change],
+    dependencies: Dependencies,
     *,
     failed: Collection[str],
-    has_looked: bool,
+    has_prepared: bool,
 ) -> tuple[Consequence, ...]:
     """
-    Tell what follows for who may have read files while they were others.
+    Return what follows from files that were different only for a moment.
 
-    :param again: Files that are as they were, but were written or away
-    :param failed: The labels of what may have failed by that
-    :param has_looked: Whether the launch may have been prepared meanwhile
+    A process or job that read one in that moment may have failed.
+
+    :param rewritten: The files, which now have their former content
+    :param failed: The labels of what may have failed because of that
+    :param has_prepared: Whether a job may have read the files meanwhile
     """
     found: dict[Consequence, None] = {}
-    for change in again:
+    for change in rewritten:
         as_others = [change._replace(kind=kind) for kind in _MEANWHILE]
-        for one in consequences(as_others, knowledge):
+        for one in consequences(as_others, dependencies):
             names = tuple(
                 name
                 for name in one.names
                 if one.action == 'build' or name in failed
             )
-            if has_looked if one.action in ('build', 'replan') else names:
+            if has_prepared if one.action in ('build', 'replan') else names:
                 found[replace(one, change=change, names=names)] = None
     return tuple(found)
 
 
-def steps(found: Iterable[Consequence], knowledge: Knowledge) -> Steps:
-    """Return what is to be done about all of them together."""
+def steps(found: Iterable[Consequence], dependencies: Dependencies) -> Steps:
+    """Return what to do about all consequences of one batch."""
     names: dict[Action, set[str]] = {}
     for one in found:
         names.setdefault(one.action, set()).update(one.names)
@@ -126,47 +157,89 @@ def steps(found: Iterable[Consequence], knowledge: Knowledge) -> Steps:
     return Steps(
         frozenset(names.get('build', ())),
         'replan' in names,
-        knowledge.labels(names.get('restart', set()) - late),
-        knowledge.labels(late),
+        dependencies.labels(names.get('restart', set()) - late),
+        dependencies.labels(late),
         tuple(
-            f'{machine} ({knowledge.kept[machine]})'
+            f'{machine} ({dependencies.unsynced[machine]})'
             for machine in sorted(names.get('keep', ()))
         ),
     )
 
 
-class _Uses:
-    """Who uses which files."""
+def changed_products(before: Products, after: Products) -> dict[str, str]:
+    """Return the changed, new and removed files, with their packages."""
+    return {
+        path: name
+        for name, now in after.items()
+        for then in [before.get(name, {})]
+        for path in then.keys() | now.keys()
+        if then.get(path) != now.get(path)
+    }
 
-    def __init__(self, knowledge: Knowledge) -> None:
-        self._knowledge = knowledge
+
+def affected_by_build(
+    changed: Mapping[str, str], dependencies: Dependencies
+) -> dict[str, str]:
+    """
+    Return the labels whose code a build changed, each with the reason.
+
+    :param changed: The changed products, see :func:`changed_products`
+    """
+    return {
+        process.label: reason
+        for process in (dependencies.processes if changed else ())
+        if (reason := next(_reasons(process, changed), None)) is not None
+    }
+
+
+def why_lines(found: Iterable[Consequence], cwd: str = '') -> Iterator[str]:
+    """
+    Iterate over lines that say what follows from changes, and why.
+
+    :param cwd: The folder that paths are shown from
+    """
+    by_change: dict[Change, list[str]] = {}
+    for one in found:
+        what = _PHRASES[one.action].format(', '.join(one.names))
+        texts = by_change.setdefault(one.change, [])
+        texts.append(f'{what}, as {one.reason}')
+    for change, texts in by_change.items():
+        path = one_line(shown_path(change.path, cwd))
+        yield f'{path} {_EVENTS[change.kind]}: {"; ".join(texts)}'
+
+
+class _Index:
+    """The processes and packages that use each file."""
+
+    def __init__(self, dependencies: Dependencies) -> None:
+        self._dependencies = dependencies
         self._programs: dict[str, list[str]] = {}
         self._named: dict[str, list[str]] = {}
-        for process in knowledge.processes:
+        for process in dependencies.processes:
             if process.program is not None:
                 labels = self._programs.setdefault(process.program, [])
                 labels.append(process.label)
             for path in process.files:
                 self._named.setdefault(path, []).append(process.label)
-        self._packages = {p.path: p for p in knowledge.packages}
+        self._packages = {p.path: p for p in dependencies.packages}
         self._readers: dict[str, list[str]] = {}
-        for package in knowledge.packages:
+        for package in dependencies.packages:
             for path in package.inputs:
                 self._readers.setdefault(path, []).append(package.name)
 
     def of_file(self, changes: Sequence[Change]) -> list[Consequence]:
-        """Tell what follows from the change of one file, by all its names."""
-        # the name in a package tells more than where a link leads
+        """Return what follows from the change of a file with all its names."""
+        # a name in a package says more than the target of a link
         first = next((c for c in changes if self._owner(c)), changes[0])
         found = dict.fromkeys(self._of_use(first))
         for change in changes:
             found.update(dict.fromkeys(self._of_package(change)))
         if not any(one.action in ('replan', 'build') for one in found):
-            # a build is followed by another look at the launch file
-            if self._knowledge.is_plan_broken:
+            # after a build, the launch file is evaluated again, too
+            if self._dependencies.is_plan_broken:
                 reason = 'it may mend the launch file'
                 found[Consequence(first, 'replan', (), reason)] = None
-            elif self._knowledge.reads_more:
+            elif self._dependencies.reads_more:
                 reason = 'a program that the launch file runs may read it'
                 found[Consequence(first, 'replan', (), reason)] = None
         if not found:
@@ -175,20 +248,20 @@ class _Uses:
         return list(found)
 
     def _of_use(self, change: Change) -> Iterator[Consequence]:
-        """Tell what follows as the launch uses the file by itself."""
+        """Iterate over what follows from the plan's use of the file."""
         real = change.real
-        is_read = real in self._knowledge.plan_files
+        is_read = real in self._dependencies.plan_files
         if is_read:
             yield Consequence(change, 'replan', (), 'the launch file reads it')
         labels = self._programs.get(real, ())
         if labels:
             reason = f'it is the program of {_listed(labels)}'
             if change.kind == 'deleted':
-                # a fresh launch would not start, so nothing is stopped for it
+                # a fresh launch would fail, so the process is not stopped
                 yield Consequence(change, 'replan', (), reason)
             else:
                 yield Consequence(change, 'restart', tuple(labels), reason)
-        if not self._knowledge.files_there.isdisjoint((real, change.path)):
+        if not self._dependencies.remote_files.isdisjoint((real, change.path)):
             reason = 'what runs on another machine names it'
             yield Consequence(change, 'replan', (), reason)
         labels = self._named.get(real, ())
@@ -197,12 +270,12 @@ class _Uses:
         reason = f'the plan names it for {_listed(labels)}'
         yield Consequence(change, 'restart', tuple(labels), reason)
         if change.kind in ('new', 'deleted') and not is_read:
-            # a file with parameters that is not there is left out of the plan
+            # the plan omits a parameter file that does not exist
             reason = 'whether it is there matters to the plan'
             yield Consequence(change, 'replan', (), reason)
 
     def _of_package(self, change: Change) -> Iterator[Consequence]:
-        """Tell what follows as the file belongs to packages."""
+        """Iterate over what follows from the packages of the file."""
         package = self._owner(change)
         if package is not None:
             found = [*self._of_source(change, package)]
@@ -219,17 +292,17 @@ class _Uses:
             reason = f'{_listed(names)} was built with it'
             yield Consequence(change, 'build', names, reason)
 
-    def _owner(self, change: Change) -> PackageUse | None:
-        """Return the package that has a file, by its name."""
+    def _owner(self, change: Change) -> PackageDependencies | None:
+        """Return the package whose source folder has the file."""
         folder = change.path
-        # one may lie in another
+        # a package may lie in another
         while folder := folder.rpartition(os.sep)[0]:
             if folder in self._packages:
                 return self._packages[folder]
         return None
 
     def _of_source(
-        self, change: Change, package: PackageUse
+        self, change: Change, package: PackageDependencies
     ) -> Iterator[Consequence]:
         name = package.name
         relative = change.path[len(package.path) + 1 :]
@@ -256,17 +329,17 @@ class _Uses:
             yield from self._of_importers(change, late, name, reason)
 
     def _of_machines(
-        self, change: Change, package: PackageUse, *, is_built: bool
+        self, change: Change, package: PackageDependencies, *, is_built: bool
     ) -> Iterator[Consequence]:
-        """Tell what follows as other machines need the package."""
-        kept = self._knowledge.kept
+        """Iterate over what follows for other machines with the package."""
+        kept = self._dependencies.unsynced
         sent = [m for m in package.machines if m not in kept]
         if sent and not is_built:
-            # what is linked here is a file of its own there
+            # a machine has copies of the files that are linked here
             reason = f'{package.name} is also on {_listed(sent)}'
             yield Consequence(change, 'build', (package.name,), reason)
-        if change.real in self._knowledge.plan_files:
-            # it is evaluated here
+        if change.real in self._dependencies.plan_files:
+            # launch files are evaluated here
             return
         for machine in package.machines:
             if machine in kept:
@@ -276,10 +349,10 @@ class _Uses:
     def _of_importers(
         self, change: Change, action: Action, package: str, reason: str
     ) -> Iterator[Consequence]:
-        """Tell what follows for what may have imported from a package."""
+        """Iterate over what follows for possible importers of a package."""
         labels = tuple(
             process.label
-            for process in self._knowledge.processes
+            for process in self._dependencies.processes
             if process.may_run_python
             and not process.machine
             and package in process.packages
@@ -291,3 +364,44 @@ class _Uses:
 def _listed(names: Sequence[str]) -> str:
     *others, last = names
     return f'{", ".join(others)} and {last}' if others else last
+
+
+def _reasons(
+    process: ProcessDependencies, changed: Mapping[str, str]
+) -> Iterator[str]:
+    machine = process.machine
+    place = f' on {machine}' if machine else ''
+    if process.program in changed:
+        yield 'its program was built'
+    for path in sorted(process.files.intersection(changed)):
+        what = 'is another one' if machine else 'was installed'
+        yield f'{os.path.basename(path)} {what}{place}'
+    libraries = process.libraries
+    if process.is_component:
+        # the container has its code
+        return
+    if libraries is not None:
+        for path in sorted(libraries.intersection(changed)):
+            yield f'{os.path.basename(path)}, which it uses, was built'
+    for path, package in sorted(changed.items()):
+        if machine_of(path) != (machine and machine + MACHINE_SEPARATOR):
+            continue
+        is_used = package in process.packages or package == ANY_PACKAGE
+        if not is_used or not _is_module(path, package):
+            continue
+        is_library = _LIBRARY in os.path.basename(path)
+        if is_library and libraries is None:
+            # it may have ended before its libraries were examined
+            name = os.path.basename(path)
+            yield f'{name}, which it may use, was built{place}'
+        elif not is_library and process.may_run_python:
+            yield f'a Python module of {package} was installed{place}'
+
+
+def _is_module(path: str, package: str) -> bool:
+    name = os.path.basename(path)
+    if not (name.endswith(_MODULES) or f'{_LIBRARY}.' in name):
+        return False
+    # programs and files in the share folder are no modules
+    parts = path.split(os.sep)
+    return 'share' not in parts and parts[-3:-1] != ['lib', package]

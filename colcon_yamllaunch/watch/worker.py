@@ -2,217 +2,415 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The process that prepares a launch anew, each time in a child of its own.
+The worker: a process that prepares the launch again, each time in a child.
 
-It is forked from the launcher before anything runs, and loads in advance what
-a build takes. Each job is done by a child of it, which so has all loaded and
-knows nothing of the jobs before: what comes of it is what a launch that
-begins now would come to. A job that nobody wants any more is interrupted as a
-build is by Ctrl-C.
+The launcher forks the worker before it starts any process, and the worker
+loads the modules of a build in advance. Each job runs in a new child of the
+worker, so it starts with all modules loaded and with no state of earlier
+jobs: its answer is what a launch that begins now would be. A cancelled job is
+interrupted as Ctrl-C interrupts a build.
 
-The launcher sends one byte for each message, and with a job three
-descriptors: a file with what is asked, where the answer goes, and what the
-child has as its output. They go to a child that waits for them, as a fork
-takes time. The launcher is told the process id of the child, which leads a
-group of its own. When the launcher is gone, the job ends, and so does the
-worker with the child that waits.
+For each job the launcher sends one byte with three descriptors: a file with
+the request, in which the child leaves its answer; a socket for messages; and
+a pipe for the output of the child. Each message is a byte with its kind and a
+text: the process ID of the child, which leads a process group, progress, and
+that the answer is complete. When the launcher ends, so do the worker and its
+job.
 """
 
 from collections.abc import Callable
+from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import field
 import gc
 import io
 import os
 import pickle
 import signal
 import socket
-import struct
 import sys
+import time
 from typing import Any
+from typing import Literal
 from typing import NamedTuple
 from typing import NoReturn
 
 from colcon_yamllaunch.common.file_sync import catch_up
 from colcon_yamllaunch.common.file_sync import put_off
+from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine.output.readiness import readable
+from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.engine.process.children import has_ended
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.watch.dependencies import Dependencies
 
-#: Asks for a job, and ends the one that is under way.
-DO = b'd'
-CANCEL = b'c'
-#: How the process id of a child is told.
-PID = struct.Struct('=q')
-#: How long a message of a job is: that stands in front of each.
-LENGTH = struct.Struct('=q')
-#: How long a job has to end by SIGINT, and then by SIGTERM (seconds).
-GRACE = 3.0
-
-#: Tells something while a job is done.
-Tell = Callable[[object], None]
-#: Does a job: gets what is asked, and returns the answer.
-Prepare = Callable[[Any, Tell], object]
+_START = b's'
+_CANCEL = b'c'
+_PID = b'i'
+_PROGRESS = b'p'
+_DONE = b'd'
+_READ_SIZE = 1024 * 1024
+#: Seconds until a cancelled job gets SIGTERM after SIGINT, and then SIGKILL.
+_GRACE = 3.0
+#: Seconds until a worker that should end is killed.
+_CLOSE_TIMEOUT = 8.0
 
 
-def serve(
+@dataclass(frozen=True, slots=True)
+class Job:
+    """
+    A request to prepare the launch again, as one that begins now would be.
+
+    :param built: The products that the running processes have, see
+      :data:`.Products`
+    :param libraries: The files that are mapped into each process, by label
+    :param suspects: Python files that may not compile
+    """
+
+    built: Mapping[str, Any]
+    libraries: Mapping[str, frozenset[str] | None]
+    suspects: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Begun:
+    """A job has begun; `pid` leads its process group."""
+
+    pid: int
+
+
+@dataclass(frozen=True, slots=True)
+class Announced:
+    """A line that the user should see while a job runs."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """
+    A launch as it would begin now.
+
+    :param environment: The environment of its processes
+    :param built: The products of its builds
+    :param changed: The products that differ from what the running processes
+      were started with
+    :param packages: The packages that the job has built
+    :param since_ns: When the job began (nanoseconds since the epoch)
+    :param grown_from: The files that the plan was made from, with their
+      hashes, if event handlers may extend it while it runs
+    :param deployment: Identifies the deployment; empty without one
+    :param machines: The machines that parts of it run on
+    :param broken: The errors of Python files that do not compile, by path
+    """
+
+    plan: Plan
+    environment: Mapping[str, str]
+    dependencies: Dependencies
+    built: Mapping[str, Any]
+    changed: Mapping[str, str]
+    packages: tuple[str, ...]
+    since_ns: int
+    grown_from: Mapping[str, str] | None = None
+    deployment: str = ''
+    machines: frozenset[str] = frozenset()
+    broken: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """
+    A launch would not begin now; the output of the job says why.
+
+    :param what: What failed: the build, the evaluation of the launch file, or
+      the job itself, as it was killed
+    :param packages: The packages that were built nevertheless
+    """
+
+    what: Literal['build', 'plan', 'job']
+    packages: tuple[str, ...] = ()
+
+
+#: Reports a line of progress.
+Announce = Callable[[str], None]
+#: Does a job: gets the request and returns the answer.
+Prepare = Callable[[Any, Announce], object]
+
+
+class Worker:
+    """
+    A worker, and the job that it does, as the launcher sees them.
+
+    Create it before any process and any thread is started, as the worker is a
+    fork of this process.
+
+    :param prepare: Does a job, in a child of the worker
+    :param warm_up: Loads what jobs need, in the worker
+    :param clean_up: Ends what a killed job left running; gets the process ID
+      of its child
+    :raises OSError: when no process can be started
+    """
+
+    def __init__(
+        self,
+        prepare: Prepare,
+        warm_up: Callable[[], None],
+        clean_up: Callable[[int], None],
+    ) -> None:
+        self._connection, its_end = socket.socketpair(
+            socket.AF_UNIX, socket.SOCK_SEQPACKET
+        )
+        # otherwise the garbage collector writes to shared memory pages, which
+        # copies them
+        gc.freeze()
+        #: Its process ID, or 0 once it has ended.
+        self.pid = os.fork()
+        if not self.pid:
+            self._connection.close()
+            _become_worker(its_end, prepare, warm_up, clean_up)
+        its_end.close()
+        self._watches = Watches()
+        self._handle: Callable[[object], None] = print
+        self._messages: socket.socket | None = None
+        self._answer = self._output = -1
+        #: What the job has written so far.
+        self.written = b''
+
+    def begin(
+        self, watches: Watches, handle: Callable[[object], None]
+    ) -> None:
+        """
+        Use the event loop of the launch from now on.
+
+        :param handle: Is called with what a job reports: :class:`Begun`,
+          :class:`Announced`, then its answer or :class:`Failed`
+        """
+        self._watches = watches
+        self._handle = handle
+
+    def ask(self, request: object) -> None:
+        """
+        Start a job; one that is still running is cancelled.
+
+        :raises OSError: when the worker has ended
+        """
+        self.forget()
+        self._messages, its_messages = socket.socketpair(
+            socket.AF_UNIX, socket.SOCK_SEQPACKET
+        )
+        self._output, its_output = os.pipe()
+        self._answer = os.memfd_create('job')
+        self._messages.setblocking(False)
+        os.set_blocking(self._output, False)
+        descriptor = self._messages.fileno()
+        self._watches.add(descriptor, lambda _: self._read_messages())
+        self._watches.add(self._output, lambda _: self._read_output())
+        try:
+            with open(self._answer, 'wb', closefd=False) as file:
+                pickle.dump(request, file, pickle.HIGHEST_PROTOCOL)
+            given = (self._answer, its_messages.fileno(), its_output)
+            socket.send_fds(self._connection, [_START], given)
+        except OSError:
+            self.forget()
+            raise
+        finally:
+            its_messages.close()
+            os.close(its_output)
+
+    def cancel(self) -> None:
+        """Cancel the job that is running, if any."""
+        if self._messages is not None:
+            self.forget()
+            with suppress(OSError):
+                self._connection.send(_CANCEL)
+
+    def forget(self) -> None:
+        """Ignore the rest of the job, which is done or not wanted."""
+        if self._messages is not None:
+            self._watches.remove(self._messages.fileno())
+            self._watches.remove(self._output)
+            self._messages.close()
+            os.close(self._output)
+            os.close(self._answer)
+        self._messages = None
+        self.written = b''
+
+    def ended(self) -> None:
+        """Note that the worker has ended."""
+        self.forget()
+        self.pid = 0
+        self._connection.close()
+
+    def close(self) -> None:
+        """End the worker with its job, and wait for that."""
+        if not self.pid:
+            return
+        pid = self.pid
+        self.ended()
+        # a stopped worker would leave its job running
+        os.kill(pid, signal.SIGCONT)
+        deadline = time.monotonic() + _CLOSE_TIMEOUT
+        while not has_ended(pid):
+            if time.monotonic() > deadline:
+                os.kill(pid, signal.SIGKILL)
+                os.waitpid(pid, 0)
+                break
+            time.sleep(0.002)
+
+    def _read_messages(self) -> None:
+        while self._messages is not None:
+            try:
+                data = self._messages.recv(_READ_SIZE)
+            except BlockingIOError:
+                return
+            except OSError:
+                data = b''
+            kind, text = data[:1], data[1:].decode()
+            if kind == _PID:
+                self._handle(Begun(int(text)))
+            elif kind == _PROGRESS:
+                self._handle(Announced(text))
+            else:
+                # the child has written all of its output
+                self._read_output()
+                is_done = kind == _DONE
+                self._handle(self._read_answer() if is_done else Failed('job'))
+                return
+
+    def _read_answer(self) -> object:
+        os.lseek(self._answer, 0, os.SEEK_SET)
+        with open(self._answer, 'rb', closefd=False) as file:
+            return pickle.load(file)
+
+    def _read_output(self) -> None:
+        with suppress(BlockingIOError):
+            while data := os.read(self._output, _READ_SIZE):
+                self.written += data
+            # every process that could write has ended
+            self._watches.remove(self._output)
+
+
+def _become_worker(
+    connection: socket.socket,
+    prepare: Prepare,
+    warm_up: Callable[[], None],
+    clean_up: Callable[[int], None],
+) -> NoReturn:
+    try:
+        # Ctrl-C is for the launcher
+        os.setpgid(0, 0)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+            signal.signal(number, signal.SIG_DFL)
+        null = os.open(os.devnull, os.O_RDWR)
+        for stream in (0, 1, 2):
+            os.dup2(null, stream)
+        os.close(null)
+        warm_up()
+        _serve(connection, prepare, clean_up)
+    finally:
+        os._exit(0)
+
+
+class _Child(NamedTuple):
+    """A child that does one job; `end` can be read once it has ended."""
+
+    pid: int
+    end: int
+
+    def reap(self) -> None:
+        os.close(self.end)
+        os.waitpid(self.pid, 0)
+
+
+def _serve(
     connection: socket.socket,
     prepare: Prepare,
     clean_up: Callable[[int], None],
 ) -> None:
-    """
-    Do what the launcher asks for until it is gone.
-
-    :param prepare: Does a job, in a child
-    :param clean_up: Ends what a job that was killed left running; gets the
-      process id of its child
-    """
-    worker = _Worker(connection, prepare, clean_up)
-    while worker.turn():
-        pass
-    worker.close()
-
-
-def frame(message: object) -> bytes:
-    """Return a message of a job as it is sent."""
-    data = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
-    return LENGTH.pack(len(data)) + data
-
-
-class _Child(NamedTuple):
-    """
-    A child that does one job.
-
-    :param link: Where it gets that; can be read when it has ended
-    """
-
-    pid: int
-    link: socket.socket
-
-    def reap(self) -> None:
-        self.link.close()
-        os.waitpid(self.pid, 0)
-
-
-class _Worker:
-    def __init__(
-        self,
-        connection: socket.socket,
-        prepare: Prepare,
-        clean_up: Callable[[int], None],
-    ) -> None:
-        self._connection = connection
-        self._prepare = prepare
-        self._clean_up = clean_up
-        self._busy: _Child | None = None
-        # who does the next job; a fork takes some milliseconds
-        self._next: _Child | None = None
-
-    def turn(self) -> bool:
-        """Wait for something and do it; return whether to go on."""
-        if self._next is None:
-            self._next = self._forked()
-        sockets = [self._connection]
-        if self._busy is not None:
-            sockets.append(self._busy.link)
-        ready = readable(sockets)
-        if self._busy is not None and self._busy.link in ready:
-            self._busy.reap()
-            self._busy = None
-        if self._connection not in ready:
-            return True
+    """Do what the launcher asks for until it ends."""
+    child: _Child | None = None
+    data = _CANCEL
+    while data:
+        ends = [] if child is None else [child.end]
+        ready = readable([connection.fileno(), *ends])
+        if child is not None and child.end in ready:
+            child.reap()
+            child = None
+        if connection.fileno() not in ready:
+            continue
         try:
-            data, descriptors, _, _ = socket.recv_fds(self._connection, 1, 3)
+            data, descriptors, _, _ = socket.recv_fds(connection, 1, 3)
         except OSError:
             data, descriptors = b'', []
-        self._end()
-        if data == DO:
-            self._begin(self._next, descriptors)
-        for descriptor in descriptors:
-            # no other child may have them
-            os.close(descriptor)
-        return bool(data)
-
-    def close(self) -> None:
-        """End the child that waits for a job."""
-        if self._next is not None:
-            self._next.reap()
-
-    def _forked(self) -> _Child:
-        ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        pid = os.fork()
-        if not pid:
-            ours.close()
-            self._connection.close()
-            if self._busy is not None:
-                self._busy.link.close()
-            _do(self._prepare, its)
-        its.close()
-        with suppress(OSError):
-            # it does that, too; whoever is first
-            os.setpgid(pid, pid)
-        return _Child(pid, ours)
-
-    def _begin(self, child: _Child, descriptors: Sequence[int]) -> None:
-        self._busy, self._next = child, None
-        with suppress(OSError):
-            # one that was killed is found to have ended
-            socket.send_fds(child.link, [DO], descriptors)
-        with suppress(OSError):
-            self._connection.send(PID.pack(child.pid))
-
-    def _end(self) -> None:
-        """End the job that is under way, if there is one."""
-        if self._busy is None:
-            return
-        pid, link = self._busy
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
-            # it is not reaped yet, so the group is no other's
+        if child is not None:
+            _cancel(child)
+            clean_up(child.pid)
+            child = None
+        if data == _START:
+            pid = os.fork()
+            if not pid:
+                connection.close()
+                _do(prepare, descriptors)
             with suppress(OSError):
-                os.killpg(pid, number)
-            if readable([link], GRACE):
-                break
+                # the child does so, too; this may be first
+                os.setpgid(pid, pid)
+            child = _Child(pid, os.pidfd_open(pid))
+        for descriptor in descriptors:
+            os.close(descriptor)
+
+
+def _cancel(child: _Child) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        # it is not reaped yet, so no other process has its number
         with suppress(OSError):
-            os.killpg(pid, signal.SIGKILL)
-        self._busy.reap()
-        self._busy = None
-        self._clean_up(pid)
+            os.killpg(child.pid, number)
+        if readable([child.end], _GRACE):
+            break
+    with suppress(OSError):
+        os.killpg(child.pid, signal.SIGKILL)
+    child.reap()
 
 
-def _do(prepare: Prepare, link: socket.socket) -> NoReturn:
-    """Wait for a job and do it, in a child which ends with it."""
+def _do(prepare: Prepare, descriptors: Sequence[int]) -> NoReturn:
+    """Do a job, in a child that ends with it."""
     try:
         os.setpgid(0, 0)
-        # it ends soon, and nobody is to wait for the disks
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.default_int_handler)
+        # it ends soon, and its answer need not wait for the disks
         gc.disable()
         put_off()
-        _, descriptors, _, _ = socket.recv_fds(link, 1, 3)
-        if descriptors:
-            try:
-                _do_now(prepare, *descriptors)
-            finally:
-                catch_up()
+        try:
+            _answer(prepare, *descriptors)
+        finally:
+            catch_up()
     finally:
         os._exit(0)
-    raise AssertionError
 
 
-def _do_now(prepare: Prepare, request: int, answer: int, output: int) -> None:
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.default_int_handler)
+def _answer(
+    prepare: Prepare, request: int, messages: int, output: int
+) -> None:
     for stream in (1, 2):
         os.dup2(output, stream)
     os.close(output)
     if isinstance(sys.stdout, io.TextIOWrapper):
-        # so that errors stand where they belong
+        # so that output and errors keep their order
         sys.stdout.reconfigure(line_buffering=True)
-    with os.fdopen(request, 'rb') as file:
+    link = socket.socket(fileno=messages)
+
+    def send(kind: bytes, text: object) -> None:
+        link.send(kind + str(text).encode(errors='replace'))
+
+    send(_PID, os.getpid())
+    os.lseek(request, 0, os.SEEK_SET)
+    with open(request, 'r+b') as file:
         asked = pickle.load(file)
-    told = socket.socket(fileno=answer)
-
-    def tell(message: object) -> None:
-        told.sendall(frame(message))
-
-    prepared = prepare(asked, tell)
-    # who has the answer has all output
+        answer = prepare(asked, lambda text: send(_PROGRESS, text))
+        file.seek(0)
+        pickle.dump(answer, file, pickle.HIGHEST_PROTOCOL)
     sys.stdout.flush()
     sys.stderr.flush()
-    tell(prepared)
+    send(_DONE, '')

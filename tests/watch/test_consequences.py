@@ -7,14 +7,14 @@ from dataclasses import replace
 from pathlib import PurePosixPath
 
 from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.consequences import after_rewrite
 from colcon_yamllaunch.watch.consequences import consequences
-from colcon_yamllaunch.watch.consequences import missed
 from colcon_yamllaunch.watch.consequences import Steps
 from colcon_yamllaunch.watch.consequences import steps
-from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge import PackageUse
-from colcon_yamllaunch.watch.knowledge import ProcessUse
-from colcon_yamllaunch.watch.watch_lines import why_lines
+from colcon_yamllaunch.watch.consequences import why_lines
+from colcon_yamllaunch.watch.dependencies import Dependencies
+from colcon_yamllaunch.watch.dependencies import PackageDependencies
+from colcon_yamllaunch.watch.dependencies import ProcessDependencies
 from hypothesis import given
 from hypothesis import strategies
 import pytest
@@ -25,41 +25,36 @@ HEADER = '/home/me/include/fast.h'
 LAUNCH = f'{ARM}/launch/demo.yaml'
 XACRO = '/home/me/arm.urdf'
 
-KNOWLEDGE = Knowledge(
+KNOWLEDGE = Dependencies(
     (
-        ProcessUse(
+        ProcessDependencies(
             'double',
             f'{ARM}/scripts/double.py',
-            'arm',
             frozenset(('arm', 'maths', 'msgs')),
             frozenset((f'{ARM}/config/all.yaml',)),
             may_run_python=True,
         ),
-        ProcessUse(
+        ProcessDependencies(
             'triple',
             '/ws/install/arm/lib/arm/triple',
-            'arm',
             frozenset(('arm', 'maths', 'msgs')),
             frozenset((f'{ARM}/config/all.yaml', '/home/me/x.rviz')),
             may_run_python=True,
         ),
-        ProcessUse(
+        ProcessDependencies(
             'motor',
             '/ws/build/arm/motor',
-            'arm',
             frozenset(('arm', 'msgs')),
         ),
-        ProcessUse('bag', '/home/me/bag.sh', may_run_python=True),
-        ProcessUse(
+        ProcessDependencies('bag', '/home/me/bag.sh', may_run_python=True),
+        ProcessDependencies(
             'camera',
-            package='arm',
             files=frozenset((f'{ARM}/config/camera.json',)),
             is_component=True,
-            container='motor',
         ),
     ),
     (
-        PackageUse(
+        PackageDependencies(
             'arm',
             ARM,
             frozenset(
@@ -73,9 +68,11 @@ KNOWLEDGE = Knowledge(
             frozenset(('arm',)),
             frozenset((HEADER,)),
         ),
-        PackageUse('maths', MATHS, *[frozenset(('maths/add.py',))] * 2),
-        PackageUse('msgs', MSGS, inputs=frozenset((HEADER,))),
-        PackageUse('tool', f'{ARM}/tool'),
+        PackageDependencies(
+            'maths', MATHS, *[frozenset(('maths/add.py',))] * 2
+        ),
+        PackageDependencies('msgs', MSGS, inputs=frozenset((HEADER,))),
+        PackageDependencies('tool', f'{ARM}/tool'),
     ),
     plan_files=frozenset((LAUNCH, XACRO)),
 )
@@ -230,7 +227,7 @@ def test_why_names_the_change_what_follows_and_the_reason() -> None:
 
 
 @pytest.mark.parametrize(
-    ('path', 'failed', 'has_looked', 'expected'),
+    ('path', 'failed', 'has_prepared', 'expected'),
     [
         # who runs for long has read it as it is
         (f'{ARM}/scripts/double.py', (), False, Steps()),
@@ -265,10 +262,12 @@ def test_why_names_the_change_what_follows_and_the_reason() -> None:
     ],
 )
 def test_a_file_that_was_another_one_for_a_moment(
-    path: str, failed: tuple[str, ...], has_looked: bool, expected: Steps
+    path: str, failed: tuple[str, ...], has_prepared: bool, expected: Steps
 ) -> None:
     change = Change('again', path, path)
-    found = missed([change], KNOWLEDGE, failed=failed, has_looked=has_looked)
+    found = after_rewrite(
+        [change], KNOWLEDGE, failed=failed, has_prepared=has_prepared
+    )
     assert steps(found, KNOWLEDGE) == expected
     assert {one.change for one in found} <= {change}
     for line in why_lines(found):
@@ -306,7 +305,7 @@ KNOWN = strategies.builds(
 @RANDOM
 @given(CHANGES, KNOWN)
 def test_each_change_has_a_consequence_of_a_kind(
-    changes: list[Change], knowledge: Knowledge
+    changes: list[Change], knowledge: Dependencies
 ) -> None:
     found = consequences(changes, knowledge)
     assert {one.change.real for one in found} == {c.real for c in changes}
@@ -322,7 +321,7 @@ def test_each_change_has_a_consequence_of_a_kind(
 @RANDOM
 @given(CHANGES, CHANGES, KNOWN)
 def test_changes_together_are_what_they_are_one_by_one(
-    some: list[Change], others: list[Change], knowledge: Knowledge
+    some: list[Change], others: list[Change], knowledge: Dependencies
 ) -> None:
     def done(changes: list[Change]) -> Steps:
         return steps(consequences(changes, knowledge), knowledge)

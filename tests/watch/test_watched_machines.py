@@ -15,14 +15,14 @@ from colcon_yamllaunch.language.syntax.source_text import Source
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.watch.build_effects import touched_by
 from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.consequences import affected_by_build
 from colcon_yamllaunch.watch.consequences import consequences
 from colcon_yamllaunch.watch.consequences import Steps
 from colcon_yamllaunch.watch.consequences import steps
-from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge import RunsThere
-from colcon_yamllaunch.watch.learning import knowledge_of
+from colcon_yamllaunch.watch.dependencies import Dependencies
+from colcon_yamllaunch.watch.dependencies import RemoteDependencies
+from colcon_yamllaunch.watch.find_dependencies import find_dependencies
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
@@ -107,14 +107,14 @@ class Launched:
             package='arm',
         )
         files = frozenset((self.program, config))
-        there = RunsThere(
+        there = RemoteDependencies(
             {label: 'arm'},
             {label: files},
             {'arm': frozenset(('arm',))},
             {'arm': 'sync: none'} if sync == 'none' else {},
         )
         launch = str(root / 'src/arm' / LAUNCH)
-        self.known = knowledge_of(
+        self.known = find_dependencies(
             Plan((talk,)),
             Evaluation((), (Source(launch, launch, ''),), {}, (), (), Plan()),
             *(workspace, ('arm',) if installed else (), {}, {}, there),
@@ -157,7 +157,7 @@ class Launched:
         """Return what is restarted as places have the change."""
         path = f'{self.install}/{self.kind.built}'
         changed = {place + path: 'arm' for place in places}
-        return set(touched_by(changed, self.known))
+        return set(affected_by_build(changed, self.known))
 
 
 CASES = [
@@ -201,7 +201,7 @@ def test_the_state_of_the_machine_decides(
 
 def test_a_file_of_no_package_is_compared_on_the_machine() -> None:
     path = '/home/me/a.yaml'
-    known = Knowledge(files_there=frozenset((path,)))
+    known = Dependencies(remote_files=frozenset((path,)))
     assert known.files() == (path,)
     change = Change('changed', path, path)
     assert steps(consequences([change], known), known) == Steps(replan=True)

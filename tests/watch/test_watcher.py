@@ -20,11 +20,11 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.engine.process.children import ended_children
 from colcon_yamllaunch.watch import watcher
-from colcon_yamllaunch.watch import watcher_link
+from colcon_yamllaunch.watch import watcher_client
 from colcon_yamllaunch.watch.changes import Batch
 from colcon_yamllaunch.watch.changes import Change
-from colcon_yamllaunch.watch.watcher_link import is_installed
-from colcon_yamllaunch.watch.watcher_link import WatcherLink
+from colcon_yamllaunch.watch.watcher_client import is_installed
+from colcon_yamllaunch.watch.watcher_client import WatcherClient
 import pytest
 
 #: Seconds; a loaded machine needs some.
@@ -33,9 +33,9 @@ DEADLINE = 60
 LAUNCHER = """\
 import sys, time
 from colcon_yamllaunch.engine.output.watches import Watches
-from colcon_yamllaunch.watch.watcher_link import WatcherLink
+from colcon_yamllaunch.watch.watcher_client import WatcherClient
 watches = Watches()
-link = WatcherLink(watches, print, print, time.monotonic)
+link = WatcherClient(watches, print, print, time.monotonic)
 link.start()
 link.watch(sys.argv[1:], [], 0)
 watches.wait(None)
@@ -53,7 +53,7 @@ class Watched:
         self.warnings: list[str] = []
         self.settled: list[Change] = []
         self._watches = Watches()
-        self.link = WatcherLink(
+        self.link = WatcherClient(
             self._watches,
             self.batches.append,
             self.warnings.append,
@@ -292,7 +292,7 @@ def test_it_is_started_again_and_misses_nothing(watched: Watched) -> None:
 def test_it_is_given_up_in_the_end(
     watched: Watched, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(watcher_link, 'PROGRAM', 'no_such_module')
+    monkeypatch.setattr(watcher_client, 'PROGRAM', 'no_such_module')
     monkeypatch.setattr(limits, 'SHORTEST_PAUSE', 0.001)
     monkeypatch.setattr(limits, 'CLIENT_RESTARTS', 1)
     watched.link.start()

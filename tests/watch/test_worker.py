@@ -5,18 +5,22 @@
 
 import os
 from pathlib import Path
-import select
 import signal
 import subprocess
 import sys
 import time
 
 from colcon_yamllaunch.common import file_sync
-from colcon_yamllaunch.watch.worker_link import WorkerLink
+from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.watch.worker import Announced
+from colcon_yamllaunch.watch.worker import Begun
+from colcon_yamllaunch.watch.worker import Failed
+from colcon_yamllaunch.watch.worker import Worker
 import pytest
 
 #: Seconds after which something will not happen any more.
 DEADLINE = 60.0
+ANSWERS = (str, bytes, list, Failed)
 
 
 def is_running(pid):
@@ -35,47 +39,59 @@ def wait_until(condition):
     return value
 
 
+class Jobs:
+    """A worker, and what its jobs report."""
+
+    def __init__(self, prepare, clean_up=lambda pid: None):
+        self.worker = Worker(prepare, lambda: None, clean_up)
+        self.watches = Watches()
+        self.reported = []
+        self.worker.begin(self.watches, self.reported.append)
+
+    def ask(self, request):
+        self.reported.clear()
+        self.worker.ask(request)
+
+    def wait_for(self, kind):
+        """Return the first report of a kind."""
+
+        def found():
+            self.watches.wait(0.1)
+            return [m for m in self.reported if isinstance(m, kind)]
+
+        return wait_until(found)[0]
+
+    def answer(self):
+        """Return the reports of a job but for its begin, and its answer."""
+        self.wait_for(ANSWERS)
+        return [m for m in self.reported if not isinstance(m, Begun)]
+
+
 @pytest.fixture
 def make_worker():
     made = []
 
-    def make(prepare, clean_up=lambda pid: None):
-        made.append(WorkerLink(prepare, lambda: None, clean_up))
+    def make(*args):
+        made.append(Jobs(*args))
         return made[-1]
 
     yield make
-    for worker in made:
-        worker.close()
-
-
-def children(worker):
-    """Return the groups of the jobs that have begun, once there is one."""
-    return wait_until(lambda: list(worker.take_children()))
+    for jobs in made:
+        jobs.worker.close()
+        jobs.watches.close()
 
 
 def busy(make_worker):
-    """Return a worker with a job that never ends, its group and its child."""
+    """Return a worker with an endless job, its group and its child."""
 
-    def prepare(request, tell):
-        tell(subprocess.Popen(['sleep', '1000']).pid)
+    def prepare(request, announce):
+        announce(subprocess.Popen(['sleep', '1000']).pid)
         signal.pause()
 
-    worker = make_worker(prepare)
-    worker.ask(1)
-    (group,) = children(worker)
-    (pid,) = wait_until(lambda: list(worker.take()))
-    return worker, group, pid
-
-
-def messages(worker):
-    """Return all that a job tells; its output is there then, too."""
-    found = []
-    while True:
-        select.select(worker.job_descriptors, (), (), DEADLINE)
-        try:
-            found.extend(worker.take())
-        except EOFError:
-            return found
+    jobs = make_worker(prepare)
+    jobs.ask(1)
+    pid = int(jobs.wait_for(Announced).text)
+    return jobs, jobs.wait_for(Begun).pid, pid
 
 
 def test_disks_are_waited_for_after_the_answer(make_worker, monkeypatch):
@@ -88,17 +104,18 @@ def test_disks_are_waited_for_after_the_answer(make_worker, monkeypatch):
 
     name = 'colcon_yamllaunch.watch.worker.catch_up'
     monkeypatch.setattr(name, catch_up)
-    link = make_worker(lambda request, tell: 'answer')
-    link.ask('something')
-    select.select(link.job_descriptors, (), (), DEADLINE)
-    assert list(link.take()) == ['answer']
+    jobs = make_worker(lambda request, announce: 'answer')
+    jobs.ask('something')
+    assert jobs.answer() == ['answer']
     os.write(answered, b'a')
     assert os.read(written, 1) == b'w'
     for descriptor in (written, done, told, answered):
         os.close(descriptor)
 
 
-def test_what_is_put_off_is_caught_up_with(tmp_path, monkeypatch):
+def test_file_systems_are_synchronized_once_after_put_off(
+    tmp_path, monkeypatch
+):
     opened = []
     monkeypatch.setattr(file_sync, '_put_off', None)
 
@@ -116,22 +133,25 @@ def test_what_is_put_off_is_caught_up_with(tmp_path, monkeypatch):
     assert opened == [tmp_path]
 
 
-def test_a_job_is_answered(make_worker):
-    def prepare(request, tell):
-        tell('begun')
+def test_each_job_is_answered_without_state_of_those_before(make_worker):
+    seen = []
+
+    def prepare(request, announce):
+        announce('begun')
         os.write(1, b'shown\n')
-        return request * 2
+        seen.append(request)
+        return seen
 
-    worker = make_worker(prepare)
+    jobs = make_worker(prepare)
     for number in (1, 2):
-        worker.ask(number)
-        assert messages(worker) == ['begun', 2 * number]
-        assert worker.written == b'shown\n'
-    worker.forget()
+        jobs.ask(number)
+        assert jobs.answer() == [Announced('begun'), [number]]
+        assert jobs.worker.written == b'shown\n'
+    jobs.worker.forget()
 
 
-def test_errors_of_a_job_stand_where_they_belong(make_worker, monkeypatch):
-    def prepare(request, tell):
+def test_output_and_errors_keep_their_order(make_worker, monkeypatch):
+    def prepare(request, announce):
         print('building')
         os.write(2, b'an error\n')
         print('failed')
@@ -139,86 +159,85 @@ def test_errors_of_a_job_stand_where_they_belong(make_worker, monkeypatch):
 
     with open(1, 'w', closefd=False) as stdout:
         monkeypatch.setattr(sys, 'stdout', stdout)
-        worker = make_worker(prepare)
-        worker.ask('something')
-        assert messages(worker) == ['done']
-        assert worker.written == b'building\nan error\nfailed\n'
+        jobs = make_worker(prepare)
+        jobs.ask('something')
+        assert jobs.answer() == ['done']
+        assert jobs.worker.written == b'building\nan error\nfailed\n'
 
 
-def test_a_job_knows_nothing_of_those_before(make_worker):
-    seen = []
+def test_large_requests_answers_and_output_pass(make_worker):
+    def prepare(request, announce):
+        sys.stdout.buffer.write(request)
+        return request[:-1]
 
-    def prepare(request, tell):
-        seen.append(request)
-        return seen
-
-    worker = make_worker(prepare)
-    worker.ask(1)
-    assert messages(worker) == [[1]]
-    worker.ask(2)
-    assert messages(worker) == [[2]]
-
-
-def test_large_requests_and_answers_pass(make_worker):
-    worker = make_worker(lambda request, tell: request)
+    with open(1, 'w', closefd=False) as stdout:
+        sys.stdout, before = stdout, sys.stdout
+        jobs = make_worker(prepare)
+        sys.stdout = before
     data = os.urandom(3_000_000)
-    worker.ask(data)
-    assert messages(worker) == [data]
+    jobs.ask(data)
+    assert jobs.answer() == [data[:-1]]
+    assert jobs.worker.written == data
 
 
-def test_a_job_that_breaks_down_has_no_answer(make_worker):
-    def prepare(request, tell):
+def test_a_job_that_raises_has_failed(make_worker):
+    def prepare(request, announce):
         raise ValueError(request)
 
-    worker = make_worker(prepare)
-    worker.ask(1)
-    assert messages(worker) == []
+    jobs = make_worker(prepare)
+    jobs.ask(1)
+    assert jobs.answer() == [Failed('job')]
 
 
 def test_a_job_leads_a_group_and_is_cancelled_with_it(make_worker):
-    worker, group, pid = busy(make_worker)
+    jobs, group, pid = busy(make_worker)
     assert os.getpgid(pid) == group
-    worker.cancel()
+    jobs.worker.cancel()
     wait_until(lambda: not is_running(group) and not is_running(pid))
-    worker.ask(2)
-    assert children(worker) != [group]
+    jobs.ask(2)
+    assert jobs.wait_for(Begun) != Begun(group)
 
 
-def test_one_that_is_stopped_leaves_nothing_behind(make_worker):
-    worker, group, pid = busy(make_worker)
-    os.kill(worker.pid, signal.SIGSTOP)
-    worker.close()
+def test_a_stopped_worker_leaves_nothing_behind(make_worker):
+    jobs, group, pid = busy(make_worker)
+    os.kill(jobs.worker.pid, signal.SIGSTOP)
+    jobs.worker.close()
     assert not is_running(group)
     assert not is_running(pid)
 
 
-def test_another_job_makes_the_one_under_way_void(make_worker):
-    def prepare(request, tell):
+def test_another_job_cancels_the_running_one(make_worker):
+    cleaned, clean = os.pipe()
+
+    def prepare(request, announce):
         if request == 1:
             signal.pause()
-        return request
+        return str(request)
 
-    worker = make_worker(prepare)
-    worker.ask(1)
-    (group,) = children(worker)
-    worker.ask(2)
-    assert messages(worker) == [2]
+    jobs = make_worker(prepare, lambda pid: os.write(clean, str(pid).encode()))
+    jobs.ask(1)
+    group = jobs.wait_for(Begun).pid
+    jobs.ask(2)
+    assert jobs.answer() == ['2']
     assert not is_running(group)
+    assert int(os.read(cleaned, 100)) == group
+    os.close(cleaned)
+    os.close(clean)
 
 
 def test_nothing_is_left_when_the_launcher_is_killed(tmp_path):
     program = f"""
 import os, signal, subprocess, sys, time
-from colcon_yamllaunch.watch.worker_link import WorkerLink
+from colcon_yamllaunch.watch.worker import Worker
 
-def prepare(request, tell):
+def prepare(request, announce):
     started = subprocess.Popen(['sleep', '1000'])
     with open({str(tmp_path / 'pids')!r}, 'w') as file:
         print(os.getppid(), os.getpid(), started.pid, file=file)
     signal.pause()
 
-link = WorkerLink(prepare, lambda: None, lambda pid: None)
-link.ask(1)
+worker = Worker(prepare, lambda: None, lambda pid: None)
+worker.ask(1)
 signal.pause()
 """
     launcher = subprocess.Popen(

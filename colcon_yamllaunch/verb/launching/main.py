@@ -109,6 +109,6 @@ def _launch(
             if options.from_plan is not None:
                 return flow.run_saved(options.from_plan, plan_run)
             code = flow.run(plan_run, None if watch is None else watch.begin)
-    if watch is not None and watch.begins_anew:
-        watch.begin_anew()
+    if watch is not None and watch.restarts_launch:
+        watch.restart_launch()
     return code

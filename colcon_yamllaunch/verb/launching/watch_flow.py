@@ -32,21 +32,20 @@ from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.launching.launch_flow import LaunchFlow
 from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
-from colcon_yamllaunch.watch.build_effects import Built
-from colcon_yamllaunch.watch.build_effects import changed_by_build
-from colcon_yamllaunch.watch.build_effects import records
-from colcon_yamllaunch.watch.jobs import Announced
-from colcon_yamllaunch.watch.jobs import Failed
-from colcon_yamllaunch.watch.jobs import Job
-from colcon_yamllaunch.watch.jobs import Prepared
-from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.learning import knowledge_of
-from colcon_yamllaunch.watch.python_sources import source_error
-from colcon_yamllaunch.watch.watcher_link import is_installed
-from colcon_yamllaunch.watch.watcher_link import MISSING
-from colcon_yamllaunch.watch.watching import Watching
-from colcon_yamllaunch.watch.worker import Tell
-from colcon_yamllaunch.watch.worker_link import WorkerLink
+from colcon_yamllaunch.watch.change_loop import ChangeLoop
+from colcon_yamllaunch.watch.consequences import changed_products
+from colcon_yamllaunch.watch.consequences import Products
+from colcon_yamllaunch.watch.dependencies import Dependencies
+from colcon_yamllaunch.watch.find_dependencies import build_products
+from colcon_yamllaunch.watch.find_dependencies import find_dependencies
+from colcon_yamllaunch.watch.python_syntax import source_error
+from colcon_yamllaunch.watch.watcher_client import is_installed
+from colcon_yamllaunch.watch.watcher_client import MISSING
+from colcon_yamllaunch.watch.worker import Announce
+from colcon_yamllaunch.watch.worker import Failed
+from colcon_yamllaunch.watch.worker import Job
+from colcon_yamllaunch.watch.worker import Prepared
+from colcon_yamllaunch.watch.worker import Worker
 from colcon_yamllaunch.workspace.building.orphan_builds import BuildProcesses
 
 logger = logging.getLogger('colcon.colcon_yamllaunch')
@@ -88,52 +87,44 @@ class WatchFlow:
         self._log_folder = log_folder
         self._since_ns = time.time_ns()
         self._trees: dict[str, LaunchFile] = {}
-        self._watching: Watching | None = None
+        self._changes: ChangeLoop | None = None
         self._sigint = signal.getsignal(signal.SIGINT)
 
     def begin(
         self, flow: LaunchFlow, plan: Plan, environment: Mapping[str, str]
-    ) -> Watching:
-        """Return what changes the plan of a launch that is about to run."""
-        # the worker does not read again what has not changed
+    ) -> ChangeLoop:
+        """Return the change loop of a launch that is about to run."""
+        # the worker reads only changed files again
         self._trees = flow.trees
-        knowledge = self._knowledge_of(flow, plan, environment, {})
-        names = [package.name for package in knowledge.packages]
         log = self._log_folder and self._log_folder / WATCHER_LOG
 
         def warm_up() -> None:
             flow.disown()
             _warm_up(flow)
 
-        self._watching = Watching(
-            plan,
-            knowledge,
-            _built(flow, names),
-            WorkerLink(self._prepare, warm_up, _clean_up),
+        self._changes = ChangeLoop(
+            self._described(flow, plan, environment, self._since_ns),
+            Worker(self._prepare, warm_up, _clean_up),
             log or None,
-            since_ns=self._since_ns,
-            grown_from=_grown_from(flow),
-            deployment=flow.deployment_digest,
-            machines=flow.machine_names,
             clock=time.monotonic,
             why=self._why,
             cwd=str(self._cwd),
         )
-        return self._watching
+        return self._changes
 
     @property
-    def begins_anew(self) -> bool:
-        """Whether the launch has ended to be run anew."""
-        return self._watching is not None and self._watching.begins_anew
+    def restarts_launch(self) -> bool:
+        """Whether the launch has ended only to begin again."""
+        return self._changes is not None and self._changes.restarts_launch
 
-    def begin_anew(self) -> NoReturn:
+    def restart_launch(self) -> NoReturn:
         """Run the same command again, in the place of this process."""
         sys.stdout.flush()
         sys.stderr.flush()
         signal.signal(signal.SIGINT, self._sigint)
         os.execv(sys.executable, sys.orig_argv)
 
-    def _prepare(self, job: Job, tell: Tell) -> Prepared | Failed:
+    def _prepare(self, job: Job, announce: Announce) -> Prepared | Failed:
         """Prepare the launch as one that begins now; in a child."""
         since_ns = time.time_ns()
         flow = None
@@ -145,14 +136,15 @@ class WatchFlow:
                 self._cwd,
                 self._environment,
                 self._log_folder,
-                lambda text: tell(Announced(text)),
+                announce,
                 is_again=True,
             )
             flow.trees.update(self._trees)
             if flow.workspace.root is not None:
                 flow.workspace.colcon.when_built = self._expect_restarts
             with closing(flow), flow.workspace.lock:
-                return self._prepared(flow, job, since_ns)
+                plan, environment = flow.prepare()
+                return self._described(flow, plan, environment, since_ns, job)
         except GiveUpError as e:
             built = () if flow is None else tuple(flow.builds.names)
             return Failed('build' if e.is_build else 'plan', built)
@@ -172,16 +164,30 @@ class WatchFlow:
             say(f'colcon launch: {text}')
             return Failed('plan')
 
-    def _prepared(self, flow: LaunchFlow, job: Job, since_ns: int) -> Prepared:
-        plan, environment = flow.prepare()
-        knowledge = self._knowledge_of(flow, plan, environment, job.libraries)
-        names = {p.name for p in knowledge.packages} | job.built.keys()
+    def _described(
+        self,
+        flow: LaunchFlow,
+        plan: Plan,
+        environment: Mapping[str, str],
+        since_ns: int,
+        job: Job | None = None,
+    ) -> Prepared:
+        """
+        Return what a prepared launch runs, and what that uses.
+
+        :param job: The job that prepared it; None when the launch begins
+        """
+        asked = job or Job({}, {})
+        dependencies = self._dependencies(
+            flow, plan, environment, asked.libraries
+        )
+        names = {p.name for p in dependencies.packages} | asked.built.keys()
         built = _built(flow, names)
-        changed = changed_by_build(job.built, built)
+        changed = changed_products(asked.built, built) if job else {}
         return Prepared(
             plan,
             environment,
-            knowledge,
+            dependencies,
             built,
             {path: _package_of(name) for path, name in changed.items()},
             tuple(dict.fromkeys((*flow.builds.names, *flow.built_there))),
@@ -191,7 +197,7 @@ class WatchFlow:
             flow.machine_names,
             {
                 path: render([error], str(self._cwd))
-                for path in job.suspects
+                for path in asked.suspects
                 if (error := source_error(path, environment)) is not None
             },
         )
@@ -201,15 +207,15 @@ class WatchFlow:
             # it ends with the child, if not before
             threading.Thread(target=expect_moves, daemon=True).start()
 
-    def _knowledge_of(
+    def _dependencies(
         self,
         flow: LaunchFlow,
         plan: Plan,
         environment: Mapping[str, str],
         libraries: Mapping[str, frozenset[str] | None],
-    ) -> Knowledge:
+    ) -> Dependencies:
         assert flow.evaluation is not None
-        known = knowledge_of(
+        found = find_dependencies(
             plan,
             flow.evaluation,
             flow.workspace,
@@ -219,15 +225,15 @@ class WatchFlow:
             flow.runs_there,
         )
         if self._options.deploy is None:
-            return known
+            return found
         deployment = os.path.realpath(self._cwd / self._options.deploy)
-        return replace(known, plan_files=known.plan_files | {deployment})
+        return replace(found, plan_files=found.plan_files | {deployment})
 
 
-def _built(flow: LaunchFlow, names: Iterable[str]) -> Built:
+def _built(flow: LaunchFlow, names: Iterable[str]) -> Products:
     """Return what the last builds of packages made, here and elsewhere."""
     own = [name for name in names if _package_of(name) == name]
-    return {**records(flow.workspace, own), **flow.records_there}
+    return {**build_products(flow.workspace, own), **flow.records_there}
 
 
 def _package_of(name: str) -> str:

@@ -11,8 +11,8 @@ import signal
 
 from colcon_yamllaunch.verb.cli.launch_options import LaunchOptions
 from colcon_yamllaunch.verb.launching.watch_flow import WatchFlow
-from colcon_yamllaunch.watch.jobs import Failed
-from colcon_yamllaunch.watch.jobs import Job
+from colcon_yamllaunch.watch.worker import Failed
+from colcon_yamllaunch.watch.worker import Job
 import pytest
 from support.manifest import manifest
 from support.watched import make_flow

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.verb.launching.steps.machines_there import (
         MachinesThere,
     )
-    from colcon_yamllaunch.watch.build_effects import Built
-    from colcon_yamllaunch.watch.knowledge import RunsThere
+    from colcon_yamllaunch.watch.consequences import Products
+    from colcon_yamllaunch.watch.dependencies import RemoteDependencies
 
 
 class DeployedLaunch:
@@ -80,8 +80,8 @@ class DeployedLaunch:
         # the packages that each machine needs
         self._needed: Mapping[str, frozenset[str]] = {}
         #: What runs there, and the code that is there, with `--watch`.
-        self.there: RunsThere | None = None
-        self.records: Built = {}
+        self.there: RemoteDependencies | None = None
+        self.records: Products = {}
 
     @cached_property
     def deployment(self) -> Deployment:

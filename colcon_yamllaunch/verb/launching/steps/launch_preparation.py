@@ -26,8 +26,8 @@ from colcon_yamllaunch.verb.launching.steps.launch_basis import LaunchBasis
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.verb.launching.builds import Builds
-    from colcon_yamllaunch.watch.build_effects import Built
-    from colcon_yamllaunch.watch.knowledge import RunsThere
+    from colcon_yamllaunch.watch.consequences import Products
+    from colcon_yamllaunch.watch.dependencies import RemoteDependencies
 
 #: How often what a build brought may make more packages necessary.
 MAXIMUM_ROUNDS = 5
@@ -124,7 +124,7 @@ class LaunchPreparation(LaunchBasis):
         return _NONE if self._deployed is None else self._deployed.used
 
     @property
-    def runs_there(self) -> 'RunsThere | None':
+    def runs_there(self) -> 'RemoteDependencies | None':
         """What runs on these, with `--watch`."""
         return None if self._deployed is None else self._deployed.there
 
@@ -134,7 +134,7 @@ class LaunchPreparation(LaunchBasis):
         return _NONE if self._deployed is None else self._deployed.built
 
     @property
-    def records_there(self) -> 'Built':
+    def records_there(self) -> 'Products':
         """What these builds, and earlier ones, have made."""
         return {} if self._deployed is None else self._deployed.records
 

@@ -46,7 +46,7 @@ from colcon_yamllaunch.verb.launching.steps.machine_paths import PathsThere
 from colcon_yamllaunch.verb.launching.steps.needed_there import files_of
 from colcon_yamllaunch.verb.launching.steps.needed_there import packages_of
 from colcon_yamllaunch.verb.launching.workspace_session import WorkspaceSession
-from colcon_yamllaunch.watch.knowledge import RunsThere
+from colcon_yamllaunch.watch.dependencies import RemoteDependencies
 from colcon_yamllaunch.workspace.packages.closure import closure
 
 #: What a launch takes behind that.
@@ -221,7 +221,7 @@ class MachinesThere:
 
     def runs_there(
         self, placed: Placed, needed: Mapping[str, frozenset[str]]
-    ) -> RunsThere:
+    ) -> RemoteDependencies:
         """
         Return what runs on the machines, for `--watch`.
 
@@ -241,9 +241,9 @@ class MachinesThere:
         }
         why = '--no-build' if self._mode == 'none' else 'sync: none'
         kept = dict.fromkeys(filter(self._keeps_code, packages), why)
-        return RunsThere(placed.machines, files, packages, kept)
+        return RemoteDependencies(placed.machines, files, packages, kept)
 
-    def records(self, there: RunsThere) -> dict[str, dict[str, str]]:
+    def records(self, there: RemoteDependencies) -> dict[str, dict[str, str]]:
         """
         Return the code that the machines have, for `--watch`.
 
@@ -262,7 +262,9 @@ class MachinesThere:
                     self._records_of,
                     name,
                     files.get(name, ()),
-                    () if name in there.kept else there.packages.get(name, ()),
+                    ()
+                    if name in there.unsynced
+                    else there.packages.get(name, ()),
                 )
                 for name in self._connections
             }

@@ -13,7 +13,7 @@ from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import ParameterFile
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
-from colcon_yamllaunch.watch.knowledge import is_edited
+from colcon_yamllaunch.watch.dependencies import is_user_file
 from colcon_yamllaunch.workspace.packages.package_locator import PackageLocator
 
 #: What no path of a package has, and what stands around paths has.
@@ -69,7 +69,7 @@ def files_of(
     return frozenset(
         path
         for path in found
-        if covers(path) or (is_edited(path) and os.path.isfile(path))
+        if covers(path) or (is_user_file(path) and os.path.isfile(path))
     )
 
 

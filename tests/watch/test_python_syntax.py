@@ -7,8 +7,8 @@ import os
 from pathlib import Path
 import sys
 
-from colcon_yamllaunch.watch.python_sources import compiles
-from colcon_yamllaunch.watch.python_sources import source_error
+from colcon_yamllaunch.watch.python_syntax import compiles
+from colcon_yamllaunch.watch.python_syntax import source_error
 import pytest
 
 WRONG = b'x = 1\nprint(\n'

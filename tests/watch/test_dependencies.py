@@ -20,14 +20,14 @@ from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.watch.build_effects import changed_by_build
-from colcon_yamllaunch.watch.build_effects import records
-from colcon_yamllaunch.watch.build_effects import touched_by
-from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge import ProcessUse
-from colcon_yamllaunch.watch.learning import knowledge_of
-from colcon_yamllaunch.watch.mapped_files import mapped_files
-from colcon_yamllaunch.watch.mapped_files import with_libraries
+from colcon_yamllaunch.watch.consequences import affected_by_build
+from colcon_yamllaunch.watch.consequences import changed_products
+from colcon_yamllaunch.watch.dependencies import Dependencies
+from colcon_yamllaunch.watch.dependencies import ProcessDependencies
+from colcon_yamllaunch.watch.find_dependencies import build_products
+from colcon_yamllaunch.watch.find_dependencies import find_dependencies
+from colcon_yamllaunch.watch.process_dependencies import mapped_files
+from colcon_yamllaunch.watch.process_dependencies import with_libraries
 from colcon_yamllaunch.workspace.freshness.build_record import Record
 from colcon_yamllaunch.workspace.freshness.build_record import RECORD_NAME
 from colcon_yamllaunch.workspace.freshness.build_record import write_record
@@ -109,8 +109,8 @@ def evaluation(*files: str, **more: Any) -> Evaluation:
 
 def learn(
     workspace: FakeWorkspace, *entries: Process | Component, **more: Any
-) -> Knowledge:
-    return knowledge_of(
+) -> Dependencies:
+    return find_dependencies(
         Plan(entries),
         evaluation(**more),
         workspace,
@@ -120,7 +120,7 @@ def learn(
     )
 
 
-def only(known: Knowledge) -> ProcessUse:
+def only(known: Dependencies) -> ProcessDependencies:
     (one,) = known.processes
     return one
 
@@ -136,7 +136,6 @@ def test_a_script_is_known_by_what_it_links_to(
     program = workspace.link('install/arm/lib/arm/a.py', script)
     one = only(learn(workspace, process(program)))
     assert one.program == script
-    assert one.package == 'arm'
     assert one.packages == {'arm', 'maths'}
     assert one.may_run_python
 
@@ -181,7 +180,9 @@ def test_a_workspace_may_be_where_installers_put_things(
 ) -> None:
     # as in /opt/my_ws
     system = f'{workspace.root}/'
-    monkeypatch.setattr('colcon_yamllaunch.watch.knowledge._SYSTEM', (system,))
+    monkeypatch.setattr(
+        'colcon_yamllaunch.watch.dependencies._SYSTEM', (system,)
+    )
     workspace.build('arm')
     file = workspace.file('src/arm/a.yaml')
     known = learn(workspace, process('x', file, '/dev/null', '/etc/passwd'))
@@ -246,9 +247,8 @@ def test_a_container_has_the_code_of_its_components(
     eye = Component('eye', 'eye', 'eye::Eye', '/box', HERE, '', '', (), values)
     other = replace(eye, label='other', container='/elsewhere', parameters=())
     known = learn(workspace, box, eye, other)
-    container, component, elsewhere = known.processes
+    container, component, _ = known.processes
     assert container.packages == component.packages == {'eye', 'msgs'}
-    assert (component.container, elsewhere.container) == ('one', None)
     assert component.files == {file}
 
 
@@ -278,7 +278,7 @@ def test_without_a_workspace(workspace: FakeWorkspace) -> None:
     known = learn(workspace, process(script))
     assert only(known).program == script
     assert known.files() == (script,)
-    assert records(workspace, ['arm']) == {}
+    assert build_products(workspace, ['arm']) == {}
 
 
 def test_what_a_build_changed(workspace: FakeWorkspace) -> None:
@@ -290,22 +290,22 @@ def test_what_a_build_changed(workspace: FakeWorkspace) -> None:
     }
     installed = {'arm/share/arm/a.yaml': found('1')}
     workspace.build('arm', installed=installed, products=products)
-    before = records(workspace, ['arm'])
-    assert changed_by_build(before, before) == {}
+    before = build_products(workspace, ['arm'])
+    assert changed_products(before, before) == {}
     products = {**products, 'libarm.so': found('2'), 'new': found('1')}
     workspace.rebuild('arm', installed={}, products=products)
-    after = records(workspace, ['arm'])
-    changed = changed_by_build(before, after)
+    after = build_products(workspace, ['arm'])
+    changed = changed_products(before, after)
     assert changed == {
         f'{build}/arm/libarm.so': 'arm',
         f'{build}/arm/new': 'arm',
         f'{install}/arm/share/arm/a.yaml': 'arm',
     }
     # one that was never built
-    assert changed_by_build({}, after).keys() == after['arm'].keys()
+    assert changed_products({}, after).keys() == after['arm'].keys()
     # times tell nothing
     workspace.rebuild('arm', built_at=9)
-    assert changed_by_build(after, records(workspace, ['arm'])) == {}
+    assert changed_products(after, build_products(workspace, ['arm'])) == {}
 
 
 ARM = frozenset(('arm',))
@@ -315,46 +315,68 @@ MODULE = '/ws/install/arm/lib/python3.11/site-packages/arm/pose.py'
 @pytest.mark.parametrize(
     ('use', 'path', 'reason'),
     [
-        (ProcessUse('x', '/ws/build/arm/motor'), '/ws/build/arm/motor', True),
-        (ProcessUse('x', '/ws/build/arm/other'), '/ws/build/arm/motor', False),
         (
-            ProcessUse('x', files=frozenset(('/ws/install/a.yaml',))),
+            ProcessDependencies('x', '/ws/build/arm/motor'),
+            '/ws/build/arm/motor',
+            True,
+        ),
+        (
+            ProcessDependencies('x', '/ws/build/arm/other'),
+            '/ws/build/arm/motor',
+            False,
+        ),
+        (
+            ProcessDependencies('x', files=frozenset(('/ws/install/a.yaml',))),
             '/ws/install/a.yaml',
             True,
         ),
         # a library: as it is mapped, or may have been
         (
-            ProcessUse('x', packages=ARM, libraries=frozenset(('/l.so.1',))),
+            ProcessDependencies(
+                'x', packages=ARM, libraries=frozenset(('/l.so.1',))
+            ),
             '/l.so.1',
             True,
         ),
-        (ProcessUse('x', packages=ARM, libraries=frozenset()), '/l.so', False),
-        (ProcessUse('x', packages=ARM), '/l.so', True),
-        (ProcessUse('x'), '/l.so', False),
+        (
+            ProcessDependencies('x', packages=ARM, libraries=frozenset()),
+            '/l.so',
+            False,
+        ),
+        (ProcessDependencies('x', packages=ARM), '/l.so', True),
+        (ProcessDependencies('x'), '/l.so', False),
         # a module
-        (ProcessUse('x', packages=ARM, may_run_python=True), MODULE, True),
-        (ProcessUse('x', packages=ARM), MODULE, False),
-        (ProcessUse('x', may_run_python=True), MODULE, False),
+        (
+            ProcessDependencies('x', packages=ARM, may_run_python=True),
+            MODULE,
+            True,
+        ),
+        (ProcessDependencies('x', packages=ARM), MODULE, False),
+        (ProcessDependencies('x', may_run_python=True), MODULE, False),
         # no module
         (
-            ProcessUse('x', packages=ARM, may_run_python=True),
+            ProcessDependencies('x', packages=ARM, may_run_python=True),
             '/ws/install/arm/share/arm/launch/x.py',
             False,
         ),
         (
-            ProcessUse('x', packages=ARM, may_run_python=True),
+            ProcessDependencies('x', packages=ARM, may_run_python=True),
             '/ws/install/arm/lib/arm/x.py',
             False,
         ),
-        (ProcessUse('x', packages=ARM, is_component=True), '/l.so', False),
+        (
+            ProcessDependencies('x', packages=ARM, is_component=True),
+            '/l.so',
+            False,
+        ),
     ],
 )
 def test_whom_a_build_concerns(
-    use: ProcessUse, path: str, reason: bool
+    use: ProcessDependencies, path: str, reason: bool
 ) -> None:
-    known = Knowledge((use,))
-    assert bool(touched_by({path: 'arm'}, known)) == reason
-    assert touched_by({}, known) == {}
+    known = Dependencies((use,))
+    assert bool(affected_by_build({path: 'arm'}, known)) == reason
+    assert affected_by_build({}, known) == {}
 
 
 def test_what_is_mapped_into_a_process() -> None:
@@ -368,7 +390,9 @@ def test_what_is_mapped_into_a_process() -> None:
         assert shell.stdout is not None
         shell.stdout.readline()
         found = mapped_files(shell.pid)
-        known = Knowledge((ProcessUse('a'), ProcessUse('b')))
+        known = Dependencies(
+            (ProcessDependencies('a'), ProcessDependencies('b'))
+        )
         known = with_libraries(known, {'a': shell.pid})
         os.killpg(shell.pid, 9)
     python = os.path.realpath(sys.executable)

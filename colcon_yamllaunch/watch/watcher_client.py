@@ -38,7 +38,7 @@ def is_installed() -> bool:
     return importlib.util.find_spec(_LIBRARY) is not None
 
 
-class WatcherLink:
+class WatcherClient:
     """
     The watching process of a launch.
 

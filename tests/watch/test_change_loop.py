@@ -5,27 +5,29 @@
 
 from collections.abc import Callable
 from collections.abc import Mapping
-from dataclasses import dataclass
-from dataclasses import field
 from dataclasses import replace
 import signal
+from types import SimpleNamespace
 from typing import Any
 
+from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.watch import watching
+from colcon_yamllaunch.watch import change_loop
+from colcon_yamllaunch.watch.change_loop import ChangeLoop
 from colcon_yamllaunch.watch.changes import Batch
 from colcon_yamllaunch.watch.changes import Change
-from colcon_yamllaunch.watch.jobs import Announced
-from colcon_yamllaunch.watch.jobs import Failed
-from colcon_yamllaunch.watch.jobs import Prepared
-from colcon_yamllaunch.watch.knowledge import Knowledge
-from colcon_yamllaunch.watch.knowledge import PackageUse
-from colcon_yamllaunch.watch.knowledge import ProcessUse
-from colcon_yamllaunch.watch.watching import Watching
+from colcon_yamllaunch.watch.changes import merged
+from colcon_yamllaunch.watch.dependencies import Dependencies
+from colcon_yamllaunch.watch.dependencies import PackageDependencies
+from colcon_yamllaunch.watch.dependencies import ProcessDependencies
+from colcon_yamllaunch.watch.worker import Announced
+from colcon_yamllaunch.watch.worker import Begun
+from colcon_yamllaunch.watch.worker import Failed
+from colcon_yamllaunch.watch.worker import Prepared
 import pytest
 
 ARM = '/ws/src/arm'
@@ -40,63 +42,40 @@ def process(name: str, program: str, **more: Any) -> Process:
 
 TALK = process('talk', f'{ARM}/talk.py')
 LOOP = process('loop', '/ws/install/arm/lib/arm/loop')
-KNOWN = Knowledge(
+KNOWN = Dependencies(
     (
-        ProcessUse('talk', f'{ARM}/talk.py', 'arm', frozenset(('arm',))),
-        ProcessUse(
-            'loop', '/ws/install/arm/lib/arm/loop', 'arm', frozenset(('arm',))
+        ProcessDependencies('talk', f'{ARM}/talk.py', frozenset(('arm',))),
+        ProcessDependencies(
+            'loop', '/ws/install/arm/lib/arm/loop', frozenset(('arm',))
         ),
     ),
-    (PackageUse('arm', ARM, frozenset(('talk.py',)), share=SHARE),),
+    (PackageDependencies('arm', ARM, frozenset(('talk.py',)), share=SHARE),),
     frozenset((f'{ARM}/demo.yaml',)),
 )
 
 
-@dataclass
 class PlayedWorker:
-    pid: int = WORKER
-    descriptor: int = 5
-    job_descriptors: tuple[int, ...] = (6, 7)
-    asked: int = 0
-    written: bytes = b''
-    is_busy: bool = False
-    answers: list[object] = field(default_factory=list)
-    closing: Callable[[int], None] = print
+    """A worker whose jobs report what a test says."""
+
+    pid = WORKER
+    written = b''
+    asked = 0
+    is_busy = False
+
+    def begin(self, _: object, handle: Callable[[object], None]) -> None:
+        self.handle = handle
 
     def ask(self, job: object) -> None:
-        if not self.pid:
-            raise OSError
         self.asked += 1
         self.is_busy = True
-
-    def take(self) -> Any:
-        while self.answers:
-            yield self.answers.pop(0)
-
-    def take_children(self) -> list[int]:
-        return [JOB]
 
     def cancel(self) -> None:
         self.is_busy = False
 
     forget = cancel
 
-    def lost(self) -> None:
+    def ended(self) -> None:
         self.pid = 0
-
-    def close(self) -> None:
-        self.lost()
-
-
-@dataclass
-class PlayedWatches:
-    handlers: dict[int, Callable[[int], None]] = field(default_factory=dict)
-
-    def add(self, descriptor: int, handler: Callable[[int], None]) -> None:
-        self.handlers[descriptor] = handler
-
-    def remove(self, descriptor: int) -> None:
-        del self.handlers[descriptor]
 
 
 class PlayedWatcher:
@@ -134,23 +113,20 @@ class Played:
         *,
         grown_from: Mapping[str, str] | None = None,
         why: bool = False,
+        known: Dependencies = KNOWN,
     ) -> None:
         self.now = 10.0
         self.worker = PlayedWorker()
-        self.watches = PlayedWatches()
+        self.watches = None
         self.told: list[events.Event] = []
         self.asked: list[Any] = []
         self.guarded: set[int] = set()
         self.is_ended_by_others = False
         self.plan = Plan((TALK, LOOP))
-        self.watching = Watching(
-            self.plan,
-            KNOWN,
-            {},
+        self.watching = ChangeLoop(
+            Prepared(self.plan, {}, known, {}, {}, (), 0, grown_from),
             self.worker,  # type: ignore[arg-type]
             None,
-            since_ns=0,
-            grown_from=grown_from,
             clock=lambda: self.now,
             why=why,
             cwd='/ws',
@@ -209,8 +185,8 @@ class Played:
 
     def answer(self, *answers: object) -> list[Any]:
         """Have the worker answer; return what is asked at once."""
-        self.worker.answers += answers
-        self.watches.handlers[6](0)
+        for answer in answers:
+            self.worker.handle(answer)
         return self.was_asked()
 
     def prepared(self, *parts: Process, **more: Any) -> list[Any]:
@@ -237,7 +213,7 @@ def paths_without(gone: str) -> Callable[[str], bool]:
 
 @pytest.fixture
 def played(monkeypatch: pytest.MonkeyPatch) -> Played:
-    monkeypatch.setattr(watching, 'WatcherLink', PlayedWatcher)
+    monkeypatch.setattr(change_loop, 'WatcherClient', PlayedWatcher)
     # there is no workspace
     monkeypatch.setattr('os.path.exists', paths_without(''))
     return Played()
@@ -267,7 +243,7 @@ def test_what_a_build_touches_is_restarted_when_it_is_done(
 
 
 def test_it_is_told_why(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(watching, 'WatcherLink', PlayedWatcher)
+    monkeypatch.setattr(change_loop, 'WatcherClient', PlayedWatcher)
     played = Played(why=True)
     played.save('loop.c')
     played.prepared(changed={'/ws/install/arm/lib/arm/loop': 'arm'})
@@ -320,7 +296,9 @@ def test_what_is_not_installed_any_more_is_built_before_a_restart(
 
 def broken(monkeypatch: pytest.MonkeyPatch, *paths: str) -> None:
     """Have some files be such that do not compile."""
-    monkeypatch.setattr(watching, 'compiles', lambda path: path not in paths)
+    monkeypatch.setattr(
+        change_loop, 'compiles', lambda path: path not in paths
+    )
 
 
 def test_what_does_not_compile_restarts_nothing(
@@ -491,7 +469,7 @@ def test_a_worker_that_is_killed_takes_its_job_along(
     killed: list[tuple[int, int]] = []
     monkeypatch.setattr('os.killpg', lambda *args: killed.append(args))
     played.save('loop.c')
-    played.watches.handlers[5](0)
+    played.answer(Begun(JOB))
     assert played.guarded == {WORKER, JOB}
     played.watching.ended(WORKER, Outcome(signal=signal.SIGKILL))
     assert killed == [(JOB, signal.SIGINT)]
@@ -500,7 +478,7 @@ def test_a_worker_that_is_killed_takes_its_job_along(
     warning, line = played.lines()
     assert warning.startswith('warning: what builds for --watch died by SIG')
     assert line == is_gone
-    # what needs it fails, what does not is done
+    # what needs the worker fails, and the rest is done
     assert played.save('loop.c') == []
     assert played.lines() == [is_gone]
     assert played.save('talk.py') == ['restart talk']
@@ -527,19 +505,100 @@ def test_nothing_follows_while_the_launch_is_stopped(played: Played) -> None:
     assert played.lines() == []
 
 
-def test_with_event_handlers_a_launch_begins_anew_once(
+def test_with_event_handlers_a_launch_restarts_launch_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(watching, 'WatcherLink', PlayedWatcher)
+    monkeypatch.setattr(change_loop, 'WatcherClient', PlayedWatcher)
     played = Played(grown_from={'demo.launch.py': 'one'})
     played.save('demo.yaml')
     played.prepared(grown_from={'demo.launch.py': 'one'})
-    assert not played.watching.begins_anew
+    assert not played.watching.restarts_launch
     played.save('demo.yaml')
     assert played.prepared(grown_from={'demo.launch.py': 'two'}) == [
         'stop: it begins anew'
     ]
-    assert played.watching.begins_anew
+    assert played.watching.restarts_launch
     # somebody wants it to end meanwhile
     played.is_ended_by_others = True
-    assert not played.watching.begins_anew
+    assert not played.watching.restarts_launch
+
+
+def test_without_worker_a_file_that_a_program_may_read_is_reported(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(change_loop, 'WatcherClient', PlayedWatcher)
+    monkeypatch.setattr('os.path.exists', paths_without(''))
+    played = Played(known=replace(KNOWN, reads_more=True))
+    played.watching.ended(WORKER, Outcome(signal=signal.SIGKILL))
+    assert played.save('talk.py') == ['restart talk']
+    assert played.lines(TALK)[-1] == (
+        'talk.py changed: restarted talk, '
+        'what builds for --watch is gone (0.00 s)'
+    )
+
+
+def test_a_job_that_was_killed_is_repeated_at_the_next_change(
+    played: Played,
+) -> None:
+    played.save('loop.c')
+    played.answer(Failed('job'))
+    assert played.lines() == [
+        'loop.c changed: what prepares it was killed, '
+        'everything runs on as before (0.00 s)'
+    ]
+    played.save('README.md')
+    assert played.worker.asked == 2
+
+
+def test_a_pause_collects_changes_until_it_ends(played: Played) -> None:
+    # as keys and clients pause it
+    engine: Any = SimpleNamespace(supervisor=None, changes=played.watching)
+    acts = Acts(engine, {}, None)  # type: ignore[arg-type]
+    played.watching.resume()
+    acts.watch(paused=True)
+    acts.watch(paused=True)
+    assert acts.is_watch_paused
+    assert played.save('talk.py') == played.save('talk.py', 'other.py') == []
+    acts.watch(paused=False)
+    assert not acts.is_watch_paused
+    assert played.was_asked() == []
+    assert played.worker.asked == 1
+    assert played.lines() == [
+        'off: what is saved now has to wait',
+        'on again',
+    ]
+    played.prepared()
+    assert played.lines(TALK) == [
+        'talk.py, other.py changed: restarted talk (0.00 s)'
+    ]
+
+
+def test_batches_become_one_without_duplicates() -> None:
+    a, b, c = (Change('changed', name, name) for name in ('/a', '/b', '/c'))
+    first, second = Batch((a, b), 10, ('note',)), Batch((b, c), 20, ('note',))
+    assert merged([first, second]) == Batch((a, b, c), 10, ('note',))
+
+
+def test_a_failure_soon_after_a_rewrite_restarts_the_process(
+    played: Played,
+) -> None:
+    played.now += change_loop.READ_WINDOW
+    assert played.save('talk.py', kind='again') == []
+    played.now += 0.5
+    played.watching.handle(failed(TALK))
+    assert played.watching.seconds_to_wait() == 0.0
+    played.watching.advance()
+    assert played.was_asked() == ['restart talk']
+    # a process that was started since has read the right file
+    played.now += 0.1
+    played.lines(TALK)
+    played.now += 0.5
+    played.watching.handle(failed(TALK))
+    played.watching.advance()
+    assert played.was_asked() == []
+    # and a later failure has another reason
+    played.save('talk.py', kind='again')
+    played.now += change_loop.READ_WINDOW + 0.1
+    played.watching.handle(failed(TALK))
+    played.watching.advance()
+    assert played.was_asked() == []

@@ -1,0 +1,649 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""
+The change loop of `--watch`: from changed files to what restarts.
+
+`consequences` decides what follows from a change. The worker prepares
+everything that needs more than a restart, while all processes go on running.
+`pending_changes` has the changes that are being handled. What a failed job
+has left undone follows the next successful one.
+"""
+
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import replace
+import os
+from pathlib import Path
+import re
+import signal
+
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.plan_changes import RunningLaunch
+from colcon_yamllaunch.engine.tasks import RefusedError
+from colcon_yamllaunch.plan.plan import Component
+from colcon_yamllaunch.plan.plan import Entry
+from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.plan.plan_difference import plan_difference
+from colcon_yamllaunch.watch.changes import Batch
+from colcon_yamllaunch.watch.changes import Change
+from colcon_yamllaunch.watch.changes import merged
+from colcon_yamllaunch.watch.consequences import affected_by_build
+from colcon_yamllaunch.watch.consequences import after_rewrite
+from colcon_yamllaunch.watch.consequences import Consequence
+from colcon_yamllaunch.watch.consequences import consequences
+from colcon_yamllaunch.watch.consequences import Steps
+from colcon_yamllaunch.watch.consequences import steps
+from colcon_yamllaunch.watch.consequences import why_lines
+from colcon_yamllaunch.watch.pending_changes import PendingChange
+from colcon_yamllaunch.watch.pending_changes import PendingChanges
+from colcon_yamllaunch.watch.pending_changes import without
+from colcon_yamllaunch.watch.process_dependencies import with_libraries
+from colcon_yamllaunch.watch.python_syntax import compiles
+from colcon_yamllaunch.watch.watcher_client import WatcherClient
+from colcon_yamllaunch.watch.worker import Announced
+from colcon_yamllaunch.watch.worker import Begun
+from colcon_yamllaunch.watch.worker import Failed
+from colcon_yamllaunch.watch.worker import Job
+from colcon_yamllaunch.watch.worker import Prepared
+from colcon_yamllaunch.watch.worker import Worker
+
+#: Actions that may restart a process with a changed Python file.
+_RESTARTS = ('restart', 'restart after build', 'build')
+#: The most Python files that are compiled before a restart; a checkout may
+#: change thousands.
+_MOST_COMPILED = 50
+#: Seconds after a file was different for a moment, or before that was noticed,
+#: within which a process may fail because of it.
+READ_WINDOW = 3.0
+_NUMBER = re.compile(r'\d+')
+
+
+class ChangeLoop:
+    """
+    Keeps a running launch as its files say.
+
+    :param current: What runs, as the preparation of a job would return it
+    :param log: The file for the standard error of the watcher, or None
+    :param clock: The monotonic clock
+    :param why: Whether to explain what follows from each change
+    :param cwd: The folder that paths are shown from
+    """
+
+    def __init__(
+        self,
+        current: Prepared,
+        worker: Worker,
+        log: Path | None,
+        *,
+        clock: Callable[[], float],
+        why: bool,
+        cwd: str,
+    ) -> None:
+        self._current = current
+        self._dependencies = current.dependencies
+        self._worker = worker
+        self._log = log
+        self._clock = clock
+        self._why = why
+        self._cwd = cwd
+        self._watcher: WatcherClient | None = None
+        self._launch: RunningLaunch | None = None
+        self._restarts_launch = False
+        self._changes = PendingChanges()
+        # changes since `pause`
+        self._is_paused = False
+        self._paused_batch: Batch | None = None
+        # all labels that were in use, and when each was last started
+        self._labels: set[str] = set()
+        self._started_at: dict[str, float] = {}
+        # what has failed and was not started since
+        self._crashed_at: dict[str, float] = {}
+        self._unstarted: set[str] = set()
+        # files that were different for a moment, with when that was noticed
+        self._rewritten: list[tuple[float, Change]] = []
+        # those of them to check when no job runs, and since when
+        self._unchecked: list[Change] = []
+        self._unchecked_since = 0.0
+        # the process group of the job, if one runs
+        self._group = 0
+        # what the last failed job left undone, if the last job failed
+        self._has_failed_job = False
+        self._late: set[str] = set()
+        self._last_output = ''
+        # since when builds may have run, none of which succeeded
+        self._unsure_since: float | None = None
+        # when the launch was last prepared
+        self._prepared_at = clock()
+        # the labels that are not restarted, by file that does not compile
+        self._broken: dict[str, set[str]] = {}
+
+    @property
+    def restarts_launch(self) -> bool:
+        """Whether the launch has ended only to begin again."""
+        return self._restarts_launch and not self.launch.is_ended_by_others
+
+    @property
+    def pids(self) -> Collection[int]:
+        """The helper processes, which are children of the launcher."""
+        watcher = 0 if self._watcher is None else self._watcher.pid
+        return {watcher, self._worker.pid} - {0}
+
+    @property
+    def launch(self) -> RunningLaunch:
+        """The launch that changes."""
+        assert self._launch is not None
+        return self._launch
+
+    def begin(self, launch: RunningLaunch) -> None:
+        """Watch the files of a launch from now on."""
+        self._launch = launch
+        self._watcher = WatcherClient(
+            launch.watches,
+            self._take,
+            lambda text: launch.tell(events.Warned(text)),
+            self._clock,
+            self._log,
+        )
+        self._watcher.start()
+        self._watch()
+        launch.guard_group(self._worker.pid)
+        self._worker.begin(launch.watches, self._handle_job)
+
+    def handle(self, event: events.Event) -> None:
+        """Note an event of the launch."""
+        match event:
+            case events.Started():
+                self._started(event.process, failed=False)
+            case events.StartFailed():
+                self._started(event.process, failed=True)
+            case events.Loaded():
+                self._started(event.component, failed=False)
+            case events.LoadFailed():
+                self._started(event.component, failed=True)
+            case events.Exited(asked=False, failed=True):
+                self._crashed(event.process.label)
+            case events.Dropped():
+                self._changes.dropped(event.process.label)
+            case events.Requested(action='stop' | 'kill'):
+                self._changes.stopped(event.process.label)
+            case _:
+                return
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether changes are collected until :meth:`resume`."""
+        return self._is_paused
+
+    def pause(self) -> None:
+        """Collect changes until :meth:`resume`; earlier ones are finished."""
+        if not self._is_paused:
+            self._is_paused = True
+            text = 'off: what is saved now has to wait'
+            self.launch.tell(events.Watched(text, is_paused=True))
+
+    def resume(self) -> None:
+        """Handle the changes since :meth:`pause`."""
+        if not self._is_paused:
+            return
+        self._is_paused = False
+        batch, self._paused_batch = self._paused_batch, None
+        self.launch.tell(events.Watched('on again', is_paused=False))
+        if batch is not None:
+            # a process that has started since may have read the old files
+            self._follow(batch, self._clock())
+
+    def advance(self) -> None:
+        """Do what is due."""
+        if self._watcher is not None:
+            self._watcher.advance()
+        if self._can_check:
+            files, self._unchecked = tuple(self._unchecked), []
+            self._take(Batch(files, round(self._unchecked_since * 1e9)))
+        for change in self._changes.pop_done(self._clock()):
+            self._report(change)
+
+    def seconds_to_wait(self) -> float | None:
+        """Return the seconds until :meth:`advance` has something to do."""
+        if self._can_check or self._changes.has_done:
+            return 0.0
+        if self._watcher is None:
+            return None
+        return self._watcher.seconds_to_wait()
+
+    def ended(self, pid: int, outcome: Outcome) -> None:
+        """Note that one of the helper processes ended."""
+        if self._watcher is not None and pid == self._watcher.pid:
+            self._watcher.ended(outcome)
+        elif pid == self._worker.pid:
+            self._worker_ended(outcome)
+
+    def hang_up(self) -> None:
+        """Stop handling changes, as the launch is being stopped."""
+        self._changes.clear()
+        self._unchecked.clear()
+        self._worker.cancel()
+        if self._watcher is not None:
+            self._watcher.hang_up()
+
+    def close(self) -> None:
+        """End the helper processes, and wait for that."""
+        pid = self._worker.pid
+        if self._watcher is not None:
+            self._watcher.close()
+        self._worker.close()
+        if self._launch is not None and pid:
+            self._launch.release_group(pid)
+            self._release_job()
+
+    # from the change to the steps
+
+    def _take(self, batch: Batch) -> None:
+        if self._is_paused:
+            before = self._paused_batch
+            self._paused_batch = merged([before, batch]) if before else batch
+            return
+        self._follow(batch, batch.seen_ns / 1e9)
+
+    def _follow(self, batch: Batch, since: float) -> None:
+        """
+        Handle changes.
+
+        :param since: When they began, by the monotonic clock
+        """
+        rewritten = [c for c in batch.changes if c.kind == 'again']
+        changes = [c for c in batch.changes if c.kind != 'again']
+        found = (
+            *consequences(changes, self._dependencies),
+            *self._after_rewrite(rewritten, batch.seen_ns / 1e9),
+        )
+        wanted = steps(found, self._dependencies)
+        if self._why:
+            for line in why_lines(found, self._cwd):
+                self._explain(line)
+        if wanted.is_empty:
+            return
+        relevant = [one.change for one in found if one.action != 'ignore']
+        files = {os.path.basename(c.path): c.kind for c in relevant}
+        current = PendingChange(since, files, kept=wanted.kept)
+        current.suspects = self._suspects(found)
+        if changes or wanted.restart or wanted.after_build:
+            paths = tuple(dict.fromkeys(c.path for c in relevant))
+            self.launch.tell(events.Changed(paths))
+        # a build may have failed because a file was missing
+        may_mend = (self._has_failed_job or self._has_job) and any(
+            c.kind != 'changed' for c in relevant
+        )
+        self._changes.add(current)
+        self._do(wanted, current, may_mend=may_mend)
+
+    def _suspects(self, found: Iterable[Consequence]) -> tuple[str, ...]:
+        """Return the changed Python files that may not compile."""
+        saved = [
+            one.change.real
+            for action in _RESTARTS
+            for one in found
+            if one.action == action and one.change.kind != 'deleted'
+        ]
+        paths = [*dict.fromkeys((*self._broken, *saved))][:_MOST_COMPILED]
+        suspects = tuple(path for path in paths if not compiles(path))
+        if not suspects:
+            self._broken.clear()
+        return suspects
+
+    def _explain(self, text: str) -> None:
+        self.launch.tell(events.Watched(text, is_final=False))
+
+    def _after_rewrite(
+        self, files: Collection[Change], seen: float
+    ) -> tuple[Consequence, ...]:
+        """Return what follows from files that were different for a moment."""
+        recent = [r for r in self._rewritten if r[0] >= seen - READ_WINDOW]
+        self._rewritten = recent + [(seen, file) for file in files]
+        if files and self._has_job:
+            # the job has probably read the right content, so it goes on
+            self._check_later(files, seen)
+            return ()
+        since = seen - READ_WINDOW
+        needed = since if self._has_failed_job else seen
+        return after_rewrite(
+            files,
+            self._dependencies,
+            failed=self._crashed_since(since) | self._unstarted,
+            has_prepared=self._prepared_at >= needed,
+        )
+
+    def _check_later(self, files: Iterable[Change], seen: float) -> None:
+        if not self._unchecked:
+            self._unchecked_since = seen
+        self._unchecked += files
+
+    @property
+    def _can_check(self) -> bool:
+        return bool(self._unchecked) and not self._has_job
+
+    @property
+    def _has_job(self) -> bool:
+        return self._changes.with_job is not None
+
+    def _do(
+        self, wanted: Steps, current: PendingChange, *, may_mend: bool
+    ) -> None:
+        missing = self._missing(wanted.restart)
+        needs_job = bool(
+            wanted.build
+            or wanted.replan
+            or wanted.after_build
+            or current.suspects
+            # a launch that begins now would build it
+            or (missing and not self._has_job)
+        )
+        if self._worker.pid and (needs_job or may_mend):
+            # a restart may need what the job builds
+            current.late |= {*wanted.after_build, *wanted.restart, *self._late}
+            self._late = set()
+            self._ask(current)
+            return
+        held = wanted.restart if current.suspects else missing
+        current.is_lost = needs_job
+        job = self._changes.with_job
+        if job is not None and missing:
+            # its build may just have removed the program for a moment
+            job.late |= missing
+            job.files = {**job.files, **current.files}
+            if missing.issuperset(wanted.restart):
+                self._changes.remove(current)
+        self._restart(without(wanted.restart, held), current)
+
+    def _missing(self, labels: Collection[str]) -> set[str]:
+        """Return the labels whose program or package is not installed."""
+        packages = {
+            package.name
+            for package in self._dependencies.packages
+            if package.share and not os.path.exists(package.share)
+        }
+        return {
+            process.label
+            for process in self._dependencies.processes
+            if process.label in labels and process.packages & packages
+        } | {
+            process.label
+            for process in self._current.plan.processes()
+            if process.label in labels and not _has_program(process)
+        }
+
+    def _ask(self, current: PendingChange) -> None:
+        """Prepare the launch again; a running job is cancelled."""
+        other = self._changes.with_job
+        if other is not None:
+            current.take_over(other)
+            self._changes.remove(other)
+        self._release_job()
+        if self._unsure_since is None:
+            self._unsure_since = self._clock()
+        self._dependencies = with_libraries(
+            self._dependencies, self.launch.groups()
+        )
+        libraries = {
+            p.label: p.libraries for p in self._dependencies.processes
+        }
+        try:
+            job = Job(self._current.built, libraries, current.suspects)
+            self._worker.ask(job)
+        except OSError:
+            # its end is noticed soon
+            current.is_lost = True
+            return
+        current.has_job = True
+
+    def _restart(self, labels: Iterable[str], current: PendingChange) -> None:
+        current.add_restarted(self.launch.restart(tuple(labels)))
+
+    # from the answer of the worker to what runs
+
+    def _handle_job(self, message: object) -> None:
+        current = self._changes.with_job
+        if current is None:
+            return
+        match message:
+            case Begun():
+                self._group = message.pid
+                self.launch.guard_group(self._group)
+            case Announced():
+                self._explain(f'{current.title}: {message.text}')
+            case Prepared():
+                # such as warnings of a compiler
+                current.details = self._end_job(current)
+                with suppress(RefusedError):
+                    self._apply(message, current)
+            case Failed():
+                self._fail(message, current)
+
+    def _end_job(self, current: PendingChange) -> str:
+        """Return the output of a job that has answered."""
+        output = self._worker.written.decode(errors='replace').rstrip()
+        current.has_job = False
+        self._prepared_at = self._clock()
+        self._worker.forget()
+        self._release_job()
+        return output
+
+    def _release_job(self) -> None:
+        if self._group and self._launch is not None:
+            self._launch.release_group(self._group)
+        self._group = 0
+
+    def _worker_ended(self, outcome: Outcome) -> None:
+        if self._group:
+            with suppress(OSError):
+                # only the worker would have ended its job
+                os.killpg(self._group, signal.SIGINT)
+        self.launch.release_group(self._worker.pid)
+        self._worker.ended()
+        self._release_job()
+        self._changes.lose_worker()
+        self.launch.tell(
+            events.Warned(
+                f'what builds for --watch {outcome}: from now on only what '
+                'needs no build and no new plan is restarted'
+            )
+        )
+
+    def _fail(self, failure: Failed, current: PendingChange) -> None:
+        output = self._end_job(current)
+        # the same output again may differ in times
+        before, self._last_output = self._last_output, _NUMBER.sub('', output)
+        if current.is_rewrite and self._last_output == before:
+            output = ''
+        self._has_failed_job = True
+        self._late |= current.late
+        for path in current.suspects:
+            self._broken.setdefault(path, set())
+        is_build = failure.what == 'build'
+        self._dependencies = replace(
+            self._dependencies, is_plan_broken=not is_build
+        )
+        now = self._clock()
+        if is_build:
+            seconds = now - current.since
+            built = events.Built(failure.packages, seconds, failed=True)
+            self.launch.tell(built)
+        self._changes.remove(current)
+        text = current.failure_line(failure.what, now)
+        self.launch.tell(events.Watched(text, failed=True, details=output))
+
+    def _apply(self, prepared: Prepared, current: PendingChange) -> None:
+        """
+        Change the launch to what a launch that begins now would run.
+
+        :raises RefusedError: when the launch is being stopped
+        """
+        launch, before = self.launch, self._current
+        self._has_failed_job = False
+        new = plan_difference(before.plan, prepared.plan, self._labels)
+        is_other = prepared.grown_from != before.grown_from
+        if is_other or (prepared.grown_from and not new.is_empty):
+            self._restart_launch(current, 'there are event handlers in Python')
+            return
+        if (
+            prepared.deployment != before.deployment
+            or not prepared.machines <= before.machines
+        ):
+            self._restart_launch(current, 'it runs on other machines now')
+            return
+        if prepared.packages:
+            seconds = self._clock() - current.since
+            launch.tell(events.Built(prepared.packages, seconds))
+            current.built = prepared.packages
+        launch.renew_environment(prepared.environment)
+        launch.blocks = new.plan.blocks
+        affected = affected_by_build(prepared.changed, self._dependencies)
+        if self._why:
+            for label, reason in affected.items():
+                self._explain(f'restart {label}, as {reason}')
+        wanted = {*affected, *current.late, *self._unstarted, *new.differs}
+        wanted |= self._mended_by(prepared)
+        if not new.is_empty:
+            started = tuple(part.label for part in _parts(new.new))
+            launch.tell(events.Replanned(started, new.gone, new.differs))
+            current.started = started
+            current.stopped = new.gone
+        current.pending.update(new.gone)
+        for label in new.gone:
+            launch.drop(label)
+        launch.forget(new.dropped)
+        kept = {*new.same, *new.differs}
+        parts = [p for p in _parts(new.plan.entries) if p.label in kept]
+        for part in parts:
+            launch.revise(part, at_once=part.label not in new.differs)
+        labels = [p.label for p in parts if p.label in wanted]
+        self._restart(self._compiled(labels, prepared, current), current)
+        launch.extend(new.new)
+        # others are started by timers
+        now = {e.label for e in new.new if isinstance(e, Process)}
+        current.pending |= now
+        self._current = replace(
+            prepared, plan=new.plan, machines=before.machines, changed={}
+        )
+        self._dependencies = prepared.dependencies
+        self._watch()
+
+    def _compiled(
+        self,
+        labels: Collection[str],
+        prepared: Prepared,
+        current: PendingChange,
+    ) -> tuple[str, ...]:
+        """Return the labels whose Python files compile."""
+        broken: dict[str, set[str]] = {}
+        for path, error in prepared.broken.items():
+            changed = Change('changed', path, path)
+            found = steps(
+                consequences([changed], self._dependencies), self._dependencies
+            )
+            # installed files, here or elsewhere, may be copies
+            name = os.path.basename(path)
+            copies = {
+                copy: package
+                for copy, package in prepared.changed.items()
+                if os.path.basename(copy) == name
+            }
+            broken[path] = {
+                *self._broken.get(path, ()),
+                *found.restart,
+                *affected_by_build(copies, self._dependencies),
+            }
+            if not broken[path].isdisjoint(labels):
+                current.details = f'{current.details}\n{error}'.lstrip()
+        self._broken = broken
+        held = set[str]().union(*broken.values())
+        current.broken = tuple(label for label in labels if label in held)
+        return without(labels, held)
+
+    def _mended_by(self, prepared: Prepared) -> set[str]:
+        """
+        Return what has failed, and may succeed after a build.
+
+        A process may have failed because its files were missing during a
+        build, even if they are the same again now.
+        """
+        since, self._unsure_since = self._unsure_since, None
+        during = set() if since is None else self._crashed_since(since)
+        built = set(prepared.packages)
+        return {
+            process.label
+            for process in prepared.dependencies.processes
+            if process.packages
+            and process.label
+            in (self._crashed_at if built & process.packages else during)
+        }
+
+    def _restart_launch(self, current: PendingChange, why: str) -> None:
+        """
+        End the launch to run it again.
+
+        Event handlers may have extended the plan and have a state of their
+        own, which a new plan cannot tell.
+
+        :param why: Why, as a part of a sentence
+        """
+        line = f'the launch begins anew, as {why}'
+        text = current.line(line, self._clock())
+        self._changes.remove(current)
+        self._restarts_launch = True
+        self.launch.tell(events.Watched(text))
+        self.launch.stop('it begins anew')
+
+    # what starts and fails
+
+    def _started(self, part: Process | Component, *, failed: bool) -> None:
+        label, now = part.label, self._clock()
+        self._labels.add(label)
+        self._started_at[label] = now
+        self._crashed_at.pop(label, None)
+        self._unstarted.discard(label)
+        if failed:
+            self._unstarted.add(label)
+        for change in self._changes.started(label, failed=failed):
+            self.launch.tell(events.Restarted(part, now - change.since))
+
+    def _crashed(self, label: str) -> None:
+        now = self._clock()
+        self._crashed_at[label] = now
+        # it may have read a file that was different at that moment
+        since = max(self._started_at.get(label, 0.0), now - READ_WINDOW)
+        files = [change for seen, change in self._rewritten if seen >= since]
+        self._check_later(files, now)
+        reported = self._changes.crashed(label, now)
+        if reported is not None:
+            self._report(reported)
+
+    def _crashed_since(self, time: float) -> set[str]:
+        return {label for label, at in self._crashed_at.items() if at >= time}
+
+    def _report(self, change: PendingChange) -> None:
+        event = change.result(self._clock())
+        if event is not None:
+            self.launch.tell(event)
+
+    def _watch(self) -> None:
+        known = self._dependencies
+        assert self._watcher is not None
+        since = self._current.since_ns
+        self._watcher.watch(known.folders(), known.files(), since)
+
+
+def _has_program(process: Process) -> bool:
+    """Return whether the program of a process exists, if it has a path."""
+    program = process.argv[0] if process.argv else ''
+    is_path = isinstance(program, str) and os.path.isabs(program)
+    return not is_path or os.path.exists(str(program))
+
+
+def _parts(entries: Iterable[Entry]) -> list[Process | Component]:
+    plan = Plan(tuple(entries))
+    return [*plan.processes(), *plan.components()]
