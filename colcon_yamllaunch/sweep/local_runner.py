@@ -31,6 +31,7 @@ from typing import Any
 from typing import NoReturn
 from typing import Protocol
 
+from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine.outcome import signal_name
@@ -576,7 +577,7 @@ def _do(
     if result is None:
         raise KeyboardInterrupt
     # what the host of a launch file in Python leaves goes with its worker
-    return {'result': result.as_json(), 'idle': planned.source is None}
+    return {'result': to_json(result), 'idle': planned.source is None}
 
 
 def first_error(text: str) -> str:
@@ -588,7 +589,7 @@ def first_error(text: str) -> str:
 
 def _error(run: Run, reason: str) -> dict[str, Any]:
     result = RunResult(run.number, 'error', one_reason(reason))
-    return {'result': result.as_json()}
+    return {'result': to_json(result)}
 
 
 def _tell(link: socket.socket, message: dict[str, Any]) -> None:

@@ -14,7 +14,6 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import asdict
 from dataclasses import field
 from dataclasses import replace
 import fcntl
@@ -27,6 +26,9 @@ import time
 from typing import Any
 from typing import Literal
 
+from colcon_yamllaunch.common.codec import Codec
+from colcon_yamllaunch.common.codec import CodecError
+from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.fingerprint import digest
 from colcon_yamllaunch.common.frozen import dataclass
@@ -57,6 +59,8 @@ _INTERVAL = 0.05
 _REASON = 1000
 #: The limit of numbers that can be plotted.
 _LARGEST = 1e100
+# another version may have written more fields
+_CODEC = Codec(accept_unknown=True)
 
 #: How a run ended: its launch exits with 0; it does not; or there was none, or
 #: its result is unknown, as its machine failed.
@@ -93,34 +97,22 @@ class RunResult:
         """Whether the outcome is `succeeded`."""
         return self.outcome == 'succeeded'
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the JSON form."""
-        return asdict(self)
-
 
 def result_from_json(values: Any) -> RunResult | None:
     """Return the result that `values` describes, None if it is invalid."""
-    match values:
-        case {
-            'run': int(run),
-            'outcome': 'succeeded' | 'failed' | 'error' as outcome,
-            'reason': str(reason),
-            'seconds': int() | float() as seconds,
-            'metrics': dict(metrics),
-        } if run > 0 and run is not True and _is_moderate(seconds):
-            cpu = values.get('cpu', 0.0)
-            return RunResult(
-                run,
-                outcome,
-                one_reason(reason),
-                float(seconds),
-                {str(k): str(v) for k, v in metrics.items()},
-                float(cpu) if _is_moderate(cpu) else 0.0,
-                one_reason(str(values.get('commit', ''))),
-                one_reason(str(values.get('fingerprint', ''))),
-            )
-        case _:
-            return None
+    try:
+        result = _CODEC.from_json(RunResult, values)
+    except CodecError:
+        return None
+    if result.run <= 0 or abs(result.seconds) >= _LARGEST:
+        return None
+    return replace(
+        result,
+        reason=one_reason(result.reason),
+        cpu=result.cpu if abs(result.cpu) < _LARGEST else 0.0,
+        commit=one_reason(result.commit),
+        fingerprint=one_reason(result.fingerprint),
+    )
 
 
 def failed_run(run: int, reason: str) -> RunResult:
@@ -143,11 +135,6 @@ def versions_of(
         or 'not recorded': runs
         for version, runs in found.items()
     }
-
-
-def _is_moderate(value: Any) -> bool:
-    """Return whether `value` is a number that a float can hold."""
-    return isinstance(value, int | float) and abs(value) < _LARGEST
 
 
 def one_reason(text: str) -> str:
@@ -404,7 +391,7 @@ class SweepJournal:
         commit, fingerprint = self._planned.get(result.run, ('', ''))
         result = replace(result, commit=commit, fingerprint=fingerprint)
         self.results[result.run] = result
-        self._write(result.as_json())
+        self._write(to_json(result))
 
     def forget(self, runs: Collection[int]) -> None:
         """

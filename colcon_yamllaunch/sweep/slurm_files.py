@@ -18,6 +18,9 @@ import os
 from pathlib import Path
 from typing import Any
 
+from colcon_yamllaunch.common.codec import Codec
+from colcon_yamllaunch.common.codec import only
+from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import read_json
@@ -29,9 +32,16 @@ from colcon_yamllaunch.sweep.results import RunResult
 from colcon_yamllaunch.sweep.results import SLURM
 from colcon_yamllaunch.sweep.results import write_text
 from colcon_yamllaunch.sweep.run import Goal
-from colcon_yamllaunch.sweep.run import Metric
 
 _COMMON = 'common.json'
+_CODEC = Codec(
+    special={
+        LinePattern: (
+            lambda pattern: pattern.text,
+            lambda data: LinePattern(only(str, data)),
+        )
+    }
+)
 PLAN = 'plan.json'
 
 
@@ -83,24 +93,13 @@ class SlurmFiles:
 
         :raises UserError: when that is not possible
         """
-        goal = common.goal
-        values = {
-            'until': [pattern.text for pattern in goal.until],
-            'timeout': goal.timeout,
-            'for': goal.for_,
-            'metrics': {m.name: m.pattern.text for m in goal.metrics},
-            'log_limit': goal.log_limit,
-            'tty': goal.tty,
-            'environment': dict(common.environment),
-            'user': dict(common.user),
-            'share_network': common.share_network,
-        }
         path = self.folder / _COMMON
         try:
             # there may be secrets in an environment
             path.touch(mode=0o600)
             path.chmod(0o600)
-            path.write_text(json.dumps(values), encoding='utf-8')
+            text = json.dumps(_CODEC.to_json(common))
+            path.write_text(text, encoding='utf-8')
         except OSError as e:
             raise _unwritable(path, e) from e
 
@@ -111,24 +110,7 @@ class SlurmFiles:
         :raises OSError: when it cannot be read
         """
         text = (self.folder / _COMMON).read_text(encoding='utf-8')
-        values = json.loads(text)
-        goal = Goal(
-            tuple(map(LinePattern, values['until'])),
-            values['timeout'],
-            values['for'],
-            tuple(
-                Metric(name, LinePattern(text))
-                for name, text in values['metrics'].items()
-            ),
-            values['log_limit'],
-            values['tty'],
-        )
-        return Common(
-            goal,
-            values['environment'],
-            values['user'],
-            values['share_network'],
-        )
+        return _CODEC.from_json(Common, json.loads(text), 'common')
 
     def arrays(self) -> dict[int, list[int]]:
         """Return the runs of each array job, by its number."""
@@ -187,7 +169,7 @@ class SlurmFiles:
 
         :raises OSError: when that is not possible
         """
-        text = json.dumps(result.as_json())
+        text = json.dumps(to_json(result))
         write_text(self.done / f'{result.run}.json', text)
 
     def results(self) -> Iterator[RunResult]:

@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 from xml.etree import ElementTree
 
+from colcon_yamllaunch.common.codec import to_json
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.sweep import results
 from colcon_yamllaunch.sweep.reports import junit_report
@@ -55,7 +56,7 @@ def test_the_journal_keeps_results(tmp_path: Path) -> None:
 
 def test_a_line_that_is_torn_is_passed_over(tmp_path: Path) -> None:
     path = tmp_path / 'journal.jsonl'
-    whole = json.dumps(GOOD.as_json()).encode() + b'\n'
+    whole = json.dumps(to_json(GOOD)).encode() + b'\n'
     path.write_bytes(whole + b'not json\n[1]\n' + whole[:20])
     journal = SweepJournal(path)
     assert journal.results == {1: GOOD}
@@ -94,7 +95,7 @@ def test_versions_of_the_code_differ_in_what_they_share(
         '{"planned": 1, "commit": [], "fingerprint": {}}',
         '{"fingerprint": "a", "parts": {"b": [{}]}}',
         *(
-            json.dumps(GOOD.as_json() | values)
+            json.dumps(to_json(GOOD) | values)
             for values in (
                 *({'run': True}, {'seconds': 10**400}, {'seconds': [1]}),
                 *({'metrics': [1]}, {'reason': None}, {'outcome': {}}),
@@ -106,7 +107,7 @@ def test_unexpected_types_in_the_journal_are_skipped(
     tmp_path: Path, line: str
 ) -> None:
     path = tmp_path / 'journal.jsonl'
-    path.write_text(f'{json.dumps(BAD.as_json())}\n{line}\n')
+    path.write_text(f'{json.dumps(to_json(BAD))}\n{line}\n')
     assert SweepJournal(path).results == {3: BAD}
 
 

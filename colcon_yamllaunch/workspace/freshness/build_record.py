@@ -14,6 +14,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from colcon_yamllaunch.common.codec import Codec
+from colcon_yamllaunch.common.codec import from_json
 from colcon_yamllaunch.common.fingerprint import Fingerprint
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.json_files import write_json
@@ -30,10 +32,6 @@ RECORD_VERSION = 3
 _KEYS = {'mode': 'how', 'clean_id': 'origin', 'interface_id': 'shape'}
 #: The parts of the context, which a file has among the rest.
 _CONTEXT = ('settings', 'environment', 'dependencies')
-#: What says what files are like, by their paths.
-_FINGERPRINTS = ('files', 'installed', 'products')
-#: What a file has as lists.
-_SETS = ('live', 'written', 'generated')
 
 
 class DamagedRecordError(Exception):
@@ -108,17 +106,10 @@ def write_record(path: Path, record: Record) -> None:
 
 
 def _encode(record: Record) -> Mapping[str, Any]:
-    values = {
-        _KEYS.get(name, name): getattr(record, name)
-        for name in Record.__dataclass_fields__
-        if name != 'context'
-    }
-    values |= {name: getattr(record.context, name) for name in _CONTEXT}
-    for name in _FINGERPRINTS:
-        # which file it is does not matter
-        found = sorted(values[name].items())
-        values[name] = {path: one[:-1] for path, one in found}
-    values |= {name: sorted(values[name]) for name in _SETS}
+    values = _CODEC.to_json(record)
+    context = values.pop('context')
+    values |= {name: context[name] for name in _CONTEXT}
+    values |= {key: values.pop(name) for name, key in _KEYS.items()}
     return {'version': RECORD_VERSION, **values}
 
 
@@ -126,20 +117,17 @@ def _decode(values: Any) -> Record | None:
     version = values.pop('version')
     if isinstance(version, int) and version != RECORD_VERSION:
         return None
-    for name in _FINGERPRINTS:
-        values[name] = {
-            path: Fingerprint(*found) for path, found in values[name].items()
-        }
-    values |= {name: frozenset(values[name]) for name in _SETS}
-    context = BuildContext(*[values.pop(name) for name in _CONTEXT])
-    own = {name: values.pop(key) for name, key in _KEYS.items()}
-    record = Record(**values, **own, context=context)
-    _check(record, Record('', {}, mode=0))
-    _check(context, BuildContext({}, {}, {}))
-    return record
+    values |= {name: values.pop(key) for name, key in _KEYS.items()}
+    context = {name: values.pop(name) for name in _CONTEXT}
+    return _CODEC.from_json(Record, {**values, 'context': context})
 
 
-def _check(value: Any, sample: Any) -> None:
-    for name in sample.__slots__:
-        if not isinstance(getattr(value, name), type(getattr(sample, name))):
-            raise TypeError(f'{name} is of another type')
+# which file it is does not matter
+_CODEC = Codec(
+    special={
+        dict[str, Fingerprint]: (
+            lambda files: {path: files[path][:-1] for path in sorted(files)},
+            lambda data: from_json(dict[str, Fingerprint], data),
+        )
+    }
+)
