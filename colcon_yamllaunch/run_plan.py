@@ -266,6 +266,7 @@ def run_plan(
                 log_files,
                 clock,
                 Journal(log_folder, log_limit),
+                guard.lease,
             )
             show = partial(
                 serve,

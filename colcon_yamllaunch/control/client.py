@@ -45,6 +45,8 @@ class RunningLaunch:
     def __init__(self, connection: socket.socket) -> None:
         self.connection = connection
         self._received = bytearray()
+        # a message whose bytes have not all been read
+        self._message: dict[str, Any] | None = None
         connection.settimeout(PATIENCE)
 
     def fileno(self) -> int:
@@ -102,6 +104,8 @@ class RunningLaunch:
         output: bool = True,
         processes: Collection[str] | None = None,
         behind: int | None = None,
+        holder: str | None = None,
+        lease: float | None = None,
     ) -> Subscription:
         """
         Be told what happens from now on.
@@ -114,6 +118,9 @@ class RunningLaunch:
         :param processes: The labels of those; None for all
         :param behind: How many bytes of their output we may be behind before
           we miss some, None for as many as the launch allows
+        :param holder: The token of the holder, whose subscription goes on by
+          another connection without missing anything; see `protocol`
+        :param lease: Seconds of its silence after which the launch is stopped
         :raises ControlError: when that is refused
         """
         point = None if since is None else since.as_json()
@@ -124,6 +131,9 @@ class RunningLaunch:
             output=output,
             processes=None if processes is None else list(processes),
             behind=behind,
+            raw=True,
+            holder=holder,
+            lease=lease,
         )
         try:
             return Subscription(self, since, answer)
@@ -157,17 +167,30 @@ class RunningLaunch:
         """
         Return the next message if it has been read in whole.
 
+        Output that follows its message is its `data`.
+
         :raises ControlError: when it makes no sense
         """
-        end = self._received.find(b'\n') + 1
-        if not end:
-            return None
-        line = bytes(self._received[:end])
-        del self._received[:end]
-        try:
-            return protocol.decode(line)
-        except ProtocolError as error:
-            raise ControlError(str(error)) from error
+        message = self._message
+        if message is None:
+            end = self._received.find(b'\n') + 1
+            if not end:
+                return None
+            line = bytes(self._received[:end])
+            del self._received[:end]
+            try:
+                message = protocol.decode(line)
+            except ProtocolError as error:
+                raise ControlError(str(error)) from error
+        match message:
+            case {'output': {'bytes': int(size)} as output}:
+                if len(self._received) < size:
+                    self._message = message
+                    return None
+                output['data'] = bytes(self._received[:size])
+                del self._received[:size]
+        self._message = None
+        return message
 
     def read(self) -> None:
         """

@@ -163,6 +163,8 @@ class Client:
         self._received += data
         if not data:
             self._is_last = True
+        elif self._cursor is not None:
+            self._service.subscribers.heard(self._cursor)
 
     def _serve(self) -> None:
         """Do what was asked for, as far as its answers find room."""

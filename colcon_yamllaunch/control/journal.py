@@ -17,8 +17,10 @@ from collections.abc import Collection
 from collections.abc import Mapping
 from contextlib import suppress
 import marshal
+import math
 import os
 from pathlib import Path
+import sys
 import time
 from typing import Any
 from typing import NamedTuple
@@ -111,12 +113,16 @@ class Cursor:
     :param wants_output: Whether the client gets output
     :param labels: The processes whose output it gets; None for all
     :param behind: Bytes of output that it may be behind before it misses some
+    :param is_raw: Whether output follows a line about it as it is
+    :param is_holder: Whether it misses no event, however far it is behind
     """
 
     __slots__ = (
         'behind',
         'bytes',
         'events',
+        'is_holder',
+        'is_raw',
         'labels',
         'loaded',
         'wants_events',
@@ -132,6 +138,8 @@ class Cursor:
         wants_output: bool,
         labels: Collection[str] | None = None,
         behind: int = limits.JOURNAL,
+        is_raw: bool = False,
+        is_holder: bool = False,
     ) -> None:
         self.events = events
         self.bytes = bytes
@@ -139,6 +147,8 @@ class Cursor:
         self.wants_output = wants_output
         self.labels = labels
         self.behind = behind
+        self.is_raw = is_raw
+        self.is_holder = is_holder
         # records of the block that is being read
         self.loaded: tuple[int, list[_OutputRecord]] = 0, []
 
@@ -150,8 +160,7 @@ class Journal:
     Both have room of their own, so that output drives out no event.
 
     :param folder: Where output goes that does not fit in memory
-    :param limit: The bytes that it may take there, or None for no other
-      limit than that of all clients
+    :param limit: The bytes that it may take there, or None
     :param now: Returns the seconds since the epoch
     """
 
@@ -162,7 +171,7 @@ class Journal:
         now: Callable[[], float] = time.time,
     ) -> None:
         self._folder = folder
-        self._limit = min(limits.JOURNAL, limit or limits.JOURNAL)
+        self._limit = math.inf if limit is None else limit
         self._now = now
         self._order = 0
         # those in memory, and the bytes that they take
@@ -204,6 +213,8 @@ class Journal:
         wants_output: bool = True,
         labels: Collection[str] | None = None,
         behind: int | None = None,
+        is_raw: bool = False,
+        is_holder: bool = False,
         before: Cursor | None = None,
     ) -> Cursor:
         """
@@ -212,6 +223,8 @@ class Journal:
         :param since: The point from a client, or None for now
         :param labels: The processes whose output it gets; None for all
         :param behind: The bytes that it may be behind; None for the limit
+        :param is_raw: Whether it gets output as it is
+        :param is_holder: Whether it misses as little as possible
         :param before: The cursor which the client had so far: without
           `since`, the new one goes on from there
         :raises ProtocolError: when that is no point of this launch
@@ -221,13 +234,17 @@ class Journal:
             point = {'events': before.events, 'bytes': before.bytes}
         if not isinstance(point, Mapping):
             raise protocol.ProtocolError("'since' is a point, or null")
+        if behind is None:
+            behind = sys.maxsize if is_holder else limits.JOURNAL
         cursor = Cursor(
             _number(point, 'events', self._event_count),
             _number(point, 'bytes', self._byte_count),
             wants_events=wants_events,
             wants_output=wants_output,
             labels=labels,
-            behind=self._limit if behind is None else min(behind, self._limit),
+            behind=behind,
+            is_raw=is_raw,
+            is_holder=is_holder,
         )
         if before is not None:
             self.unsubscribe(before)
@@ -302,17 +319,17 @@ class Journal:
         before = cursor.bytes
         data = _piece(output.data, before - output.start)
         cursor.bytes += len(data)
-        return protocol.encode(
-            {
-                'output': {
-                    'process': output.label,
-                    'stream': output.stream,
-                    'data': protocol.text_of(data),
-                    'time': output.time,
-                    'at': before,
-                }
-            }
-        )
+        fields: dict[str, Any] = {
+            'process': output.label,
+            'stream': output.stream,
+            'time': output.time,
+            'at': before,
+        }
+        if cursor.is_raw:
+            fields['bytes'] = len(data)
+            return protocol.encode({'output': fields}) + data
+        fields['data'] = protocol.text_of(data)
+        return protocol.encode({'output': fields})
 
     @property
     def _first_in_memory(self) -> int:
@@ -331,7 +348,8 @@ class Journal:
 
         It goes on with what is in memory then, so that it is up to date.
         """
-        return self._first_in_memory - cursor.bytes > cursor.behind
+        behind = self._first_in_memory - cursor.bytes
+        return behind > cursor.behind or behind > self._limit
 
     def _missed(self, cursor: Cursor) -> Mapping[str, int] | None:
         """Move a cursor to what there is, and return what it missed."""
@@ -388,10 +406,12 @@ class Journal:
         self._events_size += len(line)
         while self._events_size > limits.EVENT_BACKLOG:
             first = self._event_count - len(self._events)
-            is_unread = any(
-                c.wants_events and c.events <= first for c in self._cursors
-            )
-            if is_unread and self._events_size <= limits.UNREAD_EVENTS:
+            may_wait = self._events_size <= limits.UNREAD_EVENTS
+            if any(
+                c.wants_events and c.events <= first
+                for c in self._cursors
+                if may_wait or c.is_holder
+            ):
                 break
             self._events_size -= len(self._events.popleft().line)
 

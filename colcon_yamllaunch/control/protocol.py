@@ -37,7 +37,10 @@ which is :data:`VERSION`, and `request`:
   "again": BOOLEAN}`, which says how the process ended and whether it is
   respawned. In `keys` and `output` each character stands for the byte of its
   number (ISO 8859-1);
-- `subscribe`, to be told what happens, see below.
+- `subscribe`, to be told what happens, see below;
+- `ping`: the answer has the time of the launcher as `clock`, in seconds since
+  the epoch. With `ack`, a point, the holder acknowledges what it has, see
+  below.
 
 An answer has `version` and `ok`. Where that is false, `error` says why in one
 line; after an error of form the server closes the connection. Requests of
@@ -66,6 +69,16 @@ come, in the order in which things happened,
 - `{"missed": {"events": NUMBER, "bytes": NUMBER}}` where that much is lost
   that was asked for, as it is too long ago, or the client too slow. Whose
   output it was, nobody knows any more: it counts that of all processes.
+
+With `"raw": true`, `output` has `bytes` in place of `data`: how many bytes
+follow the end of its line. They are the output as it is.
+
+One client may hold the launch: it gives `holder`, a text of its own, which no
+other client may give from then on. What it has not acknowledged with `ping` is
+kept for it: all events, and as much output as the logs may take. So it can go
+on with another connection at the point that it has come to, and misses
+nothing. With `lease`, a number of seconds, the launch is stopped when nothing
+comes from the holder for so long; so it sends `ping` more often than that.
 
 What happened before `now` comes first. Whoever adds up what came and what was
 missed knows the point to go on from with another connection. Meanwhile the

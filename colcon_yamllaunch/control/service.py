@@ -24,6 +24,8 @@ from colcon_yamllaunch.control.launch_states import MachineState
 from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.launch_states import UNKNOWN
 from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.control.subscribers import Lease
+from colcon_yamllaunch.control.subscribers import Subscribers
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.outcome import ending_of
@@ -61,6 +63,7 @@ class Service:
     Answers requests, and shows viewers what processes write.
 
     :param log_files: For each label the log with all output
+    :param lease: Stops the launch when it is not renewed
     """
 
     def __init__(
@@ -72,6 +75,7 @@ class Service:
         log_files: Mapping[str, Path],
         clock: Callable[[], float],
         journal: Journal,
+        lease: Lease = bool,
     ) -> None:
         self._about = about
         self._engine = engine
@@ -87,6 +91,7 @@ class Service:
         self._watched: events.Watched | None = None
         #: What happened, for those who subscribe.
         self.journal = journal
+        self.subscribers = Subscribers(journal, lease)
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
@@ -158,17 +163,13 @@ class Service:
                     granted, pid = self._may_attach(_name(message))
                     answer = protocol.success(pid=pid)
                 case 'subscribe':
-                    granted = self.journal.subscribe(
-                        message.get('since'),
-                        wants_events=_flag(message, 'events'),
-                        wants_output=_flag(message, 'output'),
-                        labels=_labels(message),
-                        behind=_behind(message),
-                        before=cursor,
-                    )
+                    granted = self.subscribers.subscribe(message, cursor)
                     answer = protocol.success(
                         launch=asdict(self.state()), now=self.journal.point
                     )
+                case 'ping':
+                    fields = self.subscribers.ping(message, cursor)
+                    answer = protocol.success(**fields)
                 case _:
                     raise ProtocolError('there is no such request')
         except RefusedError as error:
@@ -372,31 +373,6 @@ def _description(told: 'Description | str') -> Mapping[str, Any]:
     description = asdict(told)
     description['environment'] = dict(description['environment'])
     return protocol.success(description=description)
-
-
-def _flag(message: Mapping[str, Any], name: str) -> bool:
-    flag = message.get(name, True)
-    if not isinstance(flag, bool):
-        raise ProtocolError(f"'{name}' is true or false")
-    return flag
-
-
-def _labels(message: Mapping[str, Any]) -> frozenset[str] | None:
-    labels = message.get('processes')
-    if labels is None:
-        return None
-    if not isinstance(labels, list) or not all(
-        isinstance(label, str) for label in labels
-    ):
-        raise ProtocolError("'processes' is a list of labels, or null")
-    return frozenset(labels)
-
-
-def _behind(message: Mapping[str, Any]) -> int | None:
-    behind = message.get('behind')
-    if behind is None or (type(behind) is int and behind >= 0):
-        return behind
-    raise ProtocolError("'behind' is a number of bytes, or null")
 
 
 def _is_pause(message: Mapping[str, Any]) -> bool:

@@ -203,12 +203,13 @@ class Subscription:
                 'output': {
                     'process': str(process),
                     'stream': str(stream),
-                    'data': str(text),
+                    'data': str() | bytes() as data,
                     'time': float(time),
                     'at': int(before),
                 }
             }:
-                data = protocol.bytes_of(text)
+                if isinstance(data, str):
+                    data = protocol.bytes_of(data)
                 # it may have passed what we did not ask for
                 self._pass(size=before + len(data) - self.point.bytes)
                 return Wrote(process, stream, data, time)

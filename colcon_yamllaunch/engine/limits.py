@@ -118,6 +118,9 @@ GUARD_FRAMES = 16
 GUARD_MESSAGE = 2 * 1024 * 1024
 #: Bytes that the guard adds to the logs of a launch whose launcher is gone.
 GUARD_LOG = 64 * 1024 * 1024
+#: Seconds that a launcher whose lease has expired gets to stop its processes,
+#: besides their timeouts.
+LEASE_PATIENCE = 5.0
 #: Seconds by which the time of a file may be before that of the clock.
 FILE_TIME_STEP = 1.0
 

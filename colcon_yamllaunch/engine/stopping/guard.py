@@ -24,6 +24,8 @@ The launcher sends messages, each an array of frames in JSON:
   gone, and not before;
 - `["closed", KEY]`: the launcher reads from that one no more;
 - `["adopted", PID, BIRTH, NUMBER]`: a process that lost its parent;
+- `["lease", SECONDS]`, or null for none: unless it is renewed by then, the
+  launcher gets SIGTERM, and SIGKILL if it does not end;
 - `["socket", PATH, DEVICE, INODE]`, removed first, `["folder", …]`, the one
   with the parameter files, and `["record", …]`, removed last.
 
@@ -37,7 +39,9 @@ from collections.abc import Iterator
 import json
 import os
 import resource
+import signal
 import socket
+import struct
 import sys
 import time
 from typing import Any
@@ -83,6 +87,9 @@ class GuardedLaunch(Targets):
         self.outputs: dict[int, HeldOutput] = {}
         self.known: Known = {}
         self.places: dict[str, list[Place]] = {}
+        # when the lease expires, or the launcher should have ended after that
+        self._due: float | None = None
+        self._is_expired = False
         #: The terminal that the launcher has drawn something in, if any.
         self.terminal: HeldTerminal | None = None
         # whether somebody types into that
@@ -125,8 +132,31 @@ class GuardedLaunch(Targets):
                 self._is_typing = is_typing
             case ['adopted', pid, birth, number]:
                 self.known[pid, birth] = number
+            case ['lease', seconds] if not self._is_expired:
+                now = time.monotonic()
+                self._due = None if seconds is None else now + seconds
             case ['socket' | 'folder' | 'record' as kind, *place]:
                 self.places.setdefault(kind, []).append(Place(*place))
+
+    def seconds_to_wait(self) -> float | None:
+        """Return the seconds until :meth:`end_launcher`, None for never."""
+        if self._due is None:
+            return None
+        return max(0.001, self._due - time.monotonic())
+
+    def end_launcher(self, pid: int) -> None:
+        """Ask a launcher whose lease has expired to stop, or kill it."""
+        if self._is_expired:
+            self._due = None
+            os.kill(pid, signal.SIGKILL)
+            return
+        longest = max(
+            (each.sigterm + each.sigkill for each in self.timeouts.values()),
+            default=0.0,
+        )
+        self._is_expired = True
+        self._due = time.monotonic() + longest + limits.LEASE_PATIENCE
+        os.kill(pid, signal.SIGTERM)
 
     def forget(self) -> None:
         """Close what the launcher has not taken back."""
@@ -203,7 +233,7 @@ def guard(identity: str, session: int, connection: socket.socket) -> None:
     # each process has up to three descriptors
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
-    for frames, descriptors in _messages(connection):
+    for frames, descriptors in _messages(connection, launch):
         for frame in frames:
             launch.note(frame, descriptors)
         if DISMISSED in frames:
@@ -227,17 +257,29 @@ def _take_over(launch: GuardedLaunch) -> None:
 
 
 def _messages(
-    connection: socket.socket,
+    connection: socket.socket, launch: GuardedLaunch
 ) -> Iterator[tuple[list[Any], list[int]]]:
     """Iterate over what the launcher sends, with descriptors."""
     while True:
+        connection.settimeout(launch.seconds_to_wait())
         try:
             data, descriptors, _, _ = socket.recv_fds(
                 connection, limits.GUARD_MESSAGE, limits.GUARD_FRAMES
             )
+        except TimeoutError:
+            launch.end_launcher(_launcher(connection))
+            continue
         except ConnectionError:
             # it was gone before it had read all that we never send
             return
         if not data:
             return
         yield json.loads(data), descriptors
+
+
+def _launcher(connection: socket.socket) -> int:
+    """Return the process that made the connection, see unix(7)."""
+    credentials = connection.getsockopt(
+        socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize('3i')
+    )
+    return int(struct.unpack('3i', credentials)[0])

@@ -231,6 +231,19 @@ class GuardLink:
         """Tell of a file that is to be removed last of all."""
         self._tell_at_once('record', place)
 
+    def lease(self, seconds: float | None) -> None:
+        """
+        Renew the lease of the launch; without `seconds`, it has none.
+
+        The guard stops a launch whose lease has expired, also if the launcher
+        hangs.
+        """
+        if seconds is not None:
+            self._tell(('lease', None), ['lease', seconds])
+        else:
+            self._take_back(('lease', None), ['lease', None])
+        self.flush()
+
     def flush(self) -> None:
         """
         Tell what there is to tell.

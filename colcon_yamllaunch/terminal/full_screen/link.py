@@ -208,7 +208,7 @@ class Link:
             model.say('… all is read again …')
         self._wanted = wanted
         processes = None if wanted is None else sorted(wanted)
-        self.ask('subscribe', processes=processes, behind=BEHIND)
+        self.ask('subscribe', processes=processes, behind=BEHIND, raw=True)
 
     def _end(self, error: ControlError) -> None:
         self.close()
