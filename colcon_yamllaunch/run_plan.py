@@ -46,12 +46,11 @@ from colcon_yamllaunch.observers.display import can_have_status
 from colcon_yamllaunch.observers.display import Display
 from colcon_yamllaunch.observers.failures import Failures
 from colcon_yamllaunch.observers.failures import OwnerOf
-from colcon_yamllaunch.observers.launch_logs import CLIENT_LOG
-from colcon_yamllaunch.observers.launch_logs import COMMON_LOG
-from colcon_yamllaunch.observers.launch_logs import Logs
-from colcon_yamllaunch.observers.launch_logs import Store
 from colcon_yamllaunch.observers.line_formats import layout_of
 from colcon_yamllaunch.observers.line_formats import LOG_FORMAT
+from colcon_yamllaunch.observers.log_files import CLIENT_LOG
+from colcon_yamllaunch.observers.log_files import COMMON_LOG
+from colcon_yamllaunch.observers.log_files import Logs
 from colcon_yamllaunch.observers.presentation import present
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.observers.screen import Screen
@@ -66,6 +65,7 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.engine.elsewhere import Elsewhere
     from colcon_yamllaunch.engine.plan_changes import PlanChanges
     from colcon_yamllaunch.launch_companion import LaunchCompanion
+    from colcon_yamllaunch.observers.log_store import LogStore
 
 # what a launch is known by that nobody sees
 _UNKNOWN = About('', None, '', '')
@@ -80,7 +80,7 @@ def run_plan(
     color: bool | None = None,
     tty: bool = False,
     log_limit: int | None = limits.LOG_LIMIT,
-    log_store: Store | None = None,
+    log_store: 'LogStore | None' = None,
     clock: Callable[[], float] = time.monotonic,
     spawn: Spawn = os.posix_spawn,
     conditions: ExitConditions | None = None,

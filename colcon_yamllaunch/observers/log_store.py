@@ -26,8 +26,8 @@ from typing import Any
 from colcon_yamllaunch.common.json_files import read_json
 from colcon_yamllaunch.common.json_files import write_json
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.observers.launch_logs import COMMON_LOG
-from colcon_yamllaunch.observers.launch_logs import EVENT_LOG
+from colcon_yamllaunch.observers.log_files import COMMON_LOG
+from colcon_yamllaunch.observers.log_files import EVENT_LOG
 from colcon_yamllaunch.observers.log_files import lock_folder
 
 #: The name of the file that has the ages and sizes of the folders.

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""How much of a launch the user sees, and what a terminal gets beside."""
+"""How much of a launch the user sees."""
 
 from collections.abc import Callable
 from collections.abc import Iterable
@@ -11,22 +11,13 @@ from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import signal_name
 from colcon_yamllaunch.engine.output.channels import size_of
-from colcon_yamllaunch.engine.output.writer import Writer
 from colcon_yamllaunch.observers.display import Display
 from colcon_yamllaunch.observers.screen import Screen
 from colcon_yamllaunch.observers.start_table import StartTable
+from colcon_yamllaunch.observers.title import has_window
+from colcon_yamllaunch.observers.title import TerminalTitle
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
-
-# XTWINOPS 22 and 23: the terminal keeps the titles that it had on a stack
-_SAVE = b'\x1b[22;0t'
-# gives a window the title back that it had before
-_RESTORE = b'\x1b[23;0t'
-# the values of TERM of terminals that have no window of their own
-_WITHOUT_WINDOW = frozenset((None, '', 'dumb', 'linux', 'vt100', 'unknown'))
-
-# what stands before the title while a change is dealt with, and then
-_UNDER_WAY, _DONE, _FAILED = '…', '✓', '✗'
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,23 +52,25 @@ def present(
     stack: ExitStack,
 ) -> events.Listener:
     """Return who shows what happens."""
-    terminal = display.environment.get('TERM') if display.terminal else None
-    has_title = presentation.title and terminal not in _WITHOUT_WINDOW
-    if has_title:
-        title = _title(presentation.title or '')
-        display.writer.steer(_SAVE + title)
-        stack.callback(_restore_title, display.writer)
     show = _shown(presentation, screen, plan, display)
     if presentation.watch and presentation.verbosity != 'verbose':
         show = _without_restarts(show, screen)
-    if presentation.watch and display.terminal:
-        return _with_signs(
-            show,
-            display.writer,
-            presentation.title if has_title else None,
-            bell=presentation.bell,
-        )
-    return show
+    if not display.terminal:
+        return show
+    title = TerminalTitle(
+        display.writer,
+        presentation.title if has_window(display.environment) else None,
+        bell=presentation.bell,
+    )
+    stack.callback(title.restore)
+    if not presentation.watch:
+        return show
+
+    def handle(event: events.Event) -> None:
+        show(event)
+        title.handle(event)
+
+    return handle
 
 
 def _shown(
@@ -90,49 +83,6 @@ def _shown(
     if display.terminal:
         return StartTable(plan, size_of(display.descriptor), screen).handle
     return screen.handle
-
-
-def _title(text: str) -> bytes:
-    shown = ''.join(c for c in text if c.isprintable())
-    return f'\x1b]2;{shown}\x07'.encode(errors='replace')
-
-
-def _with_signs(
-    show: events.Listener, writer: Writer, title: str | None, *, bell: bool
-) -> events.Listener:
-    """Add what shows from afar how the last change went."""
-    # the labels of what has failed by itself since
-    down: set[str] = set()
-
-    def show_sign(sign: str) -> None:
-        if title is not None:
-            writer.steer(_title(f'{sign} {title}'))
-
-    def failed() -> None:
-        show_sign(_FAILED)
-        if bell:
-            writer.steer(b'\a')
-
-    def handle(event: events.Event) -> None:
-        show(event)
-        match event:
-            case events.Changed():
-                down.clear()
-                show_sign(_UNDER_WAY)
-            case events.Started():
-                down.discard(event.process.label)
-            case events.Exited(failed=True, asked=False):
-                is_first = not down
-                down.add(event.process.label)
-                if is_first:
-                    failed()
-            case events.Watched(is_final=True) | events.Checked():
-                if event.severity != 'INFO' and not down:
-                    failed()
-                else:
-                    show_sign(_FAILED if down else _DONE)
-
-    return handle
 
 
 def _without_restarts(
@@ -182,11 +132,6 @@ def _without_restarts(
         show(event)
 
     return handle
-
-
-def _restore_title(writer: Writer) -> None:
-    writer.steer(_RESTORE)
-    writer.flush()
 
 
 def _quiet(show: events.Listener) -> events.Listener:

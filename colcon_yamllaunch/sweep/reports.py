@@ -17,7 +17,7 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.observers.junit import junit_case
 from colcon_yamllaunch.observers.junit import junit_document
 from colcon_yamllaunch.observers.junit import junit_outcome
-from colcon_yamllaunch.observers.launch_logs import COMMON_LOG
+from colcon_yamllaunch.observers.log_files import COMMON_LOG
 from colcon_yamllaunch.sweep.report_page import Page
 from colcon_yamllaunch.sweep.report_page import report_page
 from colcon_yamllaunch.sweep.results import JUNIT

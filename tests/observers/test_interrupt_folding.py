@@ -7,8 +7,8 @@ import signal
 
 from colcon_yamllaunch.engine.events import Signalled
 from colcon_yamllaunch.engine.events import Started
-from colcon_yamllaunch.observers.interrupt_folding import InterruptFolding
-from colcon_yamllaunch.observers.interrupt_folding import LONGEST
+from colcon_yamllaunch.observers.screen import InterruptFolding
+from colcon_yamllaunch.observers.screen import LONGEST
 import pytest
 
 START = b'Traceback (most recent call last):\n'

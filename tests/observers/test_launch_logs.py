@@ -13,9 +13,9 @@ from colcon_yamllaunch.engine.events import Planned
 from colcon_yamllaunch.engine.events import Said
 from colcon_yamllaunch.engine.events import Started
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.observers.launch_logs import folder_names
-from colcon_yamllaunch.observers.launch_logs import Logs
+from colcon_yamllaunch.observers.log_files import folder_names
 from colcon_yamllaunch.observers.log_files import lock_folder
+from colcon_yamllaunch.observers.log_files import Logs
 import pytest
 
 

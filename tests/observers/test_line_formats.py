@@ -5,10 +5,10 @@ import io
 
 from colcon_yamllaunch.engine.events import Output
 from colcon_yamllaunch.engine.output.writer import TextWriter
-from colcon_yamllaunch.observers.launch_logs import Logs
 from colcon_yamllaunch.observers.line_formats import Layout
 from colcon_yamllaunch.observers.line_formats import layout_of
 from colcon_yamllaunch.observers.line_formats import SCREEN_FORMAT
+from colcon_yamllaunch.observers.log_files import Logs
 from colcon_yamllaunch.observers.screen import Screen
 from hypothesis import given
 from hypothesis import strategies as st

@@ -13,7 +13,7 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.output_modes import IN_COMMON_LOG
 from colcon_yamllaunch.engine.output_modes import IN_OWN_LOG
 from colcon_yamllaunch.engine.output_modes import SHOWN
-from colcon_yamllaunch.observers.launch_logs import Logs
+from colcon_yamllaunch.observers.log_files import Logs
 from colcon_yamllaunch.observers.log_files import size_text
 from colcon_yamllaunch.observers.log_store import INDEX_NAME
 from colcon_yamllaunch.plan.plan import Component

@@ -3,7 +3,7 @@
 
 """A node that refuses the type of a parameter, and where it was set."""
 
-from colcon_yamllaunch.observers.parameter_advice import parameter_advice
+from colcon_yamllaunch.observers.failure_advice import parameter_advice
 from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.position import Position
 import pytest
