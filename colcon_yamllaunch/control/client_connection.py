@@ -15,7 +15,7 @@ from colcon_yamllaunch.control.journal import Cursor
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine.events import Stream
-from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.engine.loop import Loop
 
 # so that a client with many requests does not keep others from their turn
 _REQUESTS_PER_TURN = 8
@@ -44,12 +44,12 @@ class Client:
     def __init__(
         self,
         connection: socket.socket,
-        watches: Watches,
+        loop: Loop,
         service: Service,
         left: Callable[['Client'], None],
     ) -> None:
         self._connection = connection
-        self._watches = watches
+        self._loop = loop
         self._service = service
         self._journal = service.journal
         self._left = left
@@ -65,7 +65,8 @@ class Client:
         self._unanswered = 0
         self._is_last = False
         self._is_open = True
-        watches.add(connection.fileno(), self._ready)
+        loop.add_hangup_handler(connection.fileno(), self._hung_up)
+        loop.add_reader(connection.fileno(), self._readable)
 
     @property
     def is_attached(self) -> bool:
@@ -100,7 +101,7 @@ class Client:
             self._journal.forget(self._call)
         if self._cursor is not None:
             self._journal.unsubscribe(self._cursor)
-        self._watches.remove(self._connection.fileno())
+        self._loop.remove(self._connection.fileno())
         self._connection.close()
         self._left(self)
 
@@ -120,15 +121,21 @@ class Client:
             self.drain()
         self.close()
 
-    def _ready(self, mask: int) -> None:
+    def _hung_up(self) -> None:
         is_stuck = self._is_waiting or not self._may_ask_more()
         is_done = self._is_last and b'\n' not in self._received
-        if mask & _GONE and (is_stuck or is_done):
+        if is_stuck or is_done:
             self.close()
-            return
-        if mask & select.EPOLLOUT:
-            self._send()
-        if self._is_open and mask & ~select.EPOLLOUT and self._may_read():
+        elif self._may_read():
+            self._readable()
+
+    def _writable(self) -> None:
+        self._send()
+        if self._is_open:
+            self._serve()
+
+    def _readable(self) -> None:
+        if self._is_open and self._may_read():
             self._read()
         if self._is_open:
             self._serve()
@@ -277,8 +284,12 @@ class Client:
             self._journal.call(self._call)
         may_serve = not self._is_waiting and self._may_ask_more()
         waits = self._outgoing or has_more or (has_request and may_serve)
-        self._watches.change(
-            self._connection.fileno(),
-            (select.EPOLLOUT if waits else 0)
-            | (select.EPOLLIN if self._may_read() else 0),
-        )
+        descriptor = self._connection.fileno()
+        if waits:
+            self._loop.add_writer(descriptor, self._writable)
+        else:
+            self._loop.remove_writer(descriptor)
+        if self._may_read():
+            self._loop.add_reader(descriptor, self._readable)
+        else:
+            self._loop.remove_reader(descriptor)

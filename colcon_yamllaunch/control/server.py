@@ -21,7 +21,7 @@ from colcon_yamllaunch.engine.events import Ended
 from colcon_yamllaunch.engine.events import Event
 from colcon_yamllaunch.engine.events import Planned
 from colcon_yamllaunch.engine.events import Warned
-from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.plan.plan import Process
 
@@ -72,7 +72,7 @@ def serve(
     guard.socket(address.place)
     engine.listen(service.handle)
     engine.listen(service.journal.handle)
-    server = Server(address, engine.watches, service)
+    server = Server(address, engine.loop, service)
     engine.listen(server.handle)
     stack.callback(server.close)
 
@@ -80,16 +80,14 @@ def serve(
 class Server:
     """Takes clients as they come."""
 
-    def __init__(
-        self, address: Address, watches: Watches, service: Service
-    ) -> None:
+    def __init__(self, address: Address, loop: Loop, service: Service) -> None:
         self._address = address
-        self._watches = watches
+        self._loop = loop
         self._service = service
         self._clients: list[Client] = []
         # given up for a moment to turn a client away when no other is left
         self._spare = _null()
-        watches.add(address.socket.fileno(), self._accept)
+        loop.add_reader(address.socket.fileno(), self._accept)
 
     def handle(self, event: Event) -> None:
         """Listen to an event, when all others have."""
@@ -107,14 +105,14 @@ class Server:
 
         Only those that have subscribed stay until they are told the end.
         """
-        self._watches.remove(self._address.socket.fileno())
+        self._loop.remove_reader(self._address.socket.fileno())
         for client in list(self._clients):
             if not client.has_subscribed:
                 client.close()
         self._address.close()
         os.close(self._spare)
 
-    def _accept(self, mask: int) -> None:  # noqa: ARG002
+    def _accept(self) -> None:
         try:
             connection, _ = self._address.socket.accept()
         except OSError as error:
@@ -128,9 +126,7 @@ class Server:
         if len(self._clients) >= protocol.MAXIMUM_CLIENTS:
             self._make_room()
         self._clients.append(
-            Client(
-                connection, self._watches, self._service, self._clients.remove
-            )
+            Client(connection, self._loop, self._service, self._clients.remove)
         )
 
     def _make_room(self) -> None:

@@ -20,9 +20,9 @@ from typing import Protocol
 from typing import TypeVar
 
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.moment import Moment
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
@@ -51,7 +51,7 @@ class LaunchHere(Protocol):
     """The launch that was started here, to what runs its other parts."""
 
     #: What the loop of the launch waits for.
-    watches: Watches
+    loop: Loop
 
     @property
     def moment(self) -> Moment:

@@ -8,8 +8,8 @@ from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from contextlib import suppress
+import math
 import os
-import select
 import signal
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,8 @@ from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.launch_settings import Settings
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.moment import Moment
 from colcon_yamllaunch.engine.orphans import Strays
 from colcon_yamllaunch.engine.outcome import Outcome
@@ -34,7 +36,6 @@ from colcon_yamllaunch.engine.output.signals import stop_ourselves
 from colcon_yamllaunch.engine.output.signals import STOPPING
 from colcon_yamllaunch.engine.output.terminals import Terminals
 from colcon_yamllaunch.engine.output.terminals import with_terminals
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.engine.output.writer import Writer
 from colcon_yamllaunch.engine.plan_source import PlanSource
 from colcon_yamllaunch.engine.process.children import ended_children
@@ -59,7 +60,6 @@ if TYPE_CHECKING:
     from colcon_yamllaunch.engine.plan_changes import PlanChanges
     from colcon_yamllaunch.engine.plan_feed import PlanFeed
 
-_GONE = select.EPOLLERR | select.EPOLLHUP
 # how long the guard lets the process that speaks with ROS end by itself
 _CLIENT_TIMEOUTS = Timeouts(0.5, 0.5)
 
@@ -103,17 +103,17 @@ class Engine:
         self._guard = guard
         self._writer = writer
         self._publish = publish
-        #: All that the loop waits for.
-        self.watches = Watches()
+        #: What everything waits for.
+        self.loop = Loop(settings.clock)
         #: The parts that run on other machines.
         self.elsewhere = elsewhere
         self._companion = companion
         self._size = settings.size
         is_alone = source is None and companion is None
         accepts = writer.accepts if is_alone else self.accepts
-        self._relay = Relay(self.watches, accepts, record, self.tell)
+        self._relay = Relay(self.loop, accepts, record, self.tell)
         #: The keyboards of processes.
-        self.terminals = Terminals(self.watches, self._relay, elsewhere)
+        self.terminals = Terminals(self.loop, self._relay, elsewhere)
         if companion is not None:
             self.terminals.when_echoed = companion.echoed
         self._silence = SilenceWatch(self._holds_back, settings.clock)
@@ -130,9 +130,7 @@ class Engine:
         self._changes: PlanChanges | None = None
         self._adapt: Callable[[Mapping[str, str]], Mapping[str, str]] = dict
         #: The course of the launch.
-        self.supervisor = Supervisor(
-            plan, self, settings.clock, self.composition
-        )
+        self.supervisor = Supervisor(plan, self, self.loop, self.composition)
         self._feed = None if source is None else self._plan_feed(source)
         #: Starts processes.
         self.starter = ProcessStarter(
@@ -144,8 +142,9 @@ class Engine:
             len(self.supervisor.tasks),
         )
         self._strays = Strays(settings, guard, self.starter)
-        # whether this turn is more than time that has passed
-        self._has_news = True
+        self._alarm: TimerHandle | None = None
+        # whether the screen may have to be waited for
+        self._is_screen_slow = False
         self._last_stop = -limits.SIGNAL_ECHO
         self._stopped_by_signal = False
         #: Are called with True before Ctrl-Z suspends the launch, and
@@ -393,13 +392,15 @@ class Engine:
         :raises UserError: before anything is started, when the environment
           lacks what the plan needs
         """
-        self.watches.add(
-            signals, lambda _: self._take_signals(received(signals))
+        self.loop.add_reader(
+            signals, lambda: self._take_signals(received(signals))
         )
-        if self._writer.descriptor != -1:
+        screen = self._writer.descriptor
+        if screen != -1:
             # an ordinary file is always ready
             with suppress(PermissionError):
-                self.watches.add(self._writer.descriptor, self._mind_screen, 0)
+                self.loop.add_hangup_handler(screen, self._writer.give_up)
+                self._is_screen_slow = True
         if self._ros is not None:
             self._await_ros(self._ros)
         if self._changes is not None:
@@ -409,32 +410,14 @@ class Engine:
             self._feed.begin()
         if self.elsewhere is not None:
             self.elsewhere.begin(self, self._terminal_size())
+        self._look_for_children()
         while True:
-            self.check_conditions()
-            if self.elsewhere is not None:
-                self.elsewhere.advance()
-            if self._changes is not None:
-                self._mind_changes(self._changes)
-            if self._ros is not None:
-                self._ros.advance()
-                if self.supervisor.is_stopping:
-                    # it takes as long as a process to come to its end
-                    self._ros.hang_up()
-            looked = self._settings.clock() - self._strays.looked
-            if not self._has_news or looked >= limits.ADOPTION_INTERVAL:
-                # SIGCHLD may be lost, and adoption is not reported
-                self._reap()
-            self.supervisor.advance()
-            if self._feed is not None:
-                self._feed.advance()
-            if self._companion is not None:
-                self._companion.advance()
+            self._follow_up()
             if self.supervisor.done:
                 break
-            more = self._end_turn()
-            wait = 0.0 if more else self._seconds_to_wait()
-            self._has_news = self.watches.wait(wait)
-        self.watches.remove(signals)
+            self._pass_on()
+            self.loop.run_once()
+        self.loop.remove_reader(signals)
         self._end_ros()
         if self._changes is not None:
             self._changes.close()
@@ -448,14 +431,19 @@ class Engine:
     def finish(self, signals: int) -> None:
         """Wait until the screen has taken everything, or nobody wants it."""
         numbers: list[int] = []
-        self.watches.add(signals, lambda _: numbers.extend(received(signals)))
-        patience = limits.SCREEN_PATIENCE if self._stopped_by_signal else None
-        self._end_turn()
+        self.loop.add_reader(
+            signals, lambda: numbers.extend(received(signals))
+        )
+        ends_by = math.inf
+        if self._stopped_by_signal:
+            ends_by = self.loop.time() + limits.SCREEN_PATIENCE
+            self.loop.call_at(ends_by, self.loop.wake)
+        self._pass_on()
         while self._writer.waits() and not self._writer.broken:
-            is_ready = self.watches.wait(patience)
-            if not is_ready or set(STOPPING) & set(numbers):
+            self.loop.run_once()
+            if set(STOPPING) & set(numbers) or self.loop.time() >= ends_by:
                 return
-            self._end_turn()
+            self._pass_on()
 
     def close(self) -> None:
         """Free what the engine holds."""
@@ -464,7 +452,7 @@ class Engine:
         if self.elsewhere is not None:
             self.elsewhere.close()
         self.terminals.close()
-        self.watches.close()
+        self.loop.close()
         self.starter.close()
 
     def start(self, number: int, process: Process) -> int:
@@ -555,10 +543,9 @@ class Engine:
         return RosLink(
             plan,
             self._settings.environment,
-            self.watches,
+            self.loop,
             start,
             self.tell,
-            self._settings.clock,
             self._settings.client_log,
         )
 
@@ -568,10 +555,9 @@ class Engine:
 
         feed = PlanFeed(
             source,
-            self.watches,
+            self.loop,
             self.extend,
             self.tell,
-            self._settings.clock,
         )
         self._listeners.append(feed.handle)
         if source.pid:
@@ -611,11 +597,8 @@ class Engine:
         while not (ros.is_found or self.supervisor.is_stopping):
             if ros.error is not None:
                 raise UserError(ros.error)
-            self._end_turn()
-            self.watches.wait(
-                _soonest(ros.seconds_to_wait(), self._writer.seconds_to_wait())
-            )
-            ros.advance()
+            self._pass_on()
+            self.loop.run_once()
 
     def _end_ros(self) -> None:
         if self._ros is not None and self._ros.pid:
@@ -652,45 +635,66 @@ class Engine:
         )
         return is_here and self._settings.buffering.is_cpp(process)
 
-    def _seconds_to_wait(self) -> float | None:
-        waits = [
-            self.supervisor.seconds_to_wait(),
-            self._writer.seconds_to_wait(),
-            # nobody reports that we adopted a process
-            limits.ADOPTION_PAUSE,
-        ]
-        if self._ros is not None:
-            waits.append(self._ros.seconds_to_wait())
-        if self._changes is not None and not self.supervisor.is_stopping:
-            waits.append(self._changes.seconds_to_wait())
-        if self._feed is not None:
-            waits.append(self._feed.seconds_to_wait())
+    def _follow_up(self) -> None:
+        """Do what follows from all that happened in this turn."""
+        self.check_conditions()
         if self.elsewhere is not None:
-            waits.append(self.elsewhere.seconds_to_wait())
+            self.elsewhere.advance()
+        if self._changes is not None:
+            self._mind_changes(self._changes)
+        if self._ros is not None and self.supervisor.is_stopping:
+            # it takes as long as a process to come to its end
+            self._ros.hang_up()
+        looked = self.loop.time() - self._strays.looked
+        if looked >= limits.ADOPTION_INTERVAL:
+            self._reap()
+        self.supervisor.end_turn()
+        if self._feed is not None:
+            self._feed.flush()
         if self._companion is not None:
-            waits.append(self._companion.seconds_to_wait())
-        for due in (self._conditions.due(), self._silence.due()):
-            if due is not None:
-                waits.append(max(0.0, due - self._settings.clock()))
-        return _soonest(*waits)
+            self._companion.advance()
 
-    def _end_turn(self) -> bool:
-        """Pass on what was collected; return whether there is more."""
+    def _pass_on(self) -> None:
+        """Pass on to the guard, the logs and the screen what there is."""
         self._guard.flush()
-        more = not self.supervisor.is_starting and self._publish()
+        if not self.supervisor.is_starting and self._publish():
+            self.loop.wake()
         self._writer.flush()
         self._relay.resume()
+        screen = self._writer.descriptor
         if self._writer.broken:
             self.supervisor.stop('nobody reads the output any more')
-            self.watches.remove(self._writer.descriptor)
-        else:
-            waits = select.EPOLLOUT if self._writer.waits() else 0
-            self.watches.change(self._writer.descriptor, waits)
-        return more
+            self.loop.remove(screen)
+        elif self._is_screen_slow:
+            if self._writer.waits():
+                self.loop.add_writer(screen, self._writer.flush)
+            else:
+                self.loop.remove_writer(screen)
+        self._set_alarm()
 
-    def _mind_screen(self, mask: int) -> None:
-        if mask & _GONE:
-            self._writer.give_up()
+    def _set_alarm(self) -> None:
+        """Have a turn when it is time for the next condition or drawing."""
+        dues = [self._conditions.due(), self._silence.due()]
+        dues.append(self._writer.due())
+        for other in (self.elsewhere, self._companion, self._changes):
+            if other is not None and not (
+                other is self._changes and self.supervisor.is_stopping
+            ):
+                seconds = other.seconds_to_wait()
+                if seconds is not None:
+                    dues.append(self.loop.time() + seconds)
+        due = min((due for due in dues if due is not None), default=None)
+        if self._alarm is not None:
+            if self._alarm.when() == due and not self._alarm.cancelled():
+                return
+            self._alarm.cancel()
+        if due is not None:
+            self._alarm = self.loop.call_at(due, self.loop.wake)
+
+    def _look_for_children(self) -> None:
+        """Look at all children: SIGCHLD may be lost, or not be sent."""
+        self._reap()
+        self.loop.call_later(limits.ADOPTION_PAUSE, self._look_for_children)
 
     def _take_signals(self, numbers: list[int]) -> None:
         for number in numbers:
@@ -709,7 +713,7 @@ class Engine:
             self._reap()
 
     def _stop_by(self, number: int) -> None:
-        now = self._settings.clock()
+        now = self.loop.time()
         is_echo = now - self._last_stop < limits.SIGNAL_ECHO
         self._last_stop = now
         self._stopped_by_signal = True
@@ -808,10 +812,6 @@ class Engine:
                 self.tell(events.Warned(_without_guard(text)))
         except OSError as error:
             self.tell(events.Warned(no_guard(error)))
-
-
-def _soonest(*waits: float | None) -> float | None:
-    return min((wait for wait in waits if wait is not None), default=None)
 
 
 def no_guard(error: OSError) -> str:

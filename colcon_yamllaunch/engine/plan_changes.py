@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
@@ -21,7 +21,7 @@ class RunningLaunch(Protocol):
     """A launch that runs, to who changes it."""
 
     #: What the loop of the launch waits for.
-    watches: Watches
+    loop: Loop
 
     #: The launch files, groups and timers that the parts of the plan stand in.
     blocks: tuple[Block, ...]

@@ -10,8 +10,9 @@ import os
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.engine.plan_source import PlanSource
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Entry
@@ -29,22 +30,19 @@ class PlanFeed:
 
     :param extend: Takes more into the plan
     :param tell: Is told what happens
-    :param clock: Returns seconds that never go back
     """
 
     def __init__(
         self,
         source: PlanSource,
-        watches: Watches,
+        loop: Loop,
         extend: Callable[[Iterable[Entry]], None],
         tell: events.Listener,
-        clock: Callable[[], float],
     ) -> None:
         self._source = source
-        self._watches = watches
+        self._loop = loop
         self._extend = extend
         self._tell = tell
-        self._clock = clock
         #: The launch files, groups and timers of the plan, once it has grown.
         self.blocks: tuple[Block, ...] = ()
         # one of our own: the source closes its when it likes
@@ -52,8 +50,7 @@ class PlanFeed:
         # whether the source knows that the launch ends
         self._knows_end = False
         self._patient_until: float | None = None
-        # whether it has been sent all
-        self._is_sent = True
+        self._retry: TimerHandle | None = None
         # bytes of output since it last had nothing to do, and whose
         self._output = 0
         self._labels: set[str] = set()
@@ -74,7 +71,7 @@ class PlanFeed:
         """Listen to the source from now on."""
         if self._source.descriptor != -1:
             self._watched = os.dup(self._source.descriptor)
-            self._watches.add(self._watched, lambda _: self._take())
+            self._loop.add_reader(self._watched, self._take)
 
     def handle(self, event: events.Event) -> None:
         """Pass an event on."""
@@ -106,10 +103,13 @@ class PlanFeed:
             or label not in self._labels
         )
 
-    def advance(self) -> None:
-        """Send what is not sent yet."""
-        if not self._is_over:
-            self._is_sent = self._source.flush()
+    def flush(self) -> None:
+        """Send what is not sent yet; soon again if the source is slow."""
+        if self._is_over or self._source.flush():
+            return
+        if self._retry is None or self._retry.cancelled():
+            pause = limits.SOURCE_PAUSE
+            self._retry = self._loop.call_later(pause, self._loop.wake)
 
     def call(self, number: int) -> None:
         """Ask for what a `HostCall` stands for."""
@@ -127,8 +127,10 @@ class PlanFeed:
             return False
         if self._source.is_busy:
             if self._knows_end and self._patient_until is None:
-                now = self._clock()
-                self._patient_until = now + limits.SOURCE_PATIENCE
+                self._patient_until = (
+                    self._loop.time() + limits.SOURCE_PATIENCE
+                )
+                self._loop.call_at(self._patient_until, self._loop.wake)
             return not self._is_overdue()
         if not self._knows_end:
             self._knows_end = True
@@ -138,15 +140,7 @@ class PlanFeed:
     def hurry(self) -> None:
         """Wait for nothing any more."""
         self._knows_end = True
-        self._patient_until = self._clock()
-
-    def seconds_to_wait(self) -> float | None:
-        """Return when to come round again, whatever happens."""
-        if not (self._is_sent or self._is_over):
-            return limits.SOURCE_PAUSE
-        if self._patient_until is None:
-            return None
-        return max(0.0, self._patient_until - self._clock())
+        self._patient_until = self._loop.time()
 
     def ended(self, status: int) -> None:
         """
@@ -168,7 +162,7 @@ class PlanFeed:
 
     def _is_overdue(self) -> bool:
         until = self._patient_until
-        return until is not None and self._clock() >= until
+        return until is not None and self._loop.time() >= until
 
     def _take(self) -> None:
         self._grow(self._source.take())
@@ -189,6 +183,6 @@ class PlanFeed:
 
     def _unwatch(self) -> None:
         if self._watched != -1:
-            self._watches.remove(self._watched)
+            self._loop.remove_reader(self._watched)
             os.close(self._watched)
             self._watched = -1

@@ -4,12 +4,11 @@
 """
 The course of a launch: what is started, restarted and stopped, and when.
 
-Nothing here touches the system; a :class:`Host` does, and a clock is passed
+Nothing here touches the system; a :class:`Host` does, and a loop is passed
 in. So the course of any launch can be replayed without a process.
 """
 
 from collections import deque
-from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Iterator
@@ -25,6 +24,8 @@ from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.outcome import after_exit
 from colcon_yamllaunch.engine.outcome import delay_of_respawn
 from colcon_yamllaunch.engine.outcome import ending_of
@@ -33,8 +34,6 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.outcome import signal_name
 from colcon_yamllaunch.engine.outcome import STOP_SIGNALS
 from colcon_yamllaunch.engine.process.spawn import StartError
-from colcon_yamllaunch.engine.schedule import Schedule
-from colcon_yamllaunch.engine.schedule import TimerHandle
 from colcon_yamllaunch.engine.stopping.launch_stop import Stop
 from colcon_yamllaunch.engine.stopping.launch_stop import StopHost
 from colcon_yamllaunch.engine.tasks import Phase
@@ -89,27 +88,25 @@ class _Respawn:
     """
     A process that is to be started again.
 
-    :param alarm: What is due at the time when it may start
+    :param due: When it may start, by the clock of the loop
     :param is_clean: Whether it is known to have left nothing running that
       `cleanup` does not end
     :param cleanup: The end of what it left running, if it did
     """
 
     task: Task
-    alarm: TimerHandle
+    due: float
     is_clean: bool
     cleanup: Stop | None = None
 
-    @property
-    def is_due(self) -> bool:
-        """Whether its time has come, and nothing of it runs any more."""
-        if self.alarm.action is not None or not self.is_clean:
+    def is_due(self, now: float) -> bool:
+        """Return whether its time has come and nothing of it runs any more."""
+        if now < self.due or not self.is_clean:
             return False
         return self.cleanup is None or self.cleanup.is_over
 
     def cancel(self) -> None:
         """Leave all of it to somebody else."""
-        self.alarm.cancel()
         if self.cleanup is not None:
             self.cleanup.cancel()
 
@@ -125,12 +122,12 @@ class Supervisor:
         self,
         plan: Plan,
         host: Host,
-        clock: Callable[[], float],
+        loop: Loop,
         composition: 'Composition | None' = None,
     ) -> None:
         self._host = host
         self._composition = composition
-        self._clock = clock
+        self._loop = loop
         self._tasks: dict[int, Task] = {}
         self._by_label: dict[str, Task] = {}
         self._by_name: dict[str, Task] = {}
@@ -140,7 +137,6 @@ class Supervisor:
         #: ROS.
         self.client_number = next(self._numbers)
         self._agenda: deque[Entry] = deque(plan.entries)
-        self._schedule = Schedule()
         self._timers: dict[int, tuple[Timer, TimerHandle]] = {}
         self._timer_keys = count()
         self._respawns: dict[int, _Respawn] = {}
@@ -189,11 +185,14 @@ class Supervisor:
         """Whether everything is being stopped."""
         return self._stop is not None
 
-    def advance(self) -> None:
-        """Do what is due; return soon, so that others get their turn."""
-        self._schedule.run_due(self._clock())
+    def end_turn(self) -> None:
+        """
+        Do what follows from all that happened in a turn of the loop.
+
+        Only some processes are started, so that others get their turn.
+        """
         if self._composition is not None:
-            self._composition.advance()
+            self._composition.end_turn()
         for _ in range(limits.STARTS_PER_TURN):
             if self._agenda:
                 self._take(self._agenda.popleft())
@@ -201,27 +200,14 @@ class Supervisor:
         self._clean_up()
         self._respawn_due()
         self._end_if_idle()
-
-    def seconds_to_wait(self) -> float | None:
-        """
-        Return the seconds until :meth:`advance` is to be called again.
-
-        None means not before something happens.
-        """
-        if self._agenda or self.done:
-            return 0.0
-        due = self._schedule.next_due()
-        wait = None if due is None else max(0.0, due - self._clock())
-        if self._composition is None:
-            return wait
-        waits = (wait, self._composition.seconds_to_wait())
-        return min((w for w in waits if w is not None), default=None)
+        if self._agenda:
+            self._loop.wake()
 
     def next_timer(self) -> float | None:
         """Return when the next timer is due, by the clock, if one is set."""
         return min(
             (
-                handle.due
+                handle.when()
                 for timer, handle in self._timers.values()
                 if not timer.on_ros_time
             ),
@@ -237,12 +223,12 @@ class Supervisor:
         single_stop = self._single_stops.get(task.number)
         asked = self.is_stopping or single_stop is not None
         task.group = None
-        task.ended = self._clock()
+        task.ended = self._loop.time()
         failed = is_failure(outcome, asked or task.was_signalled)
         task.ending = (
             'stopped' if asked and not failed else ending_of(outcome, asked)
         )
-        seconds = self._clock() - task.started
+        seconds = self._loop.time() - task.started
         step = self._after_exit(task, asked=asked, failed=failed)
         delay = _delay_after(task, seconds) if step == 'respawn' else None
         self._host.tell(
@@ -269,7 +255,7 @@ class Supervisor:
         elif step == 'shutdown':
             self.stop(f'{process.label} ended')
         if single_stop is not None:
-            single_stop.advance()
+            single_stop.take_steps()
 
     def task(self, name: str) -> Task:
         """
@@ -298,7 +284,7 @@ class Supervisor:
         if self.phase(task) == 'waiting':
             return 0.0
         since = task.started if task.ended is None else task.ended
-        return self._clock() - since
+        return self._loop.time() - since
 
     def stop_process(self, name: str) -> None:
         """
@@ -595,7 +581,7 @@ class Supervisor:
         try:
             group = self._host.start(task.number, once or process)
         except StartError as error:
-            task.ended = self._clock()
+            task.ended = self._loop.time()
             task.ending = f'could not be started: {error}'
             # the program may just be written anew, or memory be short
             step = self._after_exit(task, asked=self.is_stopping, failed=True)
@@ -614,7 +600,7 @@ class Supervisor:
             elif step == 'shutdown':
                 self.stop(f'{process.label} could not be started')
             return
-        task.started = self._clock()
+        task.started = self._loop.time()
         task.is_suspended = task.was_signalled = False
         task.group = group
         task.ended = None
@@ -644,9 +630,9 @@ class Supervisor:
         :param is_clean: Whether it cannot have left anything running, which
           would have to end before
         """
-        # the loop comes round when the alarm is due
-        alarm = self._schedule.add(self._clock() + delay, _wake_up)
-        self._respawns[task.number] = _Respawn(task, alarm, is_clean)
+        due = self._loop.time() + delay
+        self._loop.call_at(due, self._loop.wake)
+        self._respawns[task.number] = _Respawn(task, due, is_clean)
         is_paused = delay > task.process.respawn_delay
         if is_paused and task.number not in self._told:
             self._told.add(task.number)
@@ -662,7 +648,7 @@ class Supervisor:
 
     def _clean_up(self) -> None:
         """Begin to end what processes that are respawned left running."""
-        begin = self._clock()
+        begin = self._loop.time()
         unclean = [r for r in self._respawns.values() if not r.is_clean]
         if not unclean or begin < self._next_search:
             return
@@ -672,13 +658,14 @@ class Supervisor:
             respawn.is_clean = True
             if respawn.task.number in numbers:
                 respawn.cleanup = self._stop_of([respawn.task])
-        end = self._clock()
+        end = self._loop.time()
         self._next_search = end + limits.SEARCH_PAUSE * (end - begin)
-        self._schedule.add(self._next_search, _wake_up)
+        self._loop.call_at(self._next_search, self._loop.wake)
 
     def _respawn_due(self) -> None:
+        now = self._loop.time()
         for number, respawn in tuple(self._respawns.items()):
-            if respawn.is_due:
+            if respawn.is_due(now):
                 del self._respawns[number]
                 self._respawn(respawn)
 
@@ -745,9 +732,7 @@ class Supervisor:
                 timer.period, lambda: self._fire(key)
             )
         else:
-            handle = self._schedule.add(
-                self._clock() + timer.period, lambda: self._fire(key)
-            )
+            handle = self._loop.call_later(timer.period, self._fire, key)
         self._timers[key] = (timer, handle)
 
     def _fire(self, key: int) -> None:
@@ -769,7 +754,7 @@ class Supervisor:
     def _forget_cancelled(self) -> None:
         """Forget the timers that nobody tells the ROS time any more."""
         for key, (_, handle) in list(self._timers.items()):
-            if handle.action is None:
+            if handle.cancelled():
                 del self._timers[key]
 
     def _drop_timers(self, *, all_of_them: bool) -> None:
@@ -803,8 +788,7 @@ class Supervisor:
         return Stop(
             tasks,
             self._host,
-            self._schedule,
-            self._clock,
+            self._loop,
             self._groups,
             whole=whole,
             first=first,
@@ -815,15 +799,15 @@ class Supervisor:
             self._progress_later(stop)
             self._report_progress(stop)
 
-        self._schedule.add(self._clock() + limits.PROGRESS_INTERVAL, report)
+        self._loop.call_later(limits.PROGRESS_INTERVAL, report)
 
     def _report_progress(self, stop: Stop) -> None:
         """Say what is waited for, if that is another than before."""
         if not stop.is_over:
-            stop.advance()
+            stop.take_steps()
         labels = tuple(task.process.label for task in stop.alive())
         timers = len(self._timers)
-        now = self._clock()
+        now = self._loop.time()
         progress = labels, timers, stop.latest_signal()
         told, last = self._progress
         is_repeated = progress == told and now - last < limits.PROGRESS_REPEAT
@@ -883,7 +867,7 @@ class Supervisor:
         assert self._stop is not None
         waits = self._running or self._stop.waits_for_orphans
         if not waits and not self._stop.is_over:
-            self._stop.advance()
+            self._stop.take_steps()
         if self._stop.is_over and not self._host.is_waiting():
             self._stop.abandon()
             self.done = True
@@ -918,7 +902,3 @@ def _delay_after(task: Task, seconds: float) -> float:
     is_quick = seconds < limits.QUICK_END
     task.quick_ends = task.quick_ends + 1 if is_quick else 0
     return delay_of_respawn(task.process, task.quick_ends)
-
-
-def _wake_up() -> None:
-    """Have the loop come round, which looks what is due."""

@@ -195,15 +195,13 @@ class Foot(Writer):
         """Tell whether something waits for the terminal."""
         return not self._is_holding and super().waits()
 
-    def seconds_to_wait(self) -> float | None:
-        """Return the seconds until there is something to be drawn."""
+    def due(self) -> float | None:
+        """Return the time when the block is to be drawn again, or None."""
         if self._compose is None or self.broken:
             return None
-        due = self._next
         if self._is_stale or not (self._is_shown or self._is_hidden):
-            due = self._due_now()
-        # since the last flush, which has been just now
-        return None if due is None else max(0.0, due - self._now)
+            return self._due_now()
+        return self._next
 
     def _write_above(self, key: object, data: bytes) -> None:
         if not data or self.broken:

@@ -3,8 +3,6 @@
 
 """The launcher's own terminal, attached to one of its processes."""
 
-import select
-
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.observers.screen import Screen
@@ -71,14 +69,16 @@ class LocalAttachment:
             return
         if self._keyboard.grab():
             self._is_attached = True
-            engine.watches.add(self._keyboard.descriptor, self._typed)
+            keyboard = self._keyboard.descriptor
+            engine.loop.add_reader(keyboard, self._typed)
+            engine.loop.add_hangup_handler(keyboard, self._hung_up)
             engine.terminals.add_sink(self._label, self._show_raw)
             engine.tell(events.Attached(started.process, _HINT))
 
     def _detach(self) -> None:
         if self._is_attached and self._engine is not None:
             self._is_attached = False
-            self._engine.watches.remove(self._keyboard.descriptor)
+            self._engine.loop.remove(self._keyboard.descriptor)
             self._engine.terminals.remove_sink(self._label, self._show_raw)
             self._keyboard.release()
             # what is shown next may be the shell's
@@ -93,16 +93,22 @@ class LocalAttachment:
             # the launch goes on in the background
             self._detach()
 
-    def _typed(self, mask: int) -> None:
+    def _hung_up(self) -> None:
+        if not self._typed() and self._is_attached:
+            self._give_up()
+
+    def _typed(self) -> bool:
+        """Pass on what was typed, and return whether there was something."""
         assert self._engine is not None
         try:
             keys, escape = self._keyboard.read()
         except OSError:
             self._detach()
-            return
+            return False
         self._engine.terminals.type(self._label, keys)
-        if escape or (not keys and mask & select.EPOLLHUP):
+        if escape:
             self._give_up()
+        return bool(keys or escape)
 
     def _give_up(self) -> None:
         started, self._started = self._started, None

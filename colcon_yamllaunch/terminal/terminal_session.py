@@ -159,7 +159,7 @@ class TerminalSession:
             self._page,
         )
         self._attachment.connect(engine)
-        self._keyboard.connect(engine.watches)
+        self._keyboard.connect(engine.loop)
         engine.when_suspended.append(self._suspend)
         engine.when_resized.append(self._foot.resized)
         self._foot.begin(self._compose)

@@ -4,11 +4,10 @@
 """The keyboard of a launch, while the terminal is its own."""
 
 from collections.abc import Callable
-import select
 import termios
 from typing import Any
 
-from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.terminal.keyboard import Keyboard
 
 
@@ -25,13 +24,13 @@ class WatchedKeyboard:
     ) -> None:
         self._keyboard = keyboard
         self._take = take
-        self._watches: Watches | None = None
+        self._loop: Loop | None = None
         self._is_grabbed = False
         self._has_had_keys = False
 
-    def connect(self, watches: Watches) -> None:
+    def connect(self, loop: Loop) -> None:
         """Use the loop of a launch, before it runs."""
-        self._watches = watches
+        self._loop = loop
 
     @property
     def has_keys(self) -> bool:
@@ -51,8 +50,8 @@ class WatchedKeyboard:
         :param keeps_early: Whether what was typed before the first time is
           for somebody, and not what nobody could know the meaning of
         """
-        keyboard, watches = self._keyboard, self._watches
-        if keyboard is None or watches is None or not keyboard.grab():
+        keyboard, loop = self._keyboard, self._loop
+        if keyboard is None or loop is None or not keyboard.grab():
             return None
         self._is_grabbed = True
         modes = keyboard.modes
@@ -60,17 +59,23 @@ class WatchedKeyboard:
             if not self._has_had_keys and not keeps_early:
                 termios.tcflush(keyboard.descriptor, termios.TCIFLUSH)
             self._has_had_keys = True
-            watches.add(keyboard.descriptor, self._readable)
+            loop.add_reader(keyboard.descriptor, self._readable)
+            loop.add_hangup_handler(keyboard.descriptor, self._hung_up)
         return modes
 
     def let_go(self) -> None:
         """Leave the keys to others."""
-        if self._is_grabbed and self._keyboard and self._watches:
+        if self._is_grabbed and self._keyboard and self._loop:
             self._is_grabbed = False
-            self._watches.remove(self._keyboard.descriptor)
+            self._loop.remove(self._keyboard.descriptor)
             self._keyboard.release()
 
-    def _readable(self, mask: int) -> None:
+    def _hung_up(self) -> None:
+        if not self._readable():
+            self.let_go()
+
+    def _readable(self) -> bool:
+        """Take what was typed, and return whether there was something."""
         assert self._keyboard is not None
         try:
             keys = self._keyboard.keys()
@@ -78,5 +83,4 @@ class WatchedKeyboard:
             keys = b''
         if keys:
             self._take(keys)
-        elif mask & select.EPOLLHUP:
-            self.let_go()
+        return bool(keys)

@@ -143,16 +143,15 @@ class ChangeLoop:
         """Watch the files of a launch from now on."""
         self._launch = launch
         self._watcher = WatcherClient(
-            launch.watches,
+            launch.loop,
             self._take,
             lambda text: launch.tell(events.Warned(text)),
-            self._clock,
             self._log,
         )
         self._watcher.start()
         self._watch()
         launch.guard_group(self._worker.pid)
-        self._worker.begin(launch.watches, self._handle_job)
+        self._worker.begin(launch.loop, self._handle_job)
 
     def handle(self, event: events.Event) -> None:
         """Note an event of the launch."""
@@ -199,8 +198,6 @@ class ChangeLoop:
 
     def advance(self) -> None:
         """Do what is due."""
-        if self._watcher is not None:
-            self._watcher.advance()
         if self._can_check:
             files, self._unchecked = tuple(self._unchecked), []
             self._take(Batch(files, round(self._unchecked_since * 1e9)))
@@ -211,9 +208,7 @@ class ChangeLoop:
         """Return the seconds until :meth:`advance` has something to do."""
         if self._can_check or self._changes.has_done:
             return 0.0
-        if self._watcher is None:
-            return None
-        return self._watcher.seconds_to_wait()
+        return None
 
     def ended(self, pid: int, outcome: Outcome) -> None:
         """Note that one of the helper processes ended."""

@@ -14,9 +14,9 @@ import signal
 import sys
 from typing import Any
 
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.output.json_pipes import JsonPipes
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.engine.process.restarts import Restarts
 from colcon_yamllaunch.watch.changes import Batch
 from colcon_yamllaunch.watch.changes import Change
@@ -44,25 +44,23 @@ class WatcherClient:
 
     It is started again when it ends, up to some times in a row.
 
-    :param watches: What waits for what it says
+    :param loop: Waits for what it says
     :param take: Is called with changes
     :param warn: Is called with what the user should know about the watching
-    :param clock: Returns seconds that never go back
     :param log: The file for its standard error, or None
     """
 
     def __init__(
         self,
-        watches: Watches,
+        loop: Loop,
         take: Callable[[Batch], None],
         warn: Callable[[str], None],
-        clock: Callable[[], float],
         log: Path | None = None,
     ) -> None:
-        self._pipes = JsonPipes(watches, self._read, log)
+        self._pipes = JsonPipes(loop, self._read, log)
         self._take = take
         self._warn = warn
-        self._restarts = Restarts(clock)
+        self._restarts = Restarts(loop, self.start)
         #: The process, or 0 while there is none.
         self.pid = 0
         self._is_wanted = True
@@ -114,15 +112,6 @@ class WatcherClient:
             'since': since,
         }
         self._pipes.send(self._request)
-
-    def advance(self) -> None:
-        """Start the process again when that is due."""
-        if self._restarts.is_due:
-            self.start()
-
-    def seconds_to_wait(self) -> float | None:
-        """Return the seconds until :meth:`advance` is to be called again."""
-        return self._restarts.seconds_to_wait()
 
     def ended(self, outcome: Outcome) -> None:
         """Take into account that the process ended."""

@@ -39,8 +39,8 @@ from typing import NoReturn
 from colcon_yamllaunch.common.file_sync import catch_up
 from colcon_yamllaunch.common.file_sync import put_off
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.output.readiness import readable
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.engine.process.children import has_ended
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.watch.dependencies import Dependencies
@@ -170,23 +170,21 @@ class Worker:
             self._connection.close()
             _become_worker(its_end, prepare, warm_up, clean_up)
         its_end.close()
-        self._watches = Watches()
+        self._loop = Loop()
         self._handle: Callable[[object], None] = print
         self._messages: socket.socket | None = None
         self._answer = self._output = -1
         #: What the job has written so far.
         self.written = b''
 
-    def begin(
-        self, watches: Watches, handle: Callable[[object], None]
-    ) -> None:
+    def begin(self, loop: Loop, handle: Callable[[object], None]) -> None:
         """
         Use the event loop of the launch from now on.
 
         :param handle: Is called with what a job reports: :class:`Begun`,
           :class:`Announced`, then its answer or :class:`Failed`
         """
-        self._watches = watches
+        self._loop = loop
         self._handle = handle
 
     def ask(self, request: object) -> None:
@@ -204,8 +202,8 @@ class Worker:
         self._messages.setblocking(False)
         os.set_blocking(self._output, False)
         descriptor = self._messages.fileno()
-        self._watches.add(descriptor, lambda _: self._read_messages())
-        self._watches.add(self._output, lambda _: self._read_output())
+        self._loop.add_reader(descriptor, self._read_messages)
+        self._loop.add_reader(self._output, self._read_output)
         try:
             with open(self._answer, 'wb', closefd=False) as file:
                 pickle.dump(request, file, pickle.HIGHEST_PROTOCOL)
@@ -228,8 +226,8 @@ class Worker:
     def forget(self) -> None:
         """Ignore the rest of the job, which is done or not wanted."""
         if self._messages is not None:
-            self._watches.remove(self._messages.fileno())
-            self._watches.remove(self._output)
+            self._loop.remove_reader(self._messages.fileno())
+            self._loop.remove_reader(self._output)
             self._messages.close()
             os.close(self._output)
             os.close(self._answer)
@@ -288,7 +286,7 @@ class Worker:
             while data := os.read(self._output, _READ_SIZE):
                 self.written += data
             # every process that could write has ended
-            self._watches.remove(self._output)
+            self._loop.remove_reader(self._output)
 
 
 def _become_worker(

@@ -16,7 +16,6 @@ from colcon_yamllaunch.control.launch_states import About
 from colcon_yamllaunch.control.launch_states import from_json
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine.components.composition import Composition
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Plan
@@ -43,9 +42,10 @@ class Controlled:
 
     def __init__(self, *entries):
         self.history = History(*entries)
+        self.loop = self.history.loop
         self.sent = []
         self.composition = Composition(
-            Plan(entries), self.sent.append, lambda _: None, self.clock
+            Plan(entries), self.sent.append, lambda _: None, self.loop
         )
         terminals = SimpleNamespace(
             has_keyboard=lambda _: False,
@@ -69,12 +69,11 @@ class Controlled:
         service = Service(
             about, engine, acts, None, logs, self.clock, Journal()
         )
-        self.watches = Watches()
         self.near, far = socket.socketpair()
         far.setblocking(False)
         self.near.settimeout(60)
         self.left = []
-        Client(far, self.watches, service, self.left.append)
+        Client(far, self.loop, service, self.left.append)
         self.composition.take({'event': 'ready'})
         for entry in entries:
             if isinstance(entry, Component):
@@ -93,8 +92,7 @@ class Controlled:
         self.turn()
 
     def turn(self):
-        while self.watches.wait(0):
-            pass
+        self.loop.turn()
 
     def answers(self):
         """Return what has been answered."""
@@ -135,7 +133,7 @@ def controlled(process):
     for one in made:
         one.near.close()
         one.turn()
-        one.watches.close()
+        one.loop.close()
         # nothing is left of the client
         assert len(one.left) == 1
 

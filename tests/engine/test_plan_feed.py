@@ -11,7 +11,6 @@ from colcon_yamllaunch.engine.events import Output
 from colcon_yamllaunch.engine.events import PlanFailed
 from colcon_yamllaunch.engine.events import ShuttingDown
 from colcon_yamllaunch.engine.events import Started
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.engine.plan_feed import PlanFeed
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Growth
@@ -19,6 +18,7 @@ from colcon_yamllaunch.plan.plan import Message
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.position import Position
 import pytest
+from support.test_loop import TestLoop
 
 
 class Source:
@@ -66,26 +66,24 @@ class Launch:
 
     def __init__(self):
         self.source = Source()
-        self.watches = Watches()
+        self.loop = TestLoop()
         self.done = []
-        self.now = 10.0
         self.feed = PlanFeed(
             self.source,
-            self.watches,
+            self.loop,
             lambda entries: self.done.append(list(entries)),
             self.done.append,
-            lambda: self.now,
         )
         self.feed.begin()
 
     def answers(self, *growths):
         self.source.coming.extend(growths)
         os.write(self.source.answers, b'.')
-        self.watches.wait(0)
+        self.loop.turn(1)
 
     def close(self):
         self.feed.close()
-        self.watches.close()
+        self.loop.close()
         os.close(self.source.descriptor)
         os.close(self.source.answers)
 
@@ -126,11 +124,12 @@ def test_it_is_told_all_but_output_that_nobody_wants(launch, process):
 
 
 def test_what_it_has_not_taken_is_sent_soon(launch):
-    launch.feed.advance()
-    assert launch.feed.seconds_to_wait() is None
+    launch.feed.flush()
+    assert launch.loop.next_due() is None
     launch.source.takes_all = False
-    launch.feed.advance()
-    assert launch.feed.seconds_to_wait() == limits.SOURCE_PAUSE
+    for _ in range(3):
+        launch.feed.flush()
+    assert launch.loop.next_due() == pytest.approx(limits.SOURCE_PAUSE)
 
 
 def test_who_writes_too_much_is_held_up_while_it_works(launch, process):
@@ -166,9 +165,9 @@ def test_a_problem_ends_the_launch(launch):
 def test_the_launch_goes_on_while_an_answer_is_to_come(launch):
     launch.source.is_busy = True
     assert launch.feed.is_waiting()
-    launch.now += 1000.0
+    launch.loop.now += 1000.0
     assert launch.feed.is_waiting()
-    assert launch.feed.seconds_to_wait() is None
+    assert launch.loop.next_due() is None
     assert launch.source.told == []
 
 
@@ -183,10 +182,10 @@ def test_what_it_says_to_the_end_is_not_awaited_for_ever(launch):
     launch.feed.handle(ShuttingDown('enough'))
     launch.source.is_busy = True
     assert launch.feed.is_waiting()
-    assert launch.feed.seconds_to_wait() == limits.SOURCE_PATIENCE
-    launch.now += limits.SOURCE_PATIENCE - 1.0
+    assert launch.loop.next_due() == limits.SOURCE_PATIENCE
+    launch.loop.now += limits.SOURCE_PATIENCE - 1.0
     assert launch.feed.is_waiting()
-    launch.now += 1.0
+    launch.loop.now += 1.0
     assert not launch.feed.is_waiting()
 
 

@@ -3,6 +3,7 @@
 
 """Launches from start to end, with real processes."""
 
+import gc
 import io
 import os
 from pathlib import Path
@@ -32,6 +33,8 @@ def test_output_is_shown_with_its_label_and_all_is_well(launch, sh):
 def test_a_run_in_this_process_leaves_it_as_it_was(process, tmp_path):
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGCHLD)
     handlers = [signal.getsignal(n) for n in numbers]
+    # what other tests left open is closed by now
+    gc.collect()
     descriptors = set(os.listdir('/proc/self/fd'))
     folder = Path.cwd()
     children = _children()

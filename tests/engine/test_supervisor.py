@@ -59,9 +59,9 @@ def test_the_launch_ends_when_the_last_process_does(history, process):
 
 def test_many_starts_leave_turns_for_others(history, process):
     h = History(*(process(f'p{n}') for n in range(50)))
-    h.supervisor.advance()
+    h.turn(1)
     assert 0 < len(h.started()) < 10
-    assert h.supervisor.seconds_to_wait() == 0.0
+    assert h.loop.next_due() == 0.0
     assert h.supervisor.is_starting
     h.turn()
     assert not h.supervisor.is_starting
@@ -261,7 +261,7 @@ def test_many_respawns_do_not_search_all_the_time(history, process):
 
     def orphans(groups, led):
         searches.append(h.now)
-        h.now += 0.01
+        h.loop.now += 0.01
         return []
 
     h.host.orphans = orphans
@@ -511,7 +511,7 @@ def test_a_stop_costs_in_proportion_to_the_processes(history, process):
     h.supervisor.stop('enough')
     for pid in list(h.host.by_label.values()):
         h.supervisor.exited(pid, Outcome(signal=INT))
-        h.supervisor.advance()
+        h.turn(1)
     assert h.supervisor.done
     assert len(h.host.sent) == 500
     assert len(looks) == 2

@@ -13,6 +13,7 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.process.spawn import StartError
 from colcon_yamllaunch.engine.supervisor import Supervisor
 from colcon_yamllaunch.plan.plan import Plan
+from support.test_loop import TestLoop
 
 FINE = Outcome(code=0)
 
@@ -73,7 +74,7 @@ class History:
     """A supervisor with its own time."""
 
     def __init__(self, *entries):
-        self.now = 100.0
+        self.loop = TestLoop()
         self.host = FakeHost()
         plan = Plan(entries)
         self.asked = []
@@ -81,34 +82,32 @@ class History:
         self.supervisor = Supervisor(
             plan,
             self.host,
-            lambda: self.now,
+            self.loop,
             self.composition if plan.needs_ros else None,
         )
+        self.loop.is_over = lambda: self.supervisor.done
+        self.loop.after_turn(self.supervisor.end_turn)
+
+    @property
+    def now(self):
+        return self.loop.now
+
+    @now.setter
+    def now(self, seconds):
+        self.loop.now = seconds
 
     def compose(self, plan):
-        return Composition(
-            plan, self.asked.append, self.host.tell, lambda: self.now
-        )
+        return Composition(plan, self.asked.append, self.host.tell, self.loop)
 
     def extend(self, *entries):
         self.supervisor.extend(Plan(entries))
         self.turn()
 
     def turn(self, turns=20):
-        for _ in range(turns):
-            if not self.supervisor.done:
-                self.supervisor.advance()
+        self.loop.turn(turns)
 
     def after(self, seconds):
-        end = self.now + seconds
-        while not self.supervisor.done:
-            wait = self.supervisor.seconds_to_wait()
-            if wait is None or self.now + wait > end:
-                break
-            self.now += wait
-            self.supervisor.advance()
-        self.now = end
-        self.turn()
+        self.loop.pass_time(seconds)
 
     def exit(self, label, outcome=FINE):
         self.supervisor.exited(self.host.by_label[label], outcome)

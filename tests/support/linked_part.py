@@ -17,8 +17,8 @@ import uuid
 
 from colcon_yamllaunch.common.process_scan import arguments_of
 from colcon_yamllaunch.common.process_scan import running_processes
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.engine.stopping.launch_scan import launcher_of
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
@@ -123,15 +123,15 @@ class LinkedPart:
         except BaseException:
             self.contact.close()
             raise
-        self.watches = Watches()
+        self.loop = Loop()
 
     def __enter__(self) -> 'LinkedPart':
-        self.link.begin(self.watches, self)
+        self.link.begin(self.loop, self)
         return self
 
     def __exit__(self, *_: object) -> None:
         self.link.close()
-        self.watches.close()
+        self.loop.close()
 
     # see LinkHandler
 
@@ -176,7 +176,10 @@ class LinkedPart:
         """Have one turn of the loop of a launch."""
         self.link.advance()
         wait = self.link.seconds_to_wait()
-        self.watches.wait(0.05 if wait is None else min(wait, 0.05))
+        pause = 0.05 if wait is None else min(wait, 0.05)
+        alarm = self.loop.call_later(pause, self.loop.wake)
+        self.loop.run_once()
+        alarm.cancel()
         for pid in self.link.pids:
             with suppress(ChildProcessError):
                 found, status = os.waitpid(pid, os.WNOHANG)

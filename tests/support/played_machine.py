@@ -6,9 +6,9 @@
 from typing import Any
 
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.moment import Moment
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
@@ -40,7 +40,7 @@ class PlayedLink:
     def start_again(self, plan: Any, *, at_once: bool) -> None:
         self.plan_again = plan
 
-    def begin(self, watches: Watches, handler: Any) -> None:
+    def begin(self, loop: Loop, handler: Any) -> None:
         self.handler = handler
 
     def send(self, message: Any) -> None:
@@ -86,7 +86,7 @@ class PlayedLaunch:
     """A launch that notes what it is told."""
 
     def __init__(self) -> None:
-        self.watches: Any = None
+        self.loop: Any = None
         self.moment = Moment(lambda: 1000.0)
         self.is_stopping = False
         self.told: list[events.Event] = []

@@ -132,7 +132,7 @@ def test_nothing_is_written_when_nothing_changes(shown):
         one.foot.touch()
         one.later()
     assert one.lines and one.screen.received == before
-    assert one.foot.seconds_to_wait() is None
+    assert one.foot.due() is None
 
 
 def test_the_block_is_drawn_ten_times_a_second(shown):
@@ -149,7 +149,7 @@ def test_output_waits_for_the_block_but_not_for_long(shown):
     one = shown().begin().write('first\r\n').flush()
     assert one.lines == [' one', ' two']
     assert not one.foot.waits()
-    assert one.foot.seconds_to_wait() == pytest.approx(INTERVAL)
+    assert one.foot.due() - one.now == pytest.approx(INTERVAL)
     one.later()
     assert one.lines == ['first', ' one', ' two']
     # after a pause it is shown at once
@@ -192,7 +192,7 @@ def test_it_may_be_another_one_without_an_event(shown):
     one.next = 101.0
     one.begin()
     one.block = Block((' later',))
-    assert one.foot.seconds_to_wait() == pytest.approx(1.0)
+    assert one.foot.due() - one.now == pytest.approx(1.0)
     one.later(0.5)
     assert one.lines == [' one', ' two']
     one.later(0.5)
@@ -205,7 +205,7 @@ def test_at_its_end_the_output_stays(shown):
     one.write('more\r\n').flush()
     assert one.lines == ['line', 'more']
     assert one.screen.cursor == (2, 0)
-    assert one.foot.seconds_to_wait() is None
+    assert one.foot.due() is None
 
 
 def test_there_may_be_none_for_a_time(shown):
@@ -215,7 +215,7 @@ def test_there_may_be_none_for_a_time(shown):
     one.later().write('line\r\n').flush()
     one.write('more\r\n').flush()
     assert one.lines == ['line', 'more']
-    assert one.foot.seconds_to_wait() == pytest.approx(105.0 - one.now)
+    assert one.foot.due() == pytest.approx(105.0)
     one.block, one.next = Block((' again',)), None
     one.later(10.0)
     assert one.lines == ['line', 'more', ' again']
@@ -306,7 +306,7 @@ def test_a_terminal_that_takes_nothing_gets_no_more_blocks(shown, monkeypatch):
         assert one.composed == composed
         # that it goes on is waited for
         assert one.foot.waits()
-        assert one.foot.seconds_to_wait() == math.inf
+        assert one.foot.due() == math.inf
     one.later()
     one.later(SLOW_INTERVAL)
     assert one.lines == ['more'] * 7 + [' 8']

@@ -92,17 +92,11 @@ class PlayedWatcher:
     def watch(self, *wanted: object) -> None:
         pass
 
-    def advance(self) -> None:
-        pass
-
     def ended(self, outcome: Outcome) -> None:
         self.seen.append(str(outcome))
 
     def hang_up(self) -> None:
         self.seen.append('hung up')
-
-    def seconds_to_wait(self) -> None:
-        return None
 
 
 class Played:
@@ -117,7 +111,7 @@ class Played:
     ) -> None:
         self.now = 10.0
         self.worker = PlayedWorker()
-        self.watches = None
+        self.loop = None
         self.told: list[events.Event] = []
         self.asked: list[Any] = []
         self.guarded: set[int] = set()

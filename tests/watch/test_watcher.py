@@ -16,8 +16,8 @@ import time
 from typing import Any
 
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.engine.process.children import ended_children
 from colcon_yamllaunch.watch import watcher
 from colcon_yamllaunch.watch import watcher_client
@@ -32,13 +32,13 @@ DEADLINE = 60
 #: A launcher that watches a folder, says so, and waits.
 LAUNCHER = """\
 import sys, time
-from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.watch.watcher_client import WatcherClient
-watches = Watches()
-link = WatcherClient(watches, print, print, time.monotonic)
+loop = Loop()
+link = WatcherClient(loop, print, print)
 link.start()
 link.watch(sys.argv[1:], [], 0)
-watches.wait(None)
+loop.run_once()
 print(link.pid, flush=True)
 time.sleep(60)
 """
@@ -52,12 +52,11 @@ class Watched:
         self.batches: list[Batch] = []
         self.warnings: list[str] = []
         self.settled: list[Change] = []
-        self._watches = Watches()
+        self._loop = Loop()
         self.link = WatcherClient(
-            self._watches,
+            self._loop,
             self.batches.append,
             self.warnings.append,
-            time.monotonic,
             folder.parent / 'watcher.log',
         )
 
@@ -84,11 +83,11 @@ class Watched:
         deadline = time.monotonic() + DEADLINE
         while not is_so():
             assert time.monotonic() < deadline, self.batches
-            self._watches.wait(0.1)
+            self._loop.call_later(0.1, self._loop.wake)
+            self._loop.run_once()
             for pid, status in ended_children({self.link.pid} - {0}):
                 assert pid == self.link.pid
                 self.link.ended(Outcome.from_status(status))
-            self.link.advance()
 
     def told(self) -> list[str]:
         """Return what was told next, as one batch."""
@@ -111,7 +110,7 @@ class Watched:
 
     def close(self) -> None:
         self.link.close()
-        self._watches.close()
+        self._loop.close()
 
 
 @pytest.fixture
@@ -303,7 +302,7 @@ def test_it_is_given_up_in_the_end(
         'watched any more '
         "(ModuleNotFoundError: No module named 'no_such_module'; see /"
     )
-    assert watched.link.seconds_to_wait() is None
+    assert watched.link.pid == 0
 
 
 def test_it_ends_with_a_launcher_that_is_killed(tmp_path: Path) -> None:

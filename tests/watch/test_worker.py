@@ -11,7 +11,7 @@ import sys
 import time
 
 from colcon_yamllaunch.common import file_sync
-from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.watch.worker import Announced
 from colcon_yamllaunch.watch.worker import Begun
 from colcon_yamllaunch.watch.worker import Failed
@@ -44,9 +44,9 @@ class Jobs:
 
     def __init__(self, prepare, clean_up=lambda pid: None):
         self.worker = Worker(prepare, lambda: None, clean_up)
-        self.watches = Watches()
+        self.loop = Loop()
         self.reported = []
-        self.worker.begin(self.watches, self.reported.append)
+        self.worker.begin(self.loop, self.reported.append)
 
     def ask(self, request):
         self.reported.clear()
@@ -56,7 +56,8 @@ class Jobs:
         """Return the first report of a kind."""
 
         def found():
-            self.watches.wait(0.1)
+            self.loop.call_later(0.1, self.loop.wake)
+            self.loop.run_once()
             return [m for m in self.reported if isinstance(m, kind)]
 
         return wait_until(found)[0]
@@ -78,7 +79,7 @@ def make_worker():
     yield make
     for jobs in made:
         jobs.worker.close()
-        jobs.watches.close()
+        jobs.loop.close()
 
 
 def busy(make_worker):

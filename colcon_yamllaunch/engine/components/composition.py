@@ -5,7 +5,7 @@
 The course of components, lifecycle nodes and ROS time in a launch.
 
 Nothing here touches the system: requests go to a client program that speaks
-with ROS (see `ros_client`), what it says is passed in, and so is a clock. So
+with ROS (see `ros_client`), what it says is passed in, and so is a loop. So
 the course of any launch can be replayed without a process.
 """
 
@@ -22,7 +22,8 @@ from colcon_yamllaunch.engine.components.lifecycle_task import LifecycleTask
 from colcon_yamllaunch.engine.components.lifecycles import Lifecycles
 from colcon_yamllaunch.engine.components.lifecycles import Reply
 from colcon_yamllaunch.engine.components.ros_timers import RosTimers
-from colcon_yamllaunch.engine.schedule import TimerHandle
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
@@ -36,7 +37,6 @@ class Composition:
 
     :param send: Hands a request to the client, one JSON object
     :param tell: Is told what happens
-    :param clock: Returns seconds that never go back
     """
 
     def __init__(
@@ -44,15 +44,15 @@ class Composition:
         plan: Plan,
         send: Callable[[Mapping[str, Any]], None],
         tell: events.Listener,
-        clock: Callable[[], float],
+        loop: Loop,
     ) -> None:
         self._tell = tell
         self._requests = Requests(send)
-        self._lifecycles = Lifecycles(plan, self._requests, tell, clock)
+        self._lifecycles = Lifecycles(plan, self._requests, tell, loop)
         self._containers = Containers(
-            plan, self._requests, self._lifecycles, tell, clock
+            plan, self._requests, self._lifecycles, tell, loop
         )
-        self._timers = RosTimers(self._requests, tell, clock)
+        self._timers = RosTimers(self._requests, tell, loop)
         #: Whether the launch is being stopped, and so nothing more is done.
         self.is_stopping = False
 
@@ -273,27 +273,12 @@ class Composition:
         self._requests.reset()
         self._timers.cancel()
 
-    def advance(self) -> None:
-        """Do what is due."""
+    def end_turn(self) -> None:
+        """Do what follows from all that happened in a turn of the loop."""
         if not self.is_stopping:
-            self._containers.advance()
-            self._lifecycles.advance()
-            self._timers.advance()
-
-    def seconds_to_wait(self) -> float | None:
-        """
-        Return the seconds until :meth:`advance` is to be called again.
-
-        None means not before something happens.
-        """
-        if self.is_stopping:
-            return None
-        waits = (
-            self._containers.seconds_to_wait(),
-            self._lifecycles.seconds_to_wait(),
-            self._timers.seconds_to_wait(),
-        )
-        return min((w for w in waits if w is not None), default=None)
+            self._containers.end_turn()
+            self._lifecycles.end_turn()
+            self._timers.end_turn()
 
     # what the client says
 

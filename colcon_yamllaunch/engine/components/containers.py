@@ -3,7 +3,6 @@
 
 """The course of components: what is loaded into which container, and when."""
 
-from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
@@ -23,7 +22,7 @@ from colcon_yamllaunch.engine.components.component_task import LoadPhase
 from colcon_yamllaunch.engine.components.lifecycles import Lifecycles
 from colcon_yamllaunch.engine.components.load_request import load_request
 from colcon_yamllaunch.engine.components.patience import Patience
-from colcon_yamllaunch.engine.schedule import Schedule
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Plan
@@ -86,16 +85,15 @@ class Containers:
         requests: Requests,
         lifecycles: Lifecycles,
         tell: events.Listener,
-        clock: Callable[[], float],
+        loop: Loop,
     ) -> None:
         self._requests = requests
         self._lifecycles = lifecycles
         self._tell = tell
-        self._clock = clock
+        self._loop = loop
         self._given_up: str | None = None
         self._has_processes = False
-        self._schedule = Schedule()
-        self._patience = Patience(clock)
+        self._patience = Patience(loop)
         self._by_label: dict[str, ComponentTask] = {}
         self._containers: dict[str, _Container] = {}
         self._numbers = count()
@@ -123,7 +121,7 @@ class Containers:
             task = ComponentTask(
                 next(self._numbers),
                 component,
-                self._clock(),
+                self._loop.time(),
                 self._lifecycles.of_label(component.label),
             )
             self._by_label[task.label] = task
@@ -202,7 +200,7 @@ class Containers:
 
     def seconds(self, task: ComponentTask) -> float:
         """Return for how long a component has been in its phase."""
-        return self._clock() - task.since
+        return self._loop.time() - task.since
 
     @property
     def is_busy(self) -> bool:
@@ -212,7 +210,7 @@ class Containers:
         Who started nothing waits for a container elsewhere for ever; others
         give it a while, and go on only if it is there.
         """
-        now = self._clock()
+        now = self._loop.time()
         return any(
             container.is_there
             or not self._has_processes
@@ -305,7 +303,7 @@ class Containers:
         if container.runs:
             return
         container.is_there = container.must_list = False
-        container.since = self._clock()
+        container.since = self._loop.time()
         self._requests.cancel(container.listing)
         container.listing = None
         if container.tasks:
@@ -323,7 +321,7 @@ class Containers:
             self._vanished(container)
             return
         if not container.is_there:
-            container.since = self._clock()
+            container.since = self._loop.time()
         container.is_there = True
         if container.must_list:
             self._list(container)
@@ -371,9 +369,8 @@ class Containers:
                     'launch had ended',
                 )
 
-    def advance(self) -> None:
-        """Do what is due, and say which containers do not come."""
-        self._schedule.run_due(self._clock())
+    def end_turn(self) -> None:
+        """Forget what was dropped, and say which containers do not come."""
         self._forget_dropped()
         for container in self._containers.values():
             waiting = container.open()
@@ -381,19 +378,6 @@ class Containers:
                 self._patience.forget(container.name)
             elif self._patience.is_over(container.name, container.since):
                 self._tell(events.Warned(_waited_for(container, waiting)))
-
-    def seconds_to_wait(self) -> float | None:
-        """Return when to call :meth:`advance` again."""
-        wait = self._patience.seconds_to_wait(
-            (container.name, container.since)
-            for container in self._containers.values()
-            if container.open()
-        )
-        due = self._schedule.next_due()
-        if due is None:
-            return wait
-        left = max(0.0, due - self._clock())
-        return left if wait is None else min(wait, left)
 
     def _named(self, name: str) -> _Container:
         return self._containers.setdefault(name, _Container(name))
@@ -430,7 +414,7 @@ class Containers:
     def _enter(self, task: ComponentTask, phase: LoadPhase) -> None:
         if phase != task.phase:
             task.phase = phase
-            task.since = self._clock()
+            task.since = self._loop.time()
 
     def _begin(self, task: ComponentTask) -> None:
         """Have a component loaded as soon as that can be."""
@@ -440,7 +424,7 @@ class Containers:
         task.request = None
         task.is_again = False
         if not [t for t in container.open() if t is not task]:
-            container.since = self._clock()
+            container.since = self._loop.time()
         self._enter(task, 'waiting')
         if container.is_gone:
             self._fail(task, f'its container {container.ending}')
@@ -460,7 +444,7 @@ class Containers:
             task.request = None
             task.was_sent = False
             # those behind it go on from now
-            container.since = self._clock()
+            container.since = self._loop.time()
             if container.runs and has_ended(answer):
                 # the end of its process, which comes soon, says more
                 container.must_list = True
@@ -596,7 +580,7 @@ class Containers:
 
     def _vanished(self, container: _Container) -> None:
         container.is_there = False
-        container.since = self._clock()
+        container.since = self._loop.time()
         for task in container.tasks:
             if task.phase == 'loading':
                 self._enter(task, 'waiting')
@@ -619,10 +603,7 @@ class Containers:
                 self._go_on(container)
             elif container.is_there:
                 # else it is asked when it comes
-                self._schedule.add(
-                    self._clock() + limits.LIST_PAUSE,
-                    lambda: self._list(container),
-                )
+                self._loop.call_later(limits.LIST_PAUSE, self._list, container)
 
         container.listing = self._requests.ask(
             'list', answered, container=container.name

@@ -15,6 +15,7 @@ from colcon_yamllaunch.engine.components.client_requests import Requests
 from colcon_yamllaunch.engine.components.lifecycle_task import LifecycleTask
 from colcon_yamllaunch.engine.components.patience import Patience
 from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
@@ -55,11 +56,11 @@ class Lifecycles:
         plan: Plan,
         requests: Requests,
         tell: events.Listener,
-        clock: Callable[[], float],
+        loop: Loop,
     ) -> None:
         self._requests = requests
         self._tell = tell
-        self._clock = clock
+        self._loop = loop
         self._given_up: str | None = None
         self._replies: dict[int, Reply] = {}
         # what waits for a client, by the labels of the nodes
@@ -70,7 +71,7 @@ class Lifecycles:
         self._planned_since: dict[str, float] = {}
         self._planned_requests: dict[str, int] = {}
         self._by_label: dict[str, LifecycleTask] = {}
-        self._patience = Patience(clock)
+        self._patience = Patience(loop)
         self._has_processes = False
         self.extend(plan)
 
@@ -111,7 +112,7 @@ class Lifecycles:
         One that is elsewhere gets a while to come, or ever so long if
         nothing was started.
         """
-        now = self._clock()
+        now = self._loop.time()
         return any(t.is_driven and t.is_running for t in self.tasks) or any(
             not self._has_processes or now < since + limits.PATIENCE
             for node, since in self._planned_since.items()
@@ -155,7 +156,7 @@ class Lifecycles:
         task.is_anew = False
         task.is_driven = task.goal in ('inactive', 'active')
         task.request = None
-        task.since = self._clock()
+        task.since = self._loop.time()
         if self._given_up is not None:
             self._fail_for_good(task, self._given_up)
         elif self._requests.is_ready:
@@ -223,7 +224,7 @@ class Lifecycles:
         waiting = self._planned.setdefault(entry.node, deque())
         waiting.append(entry)
         if len(waiting) == 1:
-            self._planned_since[entry.node] = self._clock()
+            self._planned_since[entry.node] = self._loop.time()
             self._go_on(entry.node)
 
     def client_is_ready(self) -> None:
@@ -257,7 +258,7 @@ class Lifecycles:
         for node in tuple(self._planned):
             self._go_on(node)
 
-    def advance(self) -> None:
+    def end_turn(self) -> None:
         """Say of which nodes nothing comes."""
         for task in self.tasks:
             if not (task.is_driven and task.is_running):
@@ -284,18 +285,6 @@ class Lifecycles:
                         'this launch provides it'
                     )
                 )
-
-    def seconds_to_wait(self) -> float | None:
-        """Return when to look again."""
-        driven = [t for t in self.tasks if t.is_driven and t.is_running]
-        return self._patience.seconds_to_wait(
-            [(t.label, t.since) for t in driven]
-            + [
-                (node, since)
-                for node, since in self._planned_since.items()
-                if self._of_node(node) is None
-            ]
-        )
 
     def _of_node(self, node: str) -> LifecycleTask | None:
         return next((t for t in self.tasks if t.node == node), None)
@@ -366,7 +355,7 @@ class Lifecycles:
         waiting = self._planned[node]
         waiting.popleft()
         if waiting:
-            self._planned_since[node] = self._clock()
+            self._planned_since[node] = self._loop.time()
             self._go_on(node)
         else:
             self._give_up(node)
@@ -424,7 +413,7 @@ class Lifecycles:
             return
         step = _STEPS.get((task.state or '', task.goal or ''))
         if step is not None:
-            task.since = self._clock()
+            task.since = self._loop.time()
             self._ask(task, step, None)
 
     def _ask(

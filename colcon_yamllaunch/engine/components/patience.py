@@ -3,17 +3,22 @@
 
 """When to say that something has been waited for."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
 
 
 class Patience:
-    """Says of each thing after a while that it is waited for, then seldom."""
+    """
+    Says of each thing after a while that it is waited for, then seldom.
 
-    def __init__(self, clock: Callable[[], float]) -> None:
-        self._clock = clock
+    The loop has a turn when it is time to ask, if :meth:`is_over` was asked
+    before.
+    """
+
+    def __init__(self, loop: Loop) -> None:
+        self._loop = loop
+        self._alarms: dict[str, TimerHandle] = {}
         # since when, the seconds after which to say it next
         self._next: dict[str, tuple[float, float]] = {}
 
@@ -24,29 +29,29 @@ class Patience:
         :param since: Since when; a new time begins anew
         """
         seconds = self._after(key, since)
-        if self._clock() < since + seconds:
+        now = self._loop.time()
+        if now < since + seconds:
+            self._wake_at(key, since + seconds)
             return False
         pause = min(2 * seconds, limits.LONGEST_SILENCE)
-        after = max(seconds, self._clock() - since) + pause
+        after = max(seconds, now - since) + pause
         self._next[key] = since, after
+        self._wake_at(key, since + after)
         return True
 
     def forget(self, key: str) -> None:
         """Take into account that something is not waited for any more."""
         self._next.pop(key, None)
+        alarm = self._alarms.pop(key, None)
+        if alarm is not None:
+            alarm.cancel()
 
-    def seconds_to_wait(
-        self, waited_for: Iterable[tuple[str, float]]
-    ) -> float | None:
-        """Return when to ask again; each with the time since when."""
-        now = self._clock()
-        return min(
-            (
-                max(0.0, since + self._after(key, since) - now)
-                for key, since in waited_for
-            ),
-            default=None,
-        )
+    def _wake_at(self, key: str, due: float) -> None:
+        alarm = self._alarms.get(key)
+        if alarm is None or alarm.when() != due:
+            if alarm is not None:
+                alarm.cancel()
+            self._alarms[key] = self._loop.call_at(due, self._loop.wake)
 
     def _after(self, key: str, since: float) -> float:
         begun, seconds = self._next.get(key, (since, limits.PATIENCE))

@@ -23,9 +23,9 @@ from colcon_yamllaunch.engine.components.composition import Composition
 from colcon_yamllaunch.engine.components.ros_needs import are_beside
 from colcon_yamllaunch.engine.components.ros_needs import missing_packages
 from colcon_yamllaunch.engine.components.ros_needs import needed_packages
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.output.json_pipes import JsonPipes
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.engine.process.children import has_ended
 from colcon_yamllaunch.engine.process.pythons import pythons
 from colcon_yamllaunch.engine.process.restarts import Restarts
@@ -44,7 +44,6 @@ class RosLink:
     The client process of a launch.
 
     :param environment: The environment that it runs in
-    :param watches: What waits for what it says
     :param start: Starts it as a process of the launch
     :param tell: Is told what happens
     :param log: The file for its standard error, or None
@@ -54,22 +53,21 @@ class RosLink:
         self,
         plan: Plan,
         environment: Mapping[str, str],
-        watches: Watches,
+        loop: Loop,
         start: Start,
         tell: events.Listener,
-        clock: Callable[[], float],
         log: Path | None,
     ) -> None:
         self._environment = environment
-        self._pipes = JsonPipes(watches, self._take, log)
+        self._pipes = JsonPipes(loop, self._take, log)
         self._start = start
         self._tell = tell
-        self._restarts = Restarts(clock)
+        self._restarts = Restarts(loop, self.start)
         self._packages = needed_packages(plan)
         self._pythons = pythons(environment.get('PATH', os.defpath))
         self._python = self._first_found = 0
         #: The course of what it is asked for.
-        self.composition = Composition(plan, self._pipes.send, tell, clock)
+        self.composition = Composition(plan, self._pipes.send, tell, loop)
         #: The process group of the client, or 0 while there is none.
         self.pid = 0
         #: Whether the environment has what is needed.
@@ -120,15 +118,6 @@ class RosLink:
         self.pid = 0
         if self._is_wanted and self.error is None:
             self._lost(str(outcome), was_killed=outcome.signal is not None)
-
-    def advance(self) -> None:
-        """Start the client again when that is due."""
-        if self._restarts.is_due:
-            self.start()
-
-    def seconds_to_wait(self) -> float | None:
-        """Return the seconds until :meth:`advance` is to be called again."""
-        return self._restarts.seconds_to_wait()
 
     def hang_up(self) -> None:
         """Have the client end, as nothing is asked of it any more."""

@@ -8,8 +8,9 @@ from collections.abc import Callable
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.components.client_requests import Requests
 from colcon_yamllaunch.engine.components.patience import Patience
-from colcon_yamllaunch.engine.schedule import Schedule
-from colcon_yamllaunch.engine.schedule import TimerHandle
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
+from colcon_yamllaunch.engine.loop import Timers
 
 _CLOCK = '/clock'
 
@@ -27,27 +28,27 @@ class RosTimers:
         self,
         requests: Requests,
         tell: events.Listener,
-        clock: Callable[[], float],
+        loop: Loop,
     ) -> None:
         self._requests = requests
         self._tell = tell
-        self._real_clock = clock
-        self._schedule = Schedule()
+        self._loop = loop
+        self._timers = Timers()
         # what /clock told last, and how much of it has passed
         self._told: float | None = None
         self._passed = 0.0
         self._is_followed = False
         self._is_over = False
         self._since = 0.0
-        self._set: list[TimerHandle] = []
-        self._patience = Patience(clock)
+        self._patience = Patience(loop)
 
     def add(self, seconds: float, action: Callable[[], None]) -> TimerHandle:
         """Have something done in so many seconds."""
-        if not self._pending():
-            self._since = self._real_clock()
-        handle = self._schedule.add(self._passed + seconds, action)
-        self._set.append(handle)
+        if not self._timers.pending():
+            self._since = self._loop.time()
+        handle = self._timers.add(self._passed + seconds, action)
+        if seconds <= 0.0:
+            self._loop.wake()
         if self._is_over:
             handle.cancel()
         self._follow()
@@ -58,7 +59,7 @@ class RosTimers:
         if self._told is not None:
             self._passed += max(0.0, seconds - self._told)
         self._told = seconds
-        self._schedule.run_due(self._passed)
+        self._timers.run_due(self._passed)
 
     def client_is_ready(self) -> None:
         """Follow the clock if there is need."""
@@ -71,17 +72,17 @@ class RosTimers:
     def cancel(self) -> None:
         """Give the timers up, as nobody tells the time any more."""
         self._is_over = True
-        for handle in self._pending():
+        for handle in self._timers.pending():
             handle.cancel()
 
-    def advance(self) -> None:
-        """Do what is due, and say when no time is told."""
-        self._schedule.run_due(self._passed)
-        pending = self._pending()
-        if (
-            pending
-            and self._told is None
-            and self._patience.is_over(_CLOCK, self._since)
+    def end_turn(self) -> None:
+        """Call what is due, and warn when no time comes."""
+        self._timers.run_due(self._passed)
+        pending = self._timers.pending()
+        if not pending:
+            self._patience.forget(_CLOCK)
+        elif self._told is None and self._patience.is_over(
+            _CLOCK, self._since
         ):
             number = f'{len(pending)} timers wait'
             who = number if len(pending) > 1 else 'a timer waits'
@@ -93,26 +94,11 @@ class RosTimers:
                 )
             )
 
-    def seconds_to_wait(self) -> float | None:
-        """Return when to call :meth:`advance` again."""
-        if not self._pending():
-            return None
-        due = self._schedule.next_due()
-        if due is not None and due <= self._passed:
-            return 0.0
-        if self._told is not None:
-            return None
-        return self._patience.seconds_to_wait([(_CLOCK, self._since)])
-
     def _follow(self) -> None:
         if (
             self._requests.is_ready
             and not self._is_followed
-            and self._pending()
+            and self._timers.pending()
         ):
             self._is_followed = True
             self._requests.ask('clock', lambda _: None)
-
-    def _pending(self) -> list[TimerHandle]:
-        self._set = [h for h in self._set if h.action is not None]
-        return self._set

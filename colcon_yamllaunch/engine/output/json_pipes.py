@@ -10,11 +10,10 @@ from contextlib import suppress
 import json
 import os
 from pathlib import Path
-import select
 from typing import Any
 
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.process.descriptors import open_log
 
 
@@ -24,18 +23,18 @@ class JsonPipes:
 
     Both are JSON objects, one a line. Nothing here waits.
 
-    :param watches: What waits for them
+    :param loop: Waits for them
     :param readable: Is called when :meth:`read` has something
     :param log: The file for its standard error, or None
     """
 
     def __init__(
         self,
-        watches: Watches,
+        loop: Loop,
         readable: Callable[[], None],
         log: Path | None,
     ) -> None:
-        self._watches = watches
+        self._loop = loop
         self._readable = readable
         self._log = log
         self._input = self._output = -1
@@ -50,8 +49,7 @@ class JsonPipes:
         self.is_at_end = False
         os.set_blocking(self._input, False)
         os.set_blocking(self._output, False)
-        self._watches.add(self._output, lambda _: self._readable())
-        self._watches.add(self._input, lambda _: self._write(), 0)
+        self._loop.add_reader(self._output, self._readable)
         return its_input, its_output, open_log(self._log)
 
     def send(self, request: Mapping[str, Any]) -> None:
@@ -70,7 +68,7 @@ class JsonPipes:
                 return
             if not data:
                 # it is reported as a child, or closed its output for good
-                self._watches.change(self._output, 0)
+                self._loop.remove_reader(self._output)
                 self.is_at_end = True
                 return
             *lines, self._unread = (self._unread + data).split(b'\n')
@@ -80,7 +78,7 @@ class JsonPipes:
         """Have it end, as its input does."""
         for descriptor in (self._input, self._output):
             if descriptor != -1:
-                self._watches.remove(descriptor)
+                self._loop.remove(descriptor)
                 os.close(descriptor)
         self._input = self._output = -1
         self._unsent = self._unread = b''
@@ -103,9 +101,9 @@ class JsonPipes:
                 count = os.write(self._input, self._unsent)
                 self._unsent = self._unsent[count:]
         except BlockingIOError:
-            pass
+            self._loop.add_writer(self._input, self._write)
+            return
         except OSError:
             # its end is noticed soon
             self._unsent = b''
-        waits = select.EPOLLOUT if self._unsent else 0
-        self._watches.change(self._input, waits)
+        self._loop.remove_writer(self._input)

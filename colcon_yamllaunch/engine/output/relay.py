@@ -12,9 +12,9 @@ import os
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.output.channels import resize
 from colcon_yamllaunch.engine.output.lines import LineBuffer
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.plan.plan import Process
 
 #: Takes what a process writes as soon as it does, and what is echoed.
@@ -48,12 +48,12 @@ class Relay:
 
     def __init__(
         self,
-        watches: Watches,
+        loop: Loop,
         accepts: Callable[[tuple[str, events.Stream]], bool],
         record: Recorder,
         tell: events.Listener,
     ) -> None:
-        self._watches = watches
+        self._loop = loop
         self._accepts = accepts
         self._record = record
         self._tell = tell
@@ -169,13 +169,13 @@ class Relay:
         self._groups.clear()
 
     def _watch(self, source: _Source) -> None:
-        self._watches.add(source.descriptor, lambda _: self._take(source))
+        self._loop.add_reader(source.descriptor, self._take, source)
 
     def _take(self, source: _Source) -> None:
         if self._may_read(source):
             self._read(source)
         elif self._is_open(source):
-            self._watches.remove(source.descriptor)
+            self._loop.remove_reader(source.descriptor)
             self._paused.append(source)
 
     def _drain(self, source: _Source) -> None:
@@ -234,7 +234,7 @@ class Relay:
 
     def _close(self, source: _Source) -> None:
         self._large_pipes -= source.is_large
-        self._watches.remove(source.descriptor)
+        self._loop.remove_reader(source.descriptor)
         self.closing(source.descriptor)
         del self._sources[source.descriptor]
         os.close(source.descriptor)

@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 import os
-import select
 import termios
 from typing import Any
 from typing import Protocol
@@ -22,11 +21,11 @@ from typing import Protocol
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.events import Event
 from colcon_yamllaunch.engine.events import Exited
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.output.channels import open_terminal
 from colcon_yamllaunch.engine.output.channels import resize
 from colcon_yamllaunch.engine.output.relay import Relay
 from colcon_yamllaunch.engine.output.relay import Sink
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.engine.process.spawn import StartError
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
@@ -82,11 +81,11 @@ class Terminals:
 
     def __init__(
         self,
-        watches: Watches,
+        loop: Loop,
         relay: Relay,
         elsewhere: Keyboards | None = None,
     ) -> None:
-        self._watches = watches
+        self._loop = loop
         self._relay = relay
         self._elsewhere = elsewhere
         self._null = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
@@ -127,9 +126,7 @@ class Terminals:
             os.close(channel.writer)
         self._close(process.label)
         self._keyboards[process.label] = channel.reader
-        self._watches.add(
-            channel.reader, lambda mask: self._ready(process.label, mask)
-        )
+        self._loop.add_reader(channel.reader, self._read_echo, process.label)
 
     def handle(self, event: Event) -> None:
         """Listen to an event."""
@@ -233,10 +230,8 @@ class Terminals:
             self._close(label)
         os.close(self._null)
 
-    def _ready(self, label: str, mask: int) -> None:
+    def _read_echo(self, label: str) -> None:
         keyboard = self._keyboards[label]
-        if mask & select.EPOLLOUT:
-            self._write(keyboard)
         try:
             echo = os.read(keyboard, limits.READ_SIZE)
         except BlockingIOError:
@@ -256,18 +251,16 @@ class Terminals:
                 pending = pending[os.write(keyboard, pending) :]
         except BlockingIOError:
             self._typed[keyboard] = pending
-        except OSError:
-            # the process closed its end; reading finds out, too
-            return
-        waits = select.EPOLLOUT if pending else 0
-        self._watches.change(keyboard, select.EPOLLIN | waits)
+            self._loop.add_writer(keyboard, self._write, keyboard)
+        else:
+            self._loop.remove_writer(keyboard)
 
     def _close(self, label: str) -> None:
         keyboard = self._keyboards.pop(label, None)
         if keyboard is not None:
             self._typed.pop(keyboard, None)
             self._followers.discard(keyboard)
-            self._watches.remove(keyboard)
+            self._loop.remove(keyboard)
             self.closing(keyboard)
             os.close(keyboard)
 

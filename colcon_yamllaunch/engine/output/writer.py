@@ -58,8 +58,8 @@ class Writer:
         """Take what shows nothing, such as the title of a window."""
         self.write(None, data)
 
-    def seconds_to_wait(self) -> float | None:
-        """Return the seconds until :meth:`flush` has more to do, if it has."""
+    def due(self) -> float | None:
+        """Return the time when :meth:`flush` has more to do, or None."""
         return None
 
     def flush(self) -> None:

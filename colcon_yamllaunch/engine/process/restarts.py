@@ -6,6 +6,8 @@
 from collections.abc import Callable
 
 from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
 
 
 class Restarts:
@@ -15,47 +17,40 @@ class Restarts:
     It is started again after pauses, each twice as long as the one before, up
     to some times in a row; one that has run for a while begins a new row.
 
-    :param clock: Returns seconds that never go back
+    :param start: Starts it
     """
 
-    def __init__(self, clock: Callable[[], float]) -> None:
-        self._clock = clock
+    def __init__(self, loop: Loop, start: Callable[[], None]) -> None:
+        self._loop = loop
+        self._start = start
         self._begun = 0.0
-        self._due: float | None = None
+        self._next: TimerHandle | None = None
         #: How often it has ended in a row.
         self.ends = 0
 
-    @property
-    def is_due(self) -> bool:
-        """Whether it is to be started now."""
-        return self._due is not None and self._due <= self._clock()
-
     def begin(self) -> None:
         """Take note that it is being started."""
-        self._due = None
-        self._begun = self._clock()
+        self.cancel()
+        self._begun = self._loop.time()
 
     def plan(self) -> bool:
         """Have it started again; return False if it has ended too often."""
-        if self._clock() - self._begun > limits.CLIENT_STEADY:
+        if self._loop.time() - self._begun > limits.CLIENT_STEADY:
             self.ends = 0
         self.ends += 1
         if self.ends > limits.CLIENT_RESTARTS:
             return False
         pause = limits.SHORTEST_PAUSE * 2.0 ** (self.ends - 1)
-        self._due = self._clock() + pause
+        self.cancel()
+        self._next = self._loop.call_later(pause, self._start)
         return True
 
     def plan_at_once(self) -> None:
         """Have it started without a pause, as another one."""
-        self._due = self._clock()
+        self._next = self._loop.call_soon(self._start)
 
     def cancel(self) -> None:
         """Have it not started any more."""
-        self._due = None
-
-    def seconds_to_wait(self) -> float | None:
-        """Return the seconds until it is due, None if it is not to be."""
-        if self._due is None:
-            return None
-        return max(0.0, self._due - self._clock())
+        if self._next is not None:
+            self._next.cancel()
+            self._next = None

@@ -3,7 +3,6 @@
 
 """Stopping processes of a launch: all of them, or one of many."""
 
-from collections.abc import Callable
 from collections.abc import Collection
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -19,8 +18,8 @@ from colcon_yamllaunch.common.escalation import Targets
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.common.escalation import WHOLE
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.schedule import Schedule
-from colcon_yamllaunch.engine.schedule import TimerHandle
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import Process
 
@@ -64,8 +63,7 @@ class Stop(Targets):
         self,
         tasks: Sequence[Task],
         host: StopHost,
-        schedule: Schedule,
-        clock: Callable[[], float],
+        loop: Loop,
         groups: Mapping[int, int],
         *,
         whole: bool = False,
@@ -77,13 +75,12 @@ class Stop(Targets):
             nobody = replace(tasks[0].process, label=UNATTRIBUTED)
             self._tasks[WHOLE] = Task(WHOLE, nobody)
         self._host = host
-        self._schedule = schedule
-        self._clock = clock
+        self._loop = loop
         self._groups = groups
         self._next: TimerHandle | None = None
         timeouts = {t.number: timeouts_of(t.process) for t in tasks}
-        self._escalation = Escalation(self, timeouts, clock(), first)
-        self.advance()
+        self._escalation = Escalation(self, timeouts, loop.time(), first)
+        self.take_steps()
 
     @property
     def is_over(self) -> bool:
@@ -95,14 +92,14 @@ class Stop(Targets):
         """Whether processes run that nobody reports the end of."""
         return bool(self._escalation.orphans)
 
-    def advance(self) -> None:
+    def take_steps(self) -> None:
         """Look what still runs, and send it what is due."""
-        self._escalation.advance(self._clock())
+        self._escalation.advance(self._loop.time())
         self._note_next()
 
     def hurry(self) -> None:
         """Take the next step at once."""
-        self._escalation.hurry(self._clock())
+        self._escalation.hurry(self._loop.time())
         self._note_next()
 
     def cancel(self) -> None:
@@ -162,7 +159,7 @@ class Stop(Targets):
         self.cancel()
         due = self._escalation.due()
         if due != math.inf:
-            self._next = self._schedule.add(due, self.advance)
+            self._next = self._loop.call_at(due, self.take_steps)
 
 
 def timeouts_of(process: Process) -> Timeouts:

@@ -147,7 +147,7 @@ class Uplink:
         self._engine = engine
         self._show = show
         self._orders = PartOrders(engine, acts, service, self._tell)
-        engine.watches.add(self._server.fileno(), lambda _: self._accept())
+        engine.loop.add_reader(self._server.fileno(), self._accept)
         for one in (self._socket, *self._newcomers):
             if one is not None:
                 self._watch(one)
@@ -282,14 +282,11 @@ class Uplink:
 
     def _watch(self, one: UplinkSocket) -> None:
         if self._engine is not None:
-            self._engine.watches.add(
-                one.descriptor, lambda mask: self._ready(one, mask), one.mask
-            )
+            self._engine.loop.add_reader(one.descriptor, self._take, one)
+            self._mind_socket(one)
 
-    def _ready(self, one: UplinkSocket, mask: int) -> None:
-        if mask & ~select.EPOLLOUT:
-            self._take(one)
-        if one is self._socket and mask & select.EPOLLOUT:
+    def _writable(self, one: UplinkSocket) -> None:
+        if one is self._socket:
             one.flush(self._outbox)
             self._mind_socket(one)
 
@@ -306,7 +303,11 @@ class Uplink:
         """Return whether a connection still stands, and wait for it."""
         if not one.is_broken:
             if self._engine is not None:
-                self._engine.watches.change(one.descriptor, one.mask)
+                loop = self._engine.loop
+                if one.mask & select.EPOLLOUT:
+                    loop.add_writer(one.descriptor, self._writable, one)
+                else:
+                    loop.remove_writer(one.descriptor)
             return True
         is_end = one is self._socket and not self._is_coming_back
         self._drop(one)
@@ -316,7 +317,7 @@ class Uplink:
 
     def _drop(self, one: UplinkSocket) -> None:
         if self._engine is not None:
-            self._engine.watches.remove(one.descriptor)
+            self._engine.loop.remove(one.descriptor)
         one.close()
         if one is self._socket:
             self._socket = None

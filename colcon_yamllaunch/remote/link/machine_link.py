@@ -9,15 +9,14 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 import os
-import select
 import signal
 import time
 from typing import Any
 from typing import Protocol
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.remote.connection.bootstrap import Bootstrap
 from colcon_yamllaunch.remote.connection.connect_command import (
     can_connect_again,
@@ -111,7 +110,7 @@ class MachineLink:
         self._part = part
         self._environment = environment
         self._process: ConnectProcess | None = part.process
-        self._watches: Watches | None = None
+        self._loop: Loop | None = None
         self._handler: LinkHandler | None = None
         self._lost_after = part.machine.lost_after or LOST_AFTER
         self._silence = min(SILENCE, self._lost_after)
@@ -164,9 +163,9 @@ class MachineLink:
         """Whether the link is lost now."""
         return self._lost_at is not None
 
-    def begin(self, watches: Watches, handler: LinkHandler) -> None:
+    def begin(self, loop: Loop, handler: LinkHandler) -> None:
         """Let the part run, and speak with it from now on."""
-        self._watches, self._handler = watches, handler
+        self._loop, self._handler = loop, handler
         process = self._process
         assert process is not None
         process.leave_to_guard()
@@ -292,18 +291,17 @@ class MachineLink:
     # the connection
 
     def _watch(self, process: ConnectProcess) -> None:
-        assert self._watches is not None
+        assert self._loop is not None
         for descriptor in (process.stdin, process.stdout):
             os.set_blocking(descriptor, False)
-        self._watches.add(process.stdout, lambda _: self._receive())
-        self._watches.add(process.stdin, lambda _: self._ready(), 0)
-        self._watches.add(process.stderr, lambda _: self._read_messages())
+        self._loop.add_reader(process.stdout, self._receive)
+        self._loop.add_reader(process.stderr, self._read_messages)
 
     def _read_messages(self) -> None:
         process = self._process
         if process is not None and not process.read_messages():
-            assert self._watches is not None
-            self._watches.remove(process.stderr)
+            assert self._loop is not None
+            self._loop.remove(process.stderr)
 
     def _ready(self) -> None:
         self._write()
@@ -430,9 +428,11 @@ class MachineLink:
             except OSError:
                 # its end shows when we read
                 self._unsent.clear()
-        assert self._watches is not None
-        waits = select.EPOLLOUT if self._unsent else 0
-        self._watches.change(process.stdin, waits)
+        assert self._loop is not None
+        if self._unsent:
+            self._loop.add_writer(process.stdin, self._ready)
+        else:
+            self._loop.remove_writer(process.stdin)
 
     def _pass_on(self) -> None:
         """Tell what has come, for a turn."""
@@ -565,9 +565,9 @@ class MachineLink:
         self._bootstrap = None
         self._is_resumed = False
         self._unsent.clear()
-        if self._watches is not None:
+        if self._loop is not None:
             for descriptor in (process.stdin, process.stdout, process.stderr):
-                self._watches.remove(descriptor)
+                self._loop.remove(descriptor)
         process.close_pipes()
         if process.status is None:
             due = time.monotonic() + LAST_PATIENCE

@@ -31,8 +31,8 @@ from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.elsewhere import Done
 from colcon_yamllaunch.engine.elsewhere import LaunchHere
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.watches import Watches
 from colcon_yamllaunch.engine.stopping.launch_stop import timeouts_of
 from colcon_yamllaunch.engine.stopping.launch_stop import UNATTRIBUTED
 from colcon_yamllaunch.engine.tasks import RefusedError
@@ -74,7 +74,7 @@ class Link(Protocol):
     def pids(self) -> frozenset[int]:
         """The processes that connect, children of ours."""
 
-    def begin(self, watches: Watches, handler: 'RemotePart') -> None:
+    def begin(self, loop: Loop, handler: 'RemotePart') -> None:
         """Take what comes from there from now on."""
 
     def send(self, message: Mapping[str, Any]) -> None:
@@ -196,7 +196,7 @@ class RemotePart:
         """Run with a launch from now on."""
         self._launch = launch
         self._mind_guard()
-        self._link.begin(launch.watches, self)
+        self._link.begin(launch.loop, self)
         self.resize(size)
 
     def resize(self, size: os.terminal_size) -> None:

@@ -5,8 +5,8 @@ import os
 
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.output.relay import Relay
-from colcon_yamllaunch.engine.output.watches import Watches
 import pytest
+from support.test_loop import TestLoop
 
 
 class Relayed:
@@ -14,12 +14,12 @@ class Relayed:
 
     def __init__(self, process):
         self.process = process
-        self.watches = Watches()
+        self.loop = TestLoop()
         self.told = []
         self.recorded = {}
         self.refuses = False
         self.relay = Relay(
-            self.watches, lambda _: not self.refuses, self._record, self._tell
+            self.loop, lambda _: not self.refuses, self._record, self._tell
         )
         self.writers = []
 
@@ -33,14 +33,14 @@ class Relayed:
         return stdout[1], stderr[1]
 
     def turn(self):
-        self.watches.wait(0.0)
+        self.loop.turn(1)
         self.relay.resume()
 
     def close(self):
         for writer in self.writers:
             os.close(writer)
         self.relay.close()
-        self.watches.close()
+        self.loop.close()
 
     def _record(self, process, stream, data):
         key = process.label, stream

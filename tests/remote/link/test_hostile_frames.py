@@ -8,7 +8,7 @@ import os
 from typing import Any
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.output.watches import Watches
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.remote.connection.machine_connection import Facts
 from colcon_yamllaunch.remote.connection.machine_connection import StartedPart
 from colcon_yamllaunch.remote.deployment.machine import Machine
@@ -115,7 +115,7 @@ def _sent(sent: list[tuple[int, Any]]) -> tuple[RemotePart, _Launch]:
     link = MachineLink(started, {})
     part = RemotePart(link, plan(LABEL))
     launch = _Launch()
-    launch.watches = Watches()
+    launch.loop = Loop()
     try:
         part.begin(launch, os.terminal_size((80, 24)))
         for _ in range(2):
@@ -138,7 +138,7 @@ def _sent(sent: list[tuple[int, Any]]) -> tuple[RemotePart, _Launch]:
         return part, launch
     finally:
         part.close()
-        launch.watches.close()
+        launch.loop.close()
 
 
 @pytest.mark.hostile
