@@ -40,6 +40,7 @@ from colcon_yamllaunch.engine.process.own_files import Place
 from colcon_yamllaunch.engine.process.own_files import remove_file
 from colcon_yamllaunch.engine.process.own_files import remove_parameter_files
 from colcon_yamllaunch.engine.stopping.launch_scan import find_orphans
+from colcon_yamllaunch.engine.stopping.launch_scan import is_guarded
 from colcon_yamllaunch.engine.stopping.launch_scan import Known
 from colcon_yamllaunch.engine.stopping.launch_scan import launcher_of
 from colcon_yamllaunch.engine.stopping.launch_scan import mark_of
@@ -98,7 +99,7 @@ class OrphanedLaunch(Targets):
             folder=str(record.get('folder', '')),
             pid=pid,
             seconds=max((s.seconds for s in states), default=0.0),
-            stopping=self._is_guarded(),
+            stopping=is_guarded(self._identity),
             log_folder=record.get('log_folder'),
             processes=tuple(states),
         )
@@ -113,7 +114,7 @@ class OrphanedLaunch(Targets):
         :raises LaunchEndedError: when nothing of it runs any more
         """
         now = time.monotonic()
-        guarded = self._is_guarded()
+        guarded = is_guarded(self._identity)
         if not guarded:
             self._begin_stops(now)
         for stop in self._stops.values():
@@ -194,16 +195,6 @@ class OrphanedLaunch(Targets):
             )
             targets = _OneProcess(self, number)
             self._stops[number] = Escalation(targets, {number: timeouts}, now)
-
-    def _is_guarded(self) -> bool:
-        """Tell whether the guard stops the processes."""
-        word = self._identity.encode()
-        for process in running_processes():
-            with suppress(OSError):
-                command = Path(f'/proc/{process.pid}/cmdline').read_bytes()
-                if word in command.split(b'\0'):
-                    return True
-        return False
 
 
 class _OneProcess(Targets):

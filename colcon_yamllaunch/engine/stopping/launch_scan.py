@@ -24,7 +24,9 @@ import re
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import WHOLE
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.common.process_scan import arguments_of
 from colcon_yamllaunch.common.process_scan import read_process
+from colcon_yamllaunch.common.process_scan import running_processes
 from colcon_yamllaunch.common.process_scan import RunningProcess
 from colcon_yamllaunch.common.process_scan import variable_of
 from colcon_yamllaunch.common.process_scan import young_processes
@@ -67,6 +69,16 @@ def launcher_of(identity: str) -> tuple[int, bool] | None:
     pid, birth = divmod(int(identity, 16) >> 16, _BIRTHS)
     process = read_process(pid)
     return pid, process is not None and process.birth % _BIRTHS == birth
+
+
+def is_guarded(identity: str) -> bool:
+    """Return whether a guard stops, or will stop, what is left of a launch."""
+    for process in running_processes():
+        with suppress(OSError):
+            # the last two are the identity and a session, see `guard`
+            if arguments_of(process.pid)[-2:-1] == [identity]:
+                return process.pid != os.getpid()
+    return False
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,11 +15,10 @@ from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.common.escalation import Targets
 from colcon_yamllaunch.common.escalation import Timeouts
 from colcon_yamllaunch.common.escalation import WHOLE
-from colcon_yamllaunch.common.process_scan import arguments_of
 from colcon_yamllaunch.common.process_scan import read_process
-from colcon_yamllaunch.common.process_scan import running_processes
 from colcon_yamllaunch.engine.process.cgroup import LaunchCgroup
 from colcon_yamllaunch.engine.stopping.launch_scan import find_orphans
+from colcon_yamllaunch.engine.stopping.launch_scan import is_guarded
 from colcon_yamllaunch.engine.stopping.launch_scan import Known
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
@@ -94,16 +93,3 @@ def end_in_any_case(identity: str, leader: int, timeouts: Timeouts) -> None:
             end_what_is_left(identity, leader=leader, timeouts=timeouts)
         os._exit(0)
     os.waitpid(pid, 0)
-
-
-def is_guarded(identity: str) -> bool:
-    """Tell whether a guard is about to stop what is left of a launch."""
-    for process in running_processes():
-        with suppress(OSError):
-            if process.pid == os.getpid():
-                continue
-            arguments = arguments_of(process.pid)
-            # the last two are the identity and a session, see `guard`
-            if len(arguments) > 2 and arguments[-2] == identity:
-                return True
-    return False

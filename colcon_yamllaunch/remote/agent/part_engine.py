@@ -11,6 +11,8 @@ import select
 import signal
 from typing import Any
 
+from colcon_yamllaunch.common.codec import Codec
+from colcon_yamllaunch.common.codec import CodecError
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control.launch_states import About
 from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
@@ -41,8 +43,10 @@ def start_engine(
     """
     try:
         plan = plan_from_json(content['plan'])
-        settings = PartSettings.from_json(content['settings'])
-    except (PlanFormatError, TypeError) as error:
+        settings = Codec().from_json(
+            PartSettings, content['settings'], 'settings'
+        )
+    except (PlanFormatError, CodecError, KeyError) as error:
         raise UserError(f'its part of the plan is wrong: {error}') from error
     ours, its = os.pipe()
     pid = os.fork()

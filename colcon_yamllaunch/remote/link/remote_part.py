@@ -46,8 +46,8 @@ from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.remote.deployment.machine import Machine
 from colcon_yamllaunch.remote.link.part_states import PartStates
 from colcon_yamllaunch.remote.link.part_states import StateError
-from colcon_yamllaunch.remote.wire.event_codec import event_from_json
 from colcon_yamllaunch.remote.wire.event_codec import EventError
+from colcon_yamllaunch.remote.wire.event_codec import EventReader
 
 #: What becomes of the link to a machine; `done` after its part has ended.
 LinkState = Literal['up', 'lost', 'gone', 'done']
@@ -129,6 +129,7 @@ class RemotePart:
         self._tty = tty
         self._clock = clock
         self._localised = localised
+        self._reader = EventReader(self._told_part)
         self._launch: LaunchHere | None = None
         self._parts: dict[str, Process | Component] = {}
         self._successors: dict[str, Process | Component] = {}
@@ -704,8 +705,7 @@ class RemotePart:
         :raises StateError: likewise
         """
         if 'event' in message:
-            told = message['event']
-            self._take_event(event_from_json(told, self._told_part))
+            self._take_event(self._reader.read(message['event']))
         elif 'states' in message:
             self.states.take(message['states'], self._parts)
         elif 'idle' in message:

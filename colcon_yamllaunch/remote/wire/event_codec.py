@@ -5,30 +5,27 @@
 Events of a part on another machine, as JSON and back.
 
 An event is an object with the name of its class, and its fields by their
-names. Processes and components stand there by their labels: what they are is
-known here, and not to be told by another machine. What comes from there is
-not trusted: it becomes an event of a known kind with fields of the right
-types, or is refused.
+names. Processes and components are their labels, as the launcher knows what
+they are. It does not trust what comes from a machine: that becomes an event
+of a known kind with fields of the right types, or is refused.
 """
 
 from collections.abc import Callable
-from collections.abc import Mapping
-import dataclasses
-from functools import cache
-import math
 import signal
-import types
-import typing
 from typing import Any
 
+from colcon_yamllaunch.common.codec import Codec
+from colcon_yamllaunch.common.codec import CodecError
+from colcon_yamllaunch.common.codec import only
+from colcon_yamllaunch.common.codec import read_float
 from colcon_yamllaunch.common.printable import printable
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
 
-#: What a machine has to tell; all else is the launcher's own affair, and
-#: output goes another way.
+#: The events of a machine; all others are those of the launcher itself, and
+#: output is sent in another way.
 FROM_MACHINES: tuple[type[events.Event], ...] = (
     events.Planned,
     events.Dropped,
@@ -55,165 +52,125 @@ FROM_MACHINES: tuple[type[events.Event], ...] = (
 #: Returns the process or component with a label, None if there is none.
 PartOf = Callable[[str], Process | Component | None]
 
-_BY_NAME = {kind.__name__: kind for kind in FROM_MACHINES}
 _KIND = 'event'
-# those that JSON keeps exactly, whoever reads it
+_BY_NAME = {kind.__name__: kind for kind in FROM_MACHINES}
+# JSON keeps smaller numbers exactly, whoever reads it
 _LARGEST = 1 << 53
 # no time in a launch comes near to that, and it can be shown
 _LONGEST = 1e12
-_SIGNALS = frozenset(('signal', 'next_signal'))
 _LEVELS = frozenset(('DEBUG', 'INFO', 'WARNING', 'ERROR', 'CRITICAL'))
+_PARTS: tuple[tuple[Any, tuple[type, ...]], ...] = (
+    (Process, (Process,)),
+    (Component, (Component,)),
+    (Process | Component, (Process, Component)),
+)
 
 
 class EventError(Exception):
     """An object is no event of a machine; the text says why."""
 
 
+class EventReader:
+    """
+    Reads the events of one machine.
+
+    :param part_of: Returns what a label of that machine stands for
+    """
+
+    def __init__(self, part_of: PartOf) -> None:
+        self._codec = _codec(part_of)
+
+    def read(self, data: object) -> events.Event:
+        """
+        Return the event that an object stands for.
+
+        :raises EventError: when it is none
+        """
+        name = data.get(_KIND) if isinstance(data, dict) else None
+        if not isinstance(name, str) or name not in _BY_NAME:
+            raise EventError('an event is of no known kind')
+        try:
+            event = self._codec.from_json(_BY_NAME[name], data)
+        except CodecError as error:
+            field = error.path.lstrip('.')
+            problem = f"'{field}' of the event {name} is not what it should be"
+            if not field:
+                problem = f'the event {name} {error.problem}'
+            raise EventError(problem) from error
+        number = getattr(event, 'signal', None)
+        numbers = number, getattr(event, 'next_signal', None)
+        if not all(n is None or 0 < n < signal.NSIG for n in numbers):
+            raise EventError(f'the event {name} has an unknown signal')
+        if getattr(event, 'level', 'INFO') not in _LEVELS:
+            raise EventError(f'the event {name} has an unknown level')
+        return event
+
+
 def event_to_json(event: events.Event) -> dict[str, Any] | None:
-    """Return an event as an object for JSON, None if it is not to be told."""
-    kind = type(event).__name__
+    """Return an event as an object for JSON, None if it is not for others."""
     if type(event) not in FROM_MACHINES:
         return None
-    fields = {name: _encoded(getattr(event, name)) for name in _types(kind)}
-    return {_KIND: kind, **fields}
+    data: dict[str, Any] = _WRITER.to_json(event)
+    return data
 
 
-def event_from_json(data: object, part_of: PartOf) -> events.Event:
-    """
-    Return the event that an object stands for.
+def _codec(part_of: PartOf) -> Codec:
+    def reader(kinds: tuple[type, ...]) -> Callable[[Any], Any]:
+        def read(data: Any) -> Any:
+            part = part_of(only(str, data))
+            if not isinstance(part, kinds):
+                raise CodecError('is the label of nothing there')
+            return part
 
-    :param part_of: Tells what the labels of that machine stand for
-    :raises EventError: when it is none
-    """
-    if not isinstance(data, Mapping):
-        raise EventError('an event is no object')
-    name = data.get(_KIND)
-    if not isinstance(name, str) or name not in _BY_NAME:
-        raise EventError('an event is of no known kind')
-    wanted = _types(name)
-    given = {key: value for key, value in data.items() if key != _KIND}
-    if not _required(name) <= given.keys() <= wanted.keys():
-        raise EventError(f'the event {name} has other fields')
-    values = {}
-    for key, value in given.items():
-        try:
-            values[key] = _decoded(value, wanted[key], part_of)
-            _check(key, values[key])
-        except (TypeError, ValueError, OverflowError) as error:
-            raise EventError(
-                f"'{key}' of the event {name} is not what it should be"
-            ) from error
-    kind: Any = _BY_NAME[name]
-    event: events.Event = kind(**values)
-    return event
+        return read
 
-
-@cache
-def _types(event: str) -> dict[str, Any]:
-    """Return the types of the fields of an event, by their names."""
-    kind: Any = _BY_NAME[event]
-    hints = typing.get_type_hints(kind)
-    return {
-        field.name: hints[field.name] for field in dataclasses.fields(kind)
-    }
-
-
-@cache
-def _required(event: str) -> frozenset[str]:
-    kind: Any = _BY_NAME[event]
-    return frozenset(
-        field.name
-        for field in dataclasses.fields(kind)
-        if field.default is dataclasses.MISSING
+    parts = {hint: (_label_of, reader(kinds)) for hint, kinds in _PARTS}
+    return Codec(
+        {kind: kind.__name__ for kind in FROM_MACHINES},
+        tag=_KIND,
+        special={
+            **parts,
+            Outcome: (_write_outcome, _read_outcome),
+            str: (None, lambda data: printable(only(str, data))),
+            # signals have names in Python, and are numbers
+            int: (int, _read_int),
+            float: (None, _read_float),
+        },
     )
 
 
-def _encoded(value: Any) -> Any:
-    match value:
-        case Process() | Component():
-            return value.label
-        case Outcome():
-            return [value.code, value.signal, value.core_dumped]
-        case tuple():
-            return [_encoded(one) for one in value]
-        # signals have names in Python, and are numbers
-        case int() if not isinstance(value, bool):
-            return int(value)
-        case _:
-            return value
+def _label_of(part: Process | Component) -> str:
+    return part.label
 
 
-def _decoded(value: Any, wanted: Any, part_of: PartOf) -> Any:
-    """
-    Return a value of a type.
-
-    :raises TypeError: when it is of another one
-    :raises ValueError: when it is out of bounds
-    """
-    origin = typing.get_origin(wanted)
-    arguments = typing.get_args(wanted)
-    if origin in (types.UnionType, typing.Union):
-        if value is None:
-            return _only(None, types.NoneType in arguments)
-        kinds = [a for a in arguments if a is not types.NoneType]
-        if set(kinds) <= {Process, Component}:
-            return _part(value, tuple(kinds), part_of)
-        (kind,) = kinds
-        return _decoded(value, kind, part_of)
-    if origin is tuple:
-        whole = _only(value, isinstance(value, list))
-        return tuple(_decoded(v, arguments[0], part_of) for v in whole)
-    if origin is typing.Literal:
-        return _only(value, isinstance(value, str) and value in arguments)
-    if wanted in (Process, Component):
-        return _part(value, (wanted,), part_of)
-    if wanted is Outcome:
-        return _outcome(value)
-    if wanted is float:
-        is_number = type(value) in (int, float) and math.isfinite(value)
-        return float(_only(value, is_number and abs(value) < _LONGEST))
-    if wanted is int:
-        return _only(value, type(value) is int and abs(value) <= _LARGEST)
-    if wanted is str:
-        return printable(_only(value, isinstance(value, str)))
-    return _only(value, type(value) is wanted)
+def _write_outcome(outcome: Outcome) -> list[Any]:
+    return [outcome.code, outcome.signal, outcome.core_dumped]
 
 
-def _only(value: Any, is_right: bool) -> Any:
-    if not is_right:
-        raise TypeError
-    return value
+def _read_outcome(data: Any) -> Outcome:
+    match only(list, data):
+        case [int(code), None, False] if type(code) is int and (
+            0 <= code <= 255
+        ):
+            return Outcome(code)
+        case [None, int(number), bool(core_dumped)] if (
+            type(number) is int and 0 < number < signal.NSIG
+        ):
+            return Outcome(None, number, core_dumped)
+    raise CodecError('is no outcome')
 
 
-def _part(
-    label: Any, kinds: tuple[type, ...], part_of: PartOf
-) -> Process | Component:
-    part = part_of(_only(label, isinstance(label, str)))
-    if part is None or not isinstance(part, kinds):
-        raise ValueError
-    return part
+def _read_int(data: Any) -> int:
+    if abs(only(int, data)) > _LARGEST:
+        raise CodecError('is too large a number')
+    return int(data)
 
 
-def _outcome(value: Any) -> Outcome:
-    code, number, core_dumped = _only(value, isinstance(value, list))
-    _only(core_dumped, isinstance(core_dumped, bool))
-    if number is None:
-        return Outcome(_only(code, type(code) is int and 0 <= code <= 255))
-    _check('signal', _only(number, type(number) is int and code is None))
-    return Outcome(None, number, core_dumped)
+def _read_float(data: Any) -> float:
+    number = read_float(data)
+    if abs(number) >= _LONGEST:
+        raise CodecError('is too large a number')
+    return number
 
 
-def _check(key: str, value: Any) -> None:
-    """
-    Refuse what has the right type and no meaning.
-
-    :raises ValueError: when that is so
-    """
-    if key in _SIGNALS and value is not None:
-        is_right = 0 < value < signal.NSIG
-    elif key == 'level':
-        is_right = value in _LEVELS
-    else:
-        is_right = True
-    if not is_right:
-        raise ValueError
+_WRITER = _codec(lambda _: None)

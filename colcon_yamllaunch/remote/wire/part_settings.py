@@ -4,11 +4,10 @@
 """What a machine is told about its part of a launch, besides the plan."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from dataclasses import field
-from dataclasses import fields
 from typing import Any
 
+from colcon_yamllaunch.common.codec import Codec
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import limits
 
@@ -62,14 +61,5 @@ class PartSettings:
 
     def as_json(self) -> dict[str, Any]:
         """Return it as an object for JSON."""
-        return {**asdict(self), 'variables': dict(self.variables)}
-
-    @staticmethod
-    def from_json(data: Mapping[str, Any]) -> 'PartSettings':
-        """
-        Return what an object tells of.
-
-        :raises TypeError: when something is missing
-        """
-        known = {f.name for f in fields(PartSettings)}
-        return PartSettings(**{k: v for k, v in data.items() if k in known})
+        settings: dict[str, Any] = Codec().to_json(self)
+        return settings

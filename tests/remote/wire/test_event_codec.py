@@ -12,9 +12,9 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.remote.wire.event_codec import event_from_json
 from colcon_yamllaunch.remote.wire.event_codec import event_to_json
 from colcon_yamllaunch.remote.wire.event_codec import EventError
+from colcon_yamllaunch.remote.wire.event_codec import EventReader
 from colcon_yamllaunch.remote.wire.event_codec import FROM_MACHINES
 from hypothesis import given
 from hypothesis import strategies as st
@@ -24,6 +24,7 @@ _POSITION = Position('/ws/demo.yaml', 3, 5)
 DRIVER = Process('arm│driver', ('driver',), '/', _POSITION, 'driver-3')
 TALKER = Component('arm│talker', 'demo', 'demo::Talker', '/box', _POSITION)
 PARTS = {part.label: part for part in (DRIVER, TALKER)}
+READER = EventReader(PARTS.get)
 
 _TEXTS = st.text(st.characters(min_codepoint=0x20, max_codepoint=0x7E))
 _OUTCOMES = st.one_of(
@@ -87,7 +88,7 @@ def told(draw):
 @given(told())
 def test_an_event_comes_back_as_it_was(event):
     data = json.loads(json.dumps(event_to_json(event)))
-    assert event_from_json(data, PARTS.get) == event
+    assert READER.read(data) == event
 
 
 @given(told(), st.data())
@@ -96,7 +97,7 @@ def test_what_a_machine_makes_up_is_refused_or_can_be_shown(event, data):
     key = data.draw(st.sampled_from(sorted(made_up)))
     made_up[key] = data.draw(_JSON)
     try:
-        result = event_from_json(made_up, PARTS.get)
+        result = READER.read(made_up)
     except EventError as error:
         assert '\n' not in str(error)
     else:
@@ -107,7 +108,7 @@ def test_what_a_machine_makes_up_is_refused_or_can_be_shown(event, data):
 @given(_JSON)
 def test_other_json_is_refused(data):
     with pytest.raises(EventError):
-        event_from_json(data, PARTS.get)
+        READER.read(data)
 
 
 def test_what_the_launcher_alone_tells_is_not_passed_on():
@@ -115,12 +116,12 @@ def test_what_the_launcher_alone_tells_is_not_passed_on():
     assert event_to_json(events.Output(DRIVER, 'stdout', b'text\n')) is None
     for kind in ('Ended', 'Output', 'MachineGone', 'Event', '__class__'):
         with pytest.raises(EventError):
-            event_from_json({'event': kind}, PARTS.get)
+            READER.read({'event': kind})
 
 
 def test_what_steers_a_terminal_is_taken_out():
-    event = event_from_json(
-        {'event': 'Warned', 'text': 'a\x1b[2Jb\x1b]0;title\x07c'}, PARTS.get
+    event = READER.read(
+        {'event': 'Warned', 'text': 'a\x1b[2Jb\x1b]0;title\x07c'}
     )
     assert event == events.Warned('abc')
 
@@ -153,4 +154,4 @@ def test_what_steers_a_terminal_is_taken_out():
 )
 def test_malformed_events_are_refused(data):
     with pytest.raises(EventError):
-        event_from_json(data, PARTS.get)
+        READER.read(data)
