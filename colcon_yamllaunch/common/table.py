@@ -82,3 +82,11 @@ def size(number: int) -> str:
             return f'{value:.1f} {unit}'
         value /= 1024
     return f'{value:.1f} {_UNITS[-1]}'
+
+
+def decimal_size(number: int) -> str:
+    """Return a number of bytes as options take it, such as `2 GB`."""
+    for factor, unit in ((10**9, 'GB'), (10**6, 'MB'), (10**3, 'kB')):
+        if number >= factor:
+            return f'{number / factor:.4g} {unit}'
+    return f'{number} bytes'

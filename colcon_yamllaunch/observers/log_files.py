@@ -33,6 +33,7 @@ import time
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.common.table import decimal_size
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.output.lines import normalised
@@ -126,14 +127,14 @@ class Quota:
         if self._bound == self._limit:
             return (
                 'the log files have reached the limit of '
-                f'{size_text(self._limit)}: from now on the oldest parts are '
-                'deleted; --log-limit gives them more room'
+                f'{decimal_size(self._limit)}: from now on the oldest parts '
+                'are deleted; --log-limit gives them more room'
             )
         return (
             'the logs of all launches have reached their limit, or the disk '
-            f'is nearly full: with {size_text(self._bound)}, the oldest parts '
-            'of the log files are deleted; COLCON_LAUNCH_LOG_TOTAL gives more '
-            'room'
+            f'is nearly full: with {decimal_size(self._bound)}, the oldest '
+            'parts of the log files are deleted; COLCON_LAUNCH_LOG_TOTAL '
+            'gives more room'
         )
 
 
@@ -292,14 +293,6 @@ def lock_folder(folder: Path, operation: int = fcntl.LOCK_SH) -> int | None:
         os.close(descriptor)
         return None
     return descriptor
-
-
-def size_text(size: int) -> str:
-    """Return a number of bytes in the largest unit that fits, as 2 GB."""
-    for factor, unit in ((10**9, 'GB'), (10**6, 'MB'), (10**3, 'kB')):
-        if size >= factor:
-            return f'{size / factor:.4g} {unit}'
-    return f'{size} bytes'
 
 
 class Logs:

@@ -2,10 +2,12 @@
 # Licensed under the Apache License, Version 2.0
 
 from colcon_yamllaunch.common.table import column_widths
+from colcon_yamllaunch.common.table import decimal_size
 from colcon_yamllaunch.common.table import table_lines
 from colcon_yamllaunch.common.table import table_width
 from colcon_yamllaunch.common.table import without_end
 from colcon_yamllaunch.common.table import without_middle
+import pytest
 
 ROWS = [('NAME', 'PID', 'STATE'), ('a_long_name', '7', 'ended')]
 
@@ -32,3 +34,18 @@ def test_columns_without_a_width_are_left_out():
 def test_a_text_may_lose_its_middle():
     assert without_middle('a_long_name', 7) == 'a_l…ame'
     assert without_middle('name', 4) == 'name'
+
+
+@pytest.mark.parametrize(
+    ('size', 'text'),
+    [
+        (0, '0 bytes'),
+        (999, '999 bytes'),
+        (1500, '1.5 kB'),
+        (2_000_000_000, '2 GB'),
+        (1 << 30, '1.074 GB'),
+        (5_000_000_000_000, '5000 GB'),
+    ],
+)
+def test_size_of_a_limit(size, text):
+    assert decimal_size(size) == text

@@ -8,7 +8,6 @@ import shutil
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.observers.log_files import LogFile
 from colcon_yamllaunch.observers.log_files import Quota
-from colcon_yamllaunch.observers.log_files import size_text
 import pytest
 
 LINE = b'x' * 999 + b'\n'
@@ -232,18 +231,3 @@ def test_a_file_that_cannot_be_made_after_a_rotation_is_made_later(
     for data in numbered(1000, 4000):
         file.write(data)
         assert size_of(tmp_path) <= LIMIT
-
-
-@pytest.mark.parametrize(
-    ('size', 'text'),
-    [
-        (0, '0 bytes'),
-        (999, '999 bytes'),
-        (1500, '1.5 kB'),
-        (2_000_000_000, '2 GB'),
-        (1 << 30, '1.074 GB'),
-        (5_000_000_000_000, '5000 GB'),
-    ],
-)
-def test_sizes_are_written_for_people(size, text):
-    assert size_text(size) == text

@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 import re
 
+from colcon_yamllaunch.common.table import decimal_size
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.outcome import Outcome
@@ -14,7 +15,6 @@ from colcon_yamllaunch.engine.output_modes import IN_COMMON_LOG
 from colcon_yamllaunch.engine.output_modes import IN_OWN_LOG
 from colcon_yamllaunch.engine.output_modes import SHOWN
 from colcon_yamllaunch.observers.log_files import Logs
-from colcon_yamllaunch.observers.log_files import size_text
 from colcon_yamllaunch.observers.log_store import INDEX_NAME
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.verb.cli.environment_variables import ALL_LOGS_LIMIT
@@ -142,11 +142,11 @@ def test_the_output_modes_are_explained(mode):
 
 
 def test_the_limits_are_those_of_the_code():
-    assert f'take at most {size_text(limits.LOG_LIMIT)};' in TEXT
+    assert f'take at most {decimal_size(limits.LOG_LIMIT)};' in TEXT
     assert f'each file may have {limits.LOG_PART // 1024} KiB' in TEXT
     assert limits.LOG_PARTS * 2 == 16
     assert f'the latest {KEPT_LOG_FOLDERS} launches are kept' in TEXT
-    assert f'together take at most {size_text(ALL_LOGS_LIMIT)}' in TEXT
+    assert f'together take at most {decimal_size(ALL_LOGS_LIMIT)}' in TEXT
     assert f'{100 // limits.SPARE_PART} %, or half' in TEXT
-    assert f'it may have {size_text(limits.LOG_MINIMUM)}' in TEXT
+    assert f'it may have {decimal_size(limits.LOG_MINIMUM)}' in TEXT
     assert f'`{INDEX_NAME}` beside them' in TEXT

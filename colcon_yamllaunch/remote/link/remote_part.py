@@ -28,6 +28,7 @@ from typing import Literal
 from typing import Protocol
 
 from colcon_yamllaunch.common.printable import printable
+from colcon_yamllaunch.common.table import decimal_size
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.elsewhere import Done
 from colcon_yamllaunch.engine.elsewhere import LaunchHere
@@ -36,7 +37,6 @@ from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.stopping.launch_stop import timeouts_of
 from colcon_yamllaunch.engine.stopping.launch_stop import UNATTRIBUTED
 from colcon_yamllaunch.engine.tasks import RefusedError
-from colcon_yamllaunch.observers.log_files import size_text
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Plan
@@ -791,9 +791,9 @@ class RemotePart:
         name = self.machine.name
         self._tell(
             events.Warned(
-                f'{name}: {size_text(size)} of output are missing: they came '
-                'while the link was lost, and did not fit within the limit '
-                'of the logs (--log-limit)'
+                f'{name}: {decimal_size(size)} of output are missing: they '
+                'came while the link was lost, and did not fit within the '
+                'limit of the logs (--log-limit)'
             )
         )
 
