@@ -21,7 +21,6 @@ from colcon_yamllaunch.common.errors import OutputError
 from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.control.journal import Journal
 from colcon_yamllaunch.control.launch_record import LaunchRecord
-from colcon_yamllaunch.control.launch_states import About
 from colcon_yamllaunch.control.server import serve
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine import events
@@ -39,6 +38,8 @@ from colcon_yamllaunch.engine.process.line_buffering import LineBuffering
 from colcon_yamllaunch.engine.process.own_files import Place
 from colcon_yamllaunch.engine.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.engine.process.spawn import Spawn
+from colcon_yamllaunch.engine.state import About
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.engine.stopping.guard_link import Guards
 from colcon_yamllaunch.engine.stopping.launch_scan import new_identity
@@ -205,6 +206,18 @@ def run_plan(
             stack.callback(logs.close)
             guard.logs(log_folder / COMMON_LOG, logs.combined_files)
         log_files = {} if logs is None else logs.combined_files
+        state = LaunchState(
+            about or _UNKNOWN,
+            started=clock(),
+            clock=clock,
+            log_folder=None if log_folder is None else str(log_folder),
+            log_files=log_files,
+            tty=tty,
+        )
+        if elsewhere is not None:
+            state.machine_of = elsewhere.machine_of
+            state.add_machines(elsewhere.machines)
+        state.expect(whole.entries)
         is_elsewhere = _nowhere if elsewhere is None else elsewhere.has
         failures = Failures(
             log_files,
@@ -242,6 +255,7 @@ def run_plan(
             _recorder(logs, companion),
             bool if logs is None else logs.flush,
             conditions,
+            state,
             source,
             elsewhere,
             companion,
@@ -259,14 +273,7 @@ def run_plan(
         with ExitStack() as control:
             terminal.connect(engine, acts, control)
             service = Service(
-                about or _UNKNOWN,
-                engine,
-                acts,
-                log_folder,
-                log_files,
-                clock,
-                Journal(log_folder, log_limit),
-                guard.lease,
+                engine, acts, Journal(log_folder, log_limit), guard.lease
             )
             show = partial(
                 serve,

@@ -11,14 +11,14 @@ import socket
 from typing import Any
 
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.launch_states import from_json
-from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.protocol import launch_of
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.socket_address import connections
 from colcon_yamllaunch.control.socket_address import peer_pid
 from colcon_yamllaunch.control.subscription import Point
 from colcon_yamllaunch.control.subscription import Subscription
 from colcon_yamllaunch.engine.output.readiness import readable
+from colcon_yamllaunch.engine.state import LaunchState
 
 #: Seconds that a launch may take to answer; one that is suspended,
 #: does not answer.
@@ -70,7 +70,7 @@ class RunningLaunch:
         """
         answer = self.request('status')
         try:
-            return from_json(answer.get('launch'))
+            return launch_of(answer)
         except ProtocolError as error:
             raise ControlError(str(error)) from error
 

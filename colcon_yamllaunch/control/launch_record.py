@@ -14,12 +14,11 @@ import json
 import os
 from typing import Any
 
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.socket_folder import FolderError
 from colcon_yamllaunch.control.socket_folder import folders
 from colcon_yamllaunch.control.socket_folder import open_folder
 from colcon_yamllaunch.engine.process.own_files import Place
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGKILL_TIMEOUT
 from colcon_yamllaunch.plan.plan import DEFAULT_SIGTERM_TIMEOUT
@@ -29,7 +28,7 @@ SUFFIX = '.json'
 
 _FLAGS = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
 _LAUNCH = ('title', 'package', 'file', 'folder', 'log_folder')
-_PROCESS = ('label', 'name', 'executable', 'node', 'package', 'log')
+_PROCESS = ('label', 'name', 'executable', 'node', 'package')
 _TIMEOUTS = DEFAULT_SIGTERM_TIMEOUT, DEFAULT_SIGKILL_TIMEOUT
 
 
@@ -62,10 +61,8 @@ class LaunchRecord:
         :param tasks: The processes of the launch, in the order of its states
         """
         self._content |= {n: getattr(launch, n) for n in _LAUNCH}
-        # others are not to be found on this machine
-        states = [p for p in launch.processes if p.machine is None]
-        for task, state in zip(tasks, states, strict=True):
-            self._note(task, state)
+        for task in tasks:
+            self._note(launch, task)
         for folder in folders(environment):
             # why there is no socket there is said with that
             with suppress(OSError, FolderError):
@@ -73,10 +70,10 @@ class LaunchRecord:
                 return self._make(os.path.abspath(folder / self._name))
         return None
 
-    def note(self, processes: Iterable[tuple[Task, ProcessState]]) -> None:
-        """Take note of processes of the launch that came, or are others."""
-        for task, state in processes:
-            self._note(task, state)
+    def note(self, launch: LaunchState, tasks: Iterable[Task]) -> None:
+        """Write processes that are new in the launch, or changed."""
+        for task in tasks:
+            self._note(launch, task)
         # the launch goes on without it
         with suppress(OSError):
             self._write()
@@ -99,13 +96,16 @@ class LaunchRecord:
             os.close(self._descriptor)
             self._descriptor = -1
 
-    def _note(self, task: Task, state: ProcessState) -> None:
+    def _note(self, launch: LaunchState, task: Task) -> None:
         missing = task.number + 1 - len(self._processes)
         self._processes += ['{}'] * missing
         self._timeouts += [json.dumps(_TIMEOUTS)] * missing
         process = task.process
         timeouts = process.sigterm_timeout, process.sigkill_timeout
+        state = launch.process(process.label)
+        assert state is not None
         known = {n: getattr(state, n) for n in _PROCESS}
+        known['log'] = launch.log_of(state)
         self._processes[task.number] = json.dumps(known)
         self._timeouts[task.number] = json.dumps(timeouts)
 

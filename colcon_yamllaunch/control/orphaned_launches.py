@@ -14,7 +14,6 @@ from collections.abc import Collection
 from collections.abc import Mapping
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
 import json
 import os
 from pathlib import Path
@@ -30,8 +29,6 @@ from colcon_yamllaunch.common.process_scan import variable_of
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.launch_record import SUFFIX
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.socket_folder import FolderError
 from colcon_yamllaunch.control.socket_folder import folders
 from colcon_yamllaunch.control.socket_folder import open_folder
@@ -39,6 +36,9 @@ from colcon_yamllaunch.engine.process.cgroup import LaunchCgroup
 from colcon_yamllaunch.engine.process.own_files import Place
 from colcon_yamllaunch.engine.process.own_files import remove_file
 from colcon_yamllaunch.engine.process.own_files import remove_parameter_files
+from colcon_yamllaunch.engine.state import About
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.stopping.launch_scan import find_orphans
 from colcon_yamllaunch.engine.stopping.launch_scan import is_guarded
 from colcon_yamllaunch.engine.stopping.launch_scan import Known
@@ -86,23 +86,24 @@ class OrphanedLaunch(Targets):
         pids = (orphan.pid for orphan in found)
         self._cgroup = LaunchCgroup.of_members(identity, pids)
         self._numbers: dict[str, int] = {}
-        states = []
+        about = About(
+            str(record.get('title', 'a launch')),
+            record.get('package'),
+            str(record.get('file', '')),
+            str(record.get('folder', '')),
+        )
+        self._state = state = LaunchState(about, pid, time.monotonic())
+        state.log_folder = record.get('log_folder')
+        state.log_files = {}
+        self._note_guard()
         for number in sorted({o.number for o in found}):
             own = [o for o in found if o.number == number]
-            state = _state(number, own, known)
-            self._numbers[state.label] = number
-            states.append(state)
-        self._state = LaunchState(
-            title=str(record.get('title', 'a launch')),
-            package=record.get('package'),
-            file=str(record.get('file', '')),
-            folder=str(record.get('folder', '')),
-            pid=pid,
-            seconds=max((s.seconds for s in states), default=0.0),
-            stopping=is_guarded(self._identity),
-            log_folder=record.get('log_folder'),
-            processes=tuple(states),
-        )
+            process = _state(number, own, known)
+            state.by_label[process.label] = process
+            self._numbers[process.label] = number
+            if process.log is not None:
+                state.log_files[process.label] = process.log
+            state.started = min(state.started, process.since)
 
     def close(self) -> None:
         """Leave it alone."""
@@ -114,7 +115,7 @@ class OrphanedLaunch(Targets):
         :raises LaunchEndedError: when nothing of it runs any more
         """
         now = time.monotonic()
-        guarded = is_guarded(self._identity)
+        guarded = self._note_guard()
         if not guarded:
             self._begin_stops(now)
         for stop in self._stops.values():
@@ -124,19 +125,22 @@ class OrphanedLaunch(Targets):
             self.remove()
             raise LaunchEndedError
         over = {n for n, stop in self._stops.items() if stop.is_over}
-        states = []
-        for state in self._state.processes:
-            number = self._numbers[state.label]
+        for process in self._state.processes:
+            number = self._numbers[process.label]
             if number not in running:
-                state = replace(
-                    state, phase='ended', pid=None, ending='stopped'
-                )
+                process.phase, process.pid = 'ended', None
+                process.ending = 'stopped'
             elif number in over:
-                state = replace(state, ending='cannot be stopped')
+                process.ending = 'cannot be stopped'
             elif guarded or number in self._chosen:
-                state = replace(state, phase='stopping')
-            states.append(state)
-        return replace(self._state, stopping=guarded, processes=tuple(states))
+                process.phase = 'stopping'
+        return self._state
+
+    def _note_guard(self) -> bool:
+        """Return whether its guard stops it."""
+        guarded = is_guarded(self._identity)
+        self._state.stop_reason = 'its launcher was killed' if guarded else ''
+        return guarded
 
     def request(self, name: str, **more: Any) -> dict[str, Any]:
         """
@@ -323,18 +327,17 @@ def _state(
     name = _name(leader.pid)
     with open('/proc/uptime', encoding='ascii') as file:
         uptime = float(file.read().split()[0])
+    seconds = max(0.0, round(uptime - leader.birth / _TICKS, 3))
     return ProcessState(
         label=record.get('label', f'{name}-{number + 1}'),
         phase='running',
         pid=leader.pid,
-        seconds=max(0.0, round(uptime - leader.birth / _TICKS, 3)),
-        restarts=0,
-        ending='',
+        seconds=seconds,
+        since=time.monotonic() - seconds,
         executable=record.get('executable', name),
         node=record.get('node'),
         package=record.get('package'),
         log=record.get('log'),
-        terminal=False,
         name=record.get('name'),
     )
 

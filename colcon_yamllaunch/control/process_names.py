@@ -11,8 +11,8 @@ import re
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import Part
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.plan.labels import MACHINE_SEPARATOR
 from colcon_yamllaunch.plan.plan import Process
 

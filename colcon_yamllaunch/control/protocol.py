@@ -91,6 +91,10 @@ from collections.abc import Mapping
 import json
 from typing import Any
 
+from colcon_yamllaunch.engine.state import from_json
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import StateError
+
 #: The version of the protocol.
 VERSION = 1
 #: Bytes of the longest message that a server takes.
@@ -110,6 +114,18 @@ MAXIMUM_CLIENTS = 32
 
 class ProtocolError(Exception):
     """A message makes no sense; the text says why, in one line."""
+
+
+def launch_of(answer: Mapping[str, Any]) -> LaunchState:
+    """
+    Return the state of the launch that an answer has.
+
+    :raises ProtocolError: when something is missing
+    """
+    try:
+        return from_json(answer.get('launch'))
+    except StateError as error:
+        raise ProtocolError(str(error)) from error
 
 
 def encode(message: Mapping[str, Any]) -> bytes:

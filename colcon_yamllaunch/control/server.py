@@ -44,7 +44,7 @@ def serve(
     """
     # before anybody can see the launch
     supervisor = engine.supervisor
-    place = record.begin(environment, service.state(), supervisor.tasks)
+    place = record.begin(environment, engine.state, supervisor.tasks)
     stack.callback(record.end)
 
     def note(event: Event) -> None:
@@ -52,7 +52,7 @@ def serve(
             labels = {p.label for p in event.parts if isinstance(p, Process)}
             # others run on another machine
             tasks = [t for t in supervisor.tasks if t.process.label in labels]
-            record.note((task, service.state_of(task)) for task in tasks)
+            record.note(engine.state, tasks)
 
     engine.listen(note)
     if place is not None:

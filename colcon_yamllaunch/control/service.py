@@ -6,44 +6,29 @@
 from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import asdict
-import os
-from pathlib import Path
 from typing import Any
 from typing import Protocol
 from typing import TYPE_CHECKING
-from typing import TypeVar
 
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.control.journal import Cursor
 from colcon_yamllaunch.control.journal import Journal
-from colcon_yamllaunch.control.launch_states import About
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import MachineState
-from colcon_yamllaunch.control.launch_states import ProcessState
-from colcon_yamllaunch.control.launch_states import UNKNOWN
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.subscribers import Lease
 from colcon_yamllaunch.control.subscribers import Subscribers
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.outcome import ending_of
+from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.engine.tasks import RefusedError
-from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
     # most launches have no components, and few are asked for them
     from colcon_yamllaunch.control.description import Description
-    from colcon_yamllaunch.engine.components.component_task import (
-        ComponentTask,
-    )
-    from colcon_yamllaunch.engine.components.composition import Composition
     from colcon_yamllaunch.engine.elsewhere import Done
-    from colcon_yamllaunch.engine.elsewhere import Elsewhere
 
-_State = TypeVar('_State', ProcessState, ComponentState)
 #: Takes the answer to a request.
 Reply = Callable[[Mapping[str, Any]], None]
 
@@ -62,41 +47,29 @@ class Service:
     """
     Answers requests, and shows viewers what processes write.
 
-    :param log_files: For each label the log with all output
     :param lease: Stops the launch when it is not renewed
     """
 
     def __init__(
         self,
-        about: About,
         engine: Engine,
         acts: Acts,
-        log_folder: Path | None,
-        log_files: Mapping[str, Path],
-        clock: Callable[[], float],
         journal: Journal,
         lease: Lease = bool,
     ) -> None:
-        self._about = about
         self._engine = engine
+        self._state = engine.state
         self._acts = acts
         self._supervisor = engine.supervisor
         self._terminals = engine.terminals
         self._elsewhere = engine.elsewhere
-        self._log_folder = log_folder
-        self._log_files = log_files
-        self._clock = clock
-        self._started = clock()
         self._viewers: dict[str, list[Viewer]] = {}
-        self._watched: events.Watched | None = None
         #: What happened, for those who subscribe.
         self.journal = journal
         self.subscribers = Subscribers(journal, lease)
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
-        if isinstance(event, events.Watched):
-            self._watched = event
         if isinstance(event, events.Started | events.Exited):
             for viewer in tuple(self._viewers.get(event.process.label, ())):
                 if isinstance(event, events.Started):
@@ -133,7 +106,7 @@ class Service:
                 case 'status':
                     self._measured(
                         lambda: reply(
-                            protocol.success(launch=asdict(self.state()))
+                            protocol.success(launch=to_json(self._state))
                         )
                     )
                     return None
@@ -165,7 +138,7 @@ class Service:
                 case 'subscribe':
                     granted = self.subscribers.subscribe(message, cursor)
                     answer = protocol.success(
-                        launch=asdict(self.state()), now=self.journal.point
+                        launch=to_json(self._state), now=self.journal.point
                     )
                 case 'ping':
                     fields = self.subscribers.ping(message, cursor)
@@ -176,48 +149,6 @@ class Service:
             answer = protocol.failure(str(error))
         reply(answer)
         return granted
-
-    def state(self) -> LaunchState:
-        """Return the state of the launch."""
-        return LaunchState(
-            **asdict(self._about),
-            pid=os.getpid(),
-            seconds=round(self._clock() - self._started, 3),
-            stopping=self._supervisor.is_stopping,
-            log_folder=None
-            if self._log_folder is None
-            else str(self._log_folder),
-            processes=self._processes(),
-            components=self._components(),
-            watch=self._watch(),
-            watch_failed=self._watched is not None and self._watched.failed,
-            watch_paused=self._acts.is_watch_paused,
-            machines=()
-            if self._elsewhere is None
-            else tuple(
-                MachineState(**told)
-                for told in self._elsewhere.machine_states()
-            ),
-        )
-
-    def state_of(self, task: Task) -> ProcessState:
-        """Return the state of a process."""
-        process = task.process
-        return ProcessState(
-            process.label,
-            self._supervisor.phase(task),
-            task.group,
-            round(self._supervisor.seconds(task), 3),
-            task.restarts,
-            task.ending,
-            os.path.basename(str(process.argv[0])),
-            process.node_name,
-            process.package,
-            self._log_of(process.label),
-            self._terminals.has_keyboard(process.label),
-            process.ros_name,
-            self._lifecycle_of(process.label),
-        )
 
     def type(self, label: str, keys: bytes) -> None:
         """Type at a process."""
@@ -254,11 +185,6 @@ class Service:
         else:
             self._elsewhere.measure(then)
 
-    def _watch(self) -> str | None:
-        if not self._engine.is_changed:
-            return None
-        return '' if self._watched is None else self._watched.text
-
     def _change_state(self, message: Mapping[str, Any], reply: Reply) -> None:
         from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
 
@@ -285,74 +211,8 @@ class Service:
                 "'emulate_tty: true' in the launch file, or start the "
                 f'launch with --attach {label}'
             )
-        states = self._processes()
-        return label, next((p.pid for p in states if p.label == label), None)
-
-    def _processes(self) -> tuple[ProcessState, ...]:
-        states = [self.state_of(task) for task in self._supervisor.tasks]
-        elsewhere = self._elsewhere
-        if elsewhere is not None:
-            states += [
-                ProcessState(**{**told, 'log': self._log_of(told['label'])})
-                for told in elsewhere.process_states()
-            ]
-            states = _in_order(states, elsewhere)
-        return tuple(states)
-
-    def _log_of(self, label: str | None) -> str | None:
-        log = None if label is None else self._log_files.get(label)
-        return None if log is None else str(log)
-
-    def _components(self) -> tuple[ComponentState, ...]:
-        composition, elsewhere = self._engine.composition, self._elsewhere
-        states: list[ComponentState] = []
-        if composition is not None:
-            states += [
-                self._component_state(composition, task)
-                for task in composition.tasks
-            ]
-        if elsewhere is not None:
-            states += [
-                ComponentState(
-                    **{**told, 'log': self._log_of(told['process'])}
-                )
-                for told in elsewhere.component_states()
-            ]
-            states = _in_order(states, elsewhere)
-        return tuple(states)
-
-    def _component_state(
-        self, composition: 'Composition', task: 'ComponentTask'
-    ) -> ComponentState:
-        component = task.component
-        container = composition.container_process(task)
-        process = None if container is None else container.label
-        return ComponentState(
-            component.label,
-            task.phase,
-            round(composition.seconds(task), 3),
-            task.ending,
-            component.plugin,
-            task.full_name or component.node_name,
-            component.package,
-            component.container,
-            process,
-            self._log_of(process),
-            self._lifecycle_of(component.label),
-        )
-
-    def _lifecycle_of(self, label: str) -> str | None:
-        composition = self._engine.composition
-        if composition is None or not composition.is_lifecycle(label):
-            return None
-        return composition.state(label) or UNKNOWN
-
-
-def _in_order(states: list[_State], elsewhere: 'Elsewhere') -> list[_State]:
-    # few launches have parts elsewhere
-    from colcon_yamllaunch.engine.elsewhere import in_order
-
-    return in_order(states, elsewhere.order, lambda state: state.label)
+        state = self._state.process(label)
+        return label, None if state is None else state.pid
 
 
 def _answering(reply: Reply) -> 'Done':

@@ -10,10 +10,10 @@ from typing import Protocol
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.control import protocol
-from colcon_yamllaunch.control.launch_states import from_json
-from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.protocol import launch_of
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.engine.output.readiness import readable
+from colcon_yamllaunch.engine.state import LaunchState
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,7 @@ class Subscription:
         self._connection = connection
         self._number = 0
         #: The launch as it was when it answered.
-        self.state: LaunchState = from_json(answer.get('launch'))
+        self.state: LaunchState = launch_of(answer)
         #: The moment of that. What comes first may have happened before.
         self.now = _point(answer.get('now'))
         #: The moment that the news have come to; with another connection, it

@@ -190,20 +190,18 @@ class Elsewhere(Protocol):
         :param done: Is called when that is known, as far as it is soon
         """
 
-    def machine_states(self) -> Iterable[Mapping[str, Any]]:
-        """Return the attributes of `MachineState` of each machine."""
+    @property
+    def machines(self) -> Iterable[str]:
+        """The names of the machines."""
+
+    def machine_of(self, label: str) -> str | None:
+        """Return the name of the machine where a part runs, if elsewhere."""
 
     def processes(self) -> Iterable[Process]:
         """Return the processes as they are planned now."""
 
     def components(self) -> Iterable[tuple[Component, Process | None]]:
         """Return the components, with the process of their container."""
-
-    def process_states(self) -> Iterable[Mapping[str, Any]]:
-        """Return the attributes of `ProcessState` of each process."""
-
-    def component_states(self) -> Iterable[Mapping[str, Any]]:
-        """Return the attributes of `ComponentState` of each component."""
 
     # what users do with one of them
 

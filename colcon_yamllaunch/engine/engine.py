@@ -43,6 +43,7 @@ from colcon_yamllaunch.engine.process.children import suspended_children
 from colcon_yamllaunch.engine.process.line_buffering import SilenceWatch
 from colcon_yamllaunch.engine.process.parameter_files import ParameterFiles
 from colcon_yamllaunch.engine.process_starter import ProcessStarter
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.engine.supervisor import Supervisor
 from colcon_yamllaunch.engine.tasks import RefusedError
@@ -75,6 +76,7 @@ class Engine:
     :param publish: Is called once a turn, to write what has been collected,
       but not before all is started that is due, which is more urgent;
       returns whether it has more to do
+    :param state: Is changed by each event before listeners get it
     :param source: Where more plan comes from, if anywhere
     :param elsewhere: The parts that run on other machines, if any do
     :param companion: What is beside a part that runs for another machine
@@ -91,6 +93,7 @@ class Engine:
         record: Recorder,
         publish: Callable[[], bool],
         conditions: ExitConditions,
+        state: LaunchState,
         source: PlanSource | None = None,
         elsewhere: 'Elsewhere | None' = None,
         companion: 'Companion | None' = None,
@@ -99,6 +102,8 @@ class Engine:
             plan = with_terminals(plan)
         self._blocks = plan.blocks
         self._conditions = conditions
+        #: The state of the launch.
+        self.state = state
         self._settings = settings
         self._guard = guard
         self._writer = writer
@@ -223,6 +228,7 @@ class Engine:
         :param adapt: Adds what is shown how to an environment
         """
         self._changes = changes
+        self.state.watch = ''
         self._adapt = adapt
         self.supervisor.outlasts_failures = True
         self.reasons_to_wait.append(lambda: True)
@@ -249,11 +255,7 @@ class Engine:
 
     def groups(self) -> Mapping[str, int]:
         """Return the process groups of the processes that run, by label."""
-        return {
-            task.process.label: task.group
-            for task in self.supervisor.tasks
-            if task.group is not None
-        }
+        return self.state.groups()
 
     def revise(self, part: Process | Component, *, at_once: bool) -> None:
         """Have a part of the plan be another one from its next start on."""
@@ -523,7 +525,9 @@ class Engine:
         self._listeners.append(listener)
 
     def tell(self, event: events.Event) -> None:
-        """Tell everybody who listens."""
+        """Apply an event to the state, and tell everybody who listens."""
+        if not isinstance(event, events.Output):
+            self.state.apply(event)
         for listener in self._listeners:
             listener(event)
 

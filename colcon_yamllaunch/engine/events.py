@@ -666,7 +666,8 @@ class PartChanged(Event):
     :param phase: The phase that it enters, or None; a process that is
       `ended` has left nothing running, and one that is `waiting` is started
       again by a machine that is back
-    :param ending: Why a component could not be loaded or unloaded, or empty
+    :param ending: Why a component could not be loaded or unloaded, or how a
+      process ended of which no more is known; or empty
     :param lifecycle: The state of its lifecycle node, if that changed
     """
 

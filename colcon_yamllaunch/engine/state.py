@@ -170,8 +170,6 @@ class PartState:
     is_held: bool = False
     # whether a signal ends it, though nobody stopped it on request
     is_signalled: bool = False
-    # the restarts before its machine started again
-    restarts_before: int = 0
 
 
 @mutable
@@ -259,10 +257,7 @@ class LaunchState:
     """
     A launch.
 
-    :param title: What was launched, as the user called it
-    :param package: The package that was named, if one was
-    :param file: The path of the launch file
-    :param folder: The folder where it was launched
+    :param about: What it is called
     :param pid: The process id of the launcher
     :param started: When it began, by the clock
     :param clock: Returns seconds that never go back
@@ -294,10 +289,7 @@ class LaunchState:
     :param version: Grows whenever something that is shown changes
     """
 
-    title: str = ''
-    package: str | None = None
-    file: str = ''
-    folder: str = ''
+    about: About
     pid: int = field(default_factory=os.getpid)
     started: float = 0.0
     clock: Callable[[], float] = time.monotonic
@@ -330,6 +322,26 @@ class LaunchState:
     version: int = 0
 
     # what it says
+
+    @property
+    def title(self) -> str:
+        """What was launched, as the user called it."""
+        return self.about.title
+
+    @property
+    def package(self) -> str | None:
+        """The package that was named, if one was."""
+        return self.about.package
+
+    @property
+    def file(self) -> str:
+        """The path of the launch file."""
+        return self.about.file
+
+    @property
+    def folder(self) -> str:
+        """The folder where it was launched."""
+        return self.about.folder
 
     @property
     def seconds(self) -> float:
@@ -416,6 +428,11 @@ class LaunchState:
             elif isinstance(entry, Component):
                 self._expect_component(entry, is_due=is_due)
         self._find_containers()
+
+    def add_machines(self, names: Iterable[str]) -> None:
+        """Add machines that parts of it run on."""
+        for name in names:
+            self.machines.setdefault(name, MachineState(name, 'up'))
 
     def apply(self, event: events.Event) -> None:
         """Change it as an event says."""
@@ -714,14 +731,17 @@ class LaunchState:
             part.lifecycle = event.lifecycle
         if event.phase is None:
             return
-        if event.phase == 'waiting' and isinstance(part, ProcessState):
-            # its machine is back, and starts it once more
-            part.restarts_before = part.restarts + part.is_begun
-            part.is_kept_stopped = False
         if isinstance(part, ComponentState):
             part.ending = event.ending
             if event.phase != part.phase:
                 part.since = self.clock()
+        elif event.phase == 'waiting':
+            # its machine is back, and starts it once more
+            part.is_kept_stopped = False
+        elif event.ending:
+            # nobody knows more
+            self._reset(part)
+            part.ending, part.was_asked = event.ending, True
         part.phase = event.phase
 
     def _apply_to_component(
@@ -752,7 +772,7 @@ def _condition_of(part: Part) -> Condition:
     """Return what views show of a process or component."""
     phase = part.phase
     match phase:
-        case 'waiting' | 'loading' if not part.is_due:
+        case 'waiting' if not part.is_due:
             return 'waiting'
         case 'waiting' if part.has_failed:
             return 'respawn'
@@ -782,7 +802,8 @@ def _in_short(outcome: Outcome) -> str:
 
 # its JSON form
 
-_LAUNCH = ('title', 'package', 'file', 'folder', 'pid', 'log_folder')
+_ABOUT = ('title', 'package', 'file', 'folder')
+_LAUNCH = ('pid', 'log_folder')
 _LATER_OF_LAUNCH = ('watch', 'watch_failed', 'watch_paused')
 _PROCESS = (
     *('label', 'phase', 'pid', 'restarts', 'ending', 'executable', 'node'),
@@ -802,6 +823,7 @@ _LATER_OF_COMPONENT = ('machine', 'condition', 'failure')
 def to_json(state: LaunchState) -> dict[str, Any]:
     """Return a state as the control protocol sends it."""
     return {
+        **_values(state.about, _ABOUT),
         **_values(state, _LAUNCH),
         'seconds': round(state.seconds, 3),
         'stopping': state.stopping,
@@ -847,8 +869,9 @@ def from_json(
     """
     try:
         now = clock()
+        about = About(**_known(data, _ABOUT, ()))
         launch = _known(data, _LAUNCH, _LATER_OF_LAUNCH)
-        state = LaunchState(**launch, clock=clock)
+        state = LaunchState(about, **launch, clock=clock)
         assert isinstance(data, Mapping)
         state.started = now - data['seconds']
         state.stop_reason = 'requested' if data['stopping'] else ''
@@ -863,7 +886,8 @@ def from_json(
             ),
         ):
             for row in rows:
-                part: Part = kind(**_known(row, (*names, 'seconds'), later))
+                known = _known(row, (*names, 'seconds'), later)
+                part: Part = kind(**known, is_due=False)
                 part.since = now - part.seconds
                 part.log = row['log']
                 if 'condition' not in row:

@@ -36,7 +36,6 @@ from colcon_yamllaunch.engine.outcome import STOP_SIGNALS
 from colcon_yamllaunch.engine.process.spawn import StartError
 from colcon_yamllaunch.engine.stopping.launch_stop import Stop
 from colcon_yamllaunch.engine.stopping.launch_stop import StopHost
-from colcon_yamllaunch.engine.tasks import Phase
 from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import ChangeState
@@ -269,23 +268,6 @@ class Supervisor:
             raise RefusedError(f"there is no process '{name}'")
         return task
 
-    def phase(self, task: Task) -> Phase:
-        """Return what a process is doing."""
-        if task.number in self._single_stops:
-            return 'stopping'
-        if task.group is not None:
-            return 'stopping' if self.is_stopping else 'running'
-        if task.number in self._respawns:
-            return 'respawn'
-        return 'waiting' if task.ended is None else 'ended'
-
-    def seconds(self, task: Task) -> float:
-        """Return for how long a process has been running, or ended."""
-        if self.phase(task) == 'waiting':
-            return 0.0
-        since = task.started if task.ended is None else task.ended
-        return self._loop.time() - since
-
     def stop_process(self, name: str) -> None:
         """
         Stop one process, with all that it started, and keep it stopped.
@@ -361,7 +343,10 @@ class Supervisor:
         for task in self.tasks:
             if task.group is not None:
                 composition.started(task.process)
-            elif self.phase(task) == 'ended':
+            elif task.ending and not (
+                task.number in self._respawns
+                or task.number in self._single_stops
+            ):
                 composition.ended(
                     task.process,
                     task.ending,
@@ -675,7 +660,6 @@ class Supervisor:
         if respawn.cleanup is not None:
             respawn.cleanup.abandon()
         task.respawns += 1
-        task.restarts += 1
         self._host.tell(events.Respawned(task.process, task.respawns))
         self._start(task)
 
@@ -841,11 +825,12 @@ class Supervisor:
                 if number in self._restarting:
                     self._restarting.remove(number)
                     task.respawns = task.quick_ends = 0
-                    task.restarts += 1
                     self._start(task)
                 elif number in self._dropped:
                     self._dropped.remove(number)
                     self._forget(task)
+                else:
+                    self._host.tell(events.PartChanged(task.process, 'ended'))
 
     def _end_if_idle(self) -> None:
         if self._composition is not None:

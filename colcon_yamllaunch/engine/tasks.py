@@ -4,13 +4,8 @@
 """What has become of each process of a plan."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 from colcon_yamllaunch.plan.plan import Process
-
-#: `waiting` for its turn or its timer, `running`, `stopping` on request,
-#: waiting for its `respawn` or for the end of what it left, or `ended`.
-Phase = Literal['waiting', 'running', 'stopping', 'respawn', 'ended']
 
 
 class RefusedError(Exception):
@@ -25,7 +20,6 @@ class Task:
     :param number: Its number in the plan
     :param respawns: How often it has been respawned since it was last
       started on request
-    :param restarts: How often it has been started again, for any reason
     :param quick_ends: How often in a row it ended at once
     :param started: When it was started last, by the supervisor's clock
     :param group: Its process group, as long as its leader runs
@@ -42,7 +36,6 @@ class Task:
     number: int
     process: Process
     respawns: int = 0
-    restarts: int = 0
     quick_ends: int = 0
     started: float = 0.0
     group: int | None = None

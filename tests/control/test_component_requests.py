@@ -12,10 +12,11 @@ from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.control.client_connection import Client
 from colcon_yamllaunch.control.journal import Journal
-from colcon_yamllaunch.control.launch_states import About
-from colcon_yamllaunch.control.launch_states import from_json
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine.components.composition import Composition
+from colcon_yamllaunch.engine.state import About
+from colcon_yamllaunch.engine.state import from_json
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Plan
@@ -44,8 +45,12 @@ class Controlled:
         self.history = History(*entries)
         self.loop = self.history.loop
         self.sent = []
+        logs = {'box-1': Path('/log/box-1')}
+        about = About('demo', None, '/demo.yaml', '/')
+        state = LaunchState(about, clock=self.clock, log_files=logs)
+        state.expect(entries)
         self.composition = Composition(
-            Plan(entries), self.sent.append, lambda _: None, self.loop
+            Plan(entries), self.sent.append, state.apply, self.loop
         )
         terminals = SimpleNamespace(
             has_keyboard=lambda _: False,
@@ -53,6 +58,7 @@ class Controlled:
             remove_sink=lambda *_: None,
         )
         engine = SimpleNamespace(
+            state=state,
             elsewhere=None,
             stop=self.history.supervisor.stop,
             changes=None,
@@ -63,12 +69,8 @@ class Controlled:
             terminals=terminals,
             tell=lambda _: None,
         )
-        logs = {'box-1': Path('/log/box-1')}
-        about = About('demo', None, '/demo.yaml', '/')
         acts = Acts(engine, logs, lambda process: process.parameters)
-        service = Service(
-            about, engine, acts, None, logs, self.clock, Journal()
-        )
+        service = Service(engine, acts, Journal())
         self.near, far = socket.socketpair()
         far.setblocking(False)
         self.near.settimeout(60)
@@ -117,7 +119,7 @@ class Controlled:
     def state(self):
         self.ask(('status', {}))
         (answer,) = self.answers()
-        return from_json(answer['launch'])
+        return from_json(answer['launch'], self.clock)
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@
 """The parts of the control socket that need no launch."""
 
 from contextlib import suppress
-from dataclasses import asdict
 import os
 from pathlib import Path
 import shutil
@@ -13,10 +12,6 @@ import socket
 from colcon_yamllaunch.common import temporary_folders
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control import socket_folder
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import from_json
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.socket_address import Address
 from colcon_yamllaunch.control.socket_address import connections
@@ -24,11 +19,18 @@ from colcon_yamllaunch.control.socket_address import is_own
 from colcon_yamllaunch.control.socket_folder import FolderError
 from colcon_yamllaunch.control.socket_folder import folders
 from colcon_yamllaunch.control.socket_folder import open_folder
+from colcon_yamllaunch.engine.state import from_json
+from colcon_yamllaunch.engine.state import MachineState
+from colcon_yamllaunch.engine.state import StateError
+from colcon_yamllaunch.engine.state import to_json
 from hypothesis import given
 from hypothesis import strategies
 import pytest
 from support.hostile import needs_other_user
 from support.hostile import OTHER_USER
+from support.launch_states import component_state
+from support.launch_states import launch_state
+from support.launch_states import process_state
 
 
 @pytest.fixture
@@ -251,42 +253,45 @@ def test_what_is_no_byte_is_refused(text):
 
 
 def a_launch():
-    process = ProcessState(
-        *('a-1', 'running', 7, 1.5, 2, '', 'a', '/a', 'pkg', '/log', False)
+    return launch_state(
+        process_state('a-1', pid=7, restarts=2, node='/a', log='/log'),
+        component_state('b', 'a-1', lifecycle='active', log='/log'),
+        machines={'arm': MachineState('arm', 'lost', 'no answer')},
+        clock=lambda: 5.0,
     )
-    component = ComponentState(
-        *('b', 'loaded', 1.5, '', 'p::B', '/b', 'pkg', '/a', 'a-1', '/log'),
-        'active',
-    )
-    return LaunchState(
-        *('pkg a', 'pkg', '/a.yaml', '/ws', 3, 9.0, False, '/l', (process,)),
-        (component,),
-    )
+
+
+def read(data):
+    return to_json(from_json(data, lambda: 5.0))
 
 
 def test_a_launch_becomes_json_and_back():
-    data = protocol.decode(protocol.encode(asdict(a_launch())))
-    assert from_json({**data, 'later': 'addition'}) == a_launch()
+    data = to_json(a_launch())
+    sent = protocol.decode(protocol.encode(data))
+    assert read({**sent, 'later': 'addition'}) == data
 
 
 def test_an_older_launch_does_not_know_all_names():
-    data = asdict(a_launch())
-    del data['processes'][0]['name']
-    assert from_json(data) == a_launch()
+    data = to_json(a_launch())
+    assert data['processes'][0].pop('name') is None
+    del data['processes'][0]['condition']
+    state = from_json(data).process('a-1')
+    assert state is not None
+    assert (state.name, state.condition) == (None, 'running')
 
 
 def test_a_launch_of_an_earlier_version_has_no_components():
-    data = asdict(a_launch())
+    data = to_json(a_launch())
     del data['components'], data['processes'][0]['lifecycle']
     state = from_json(data)
-    assert (state.components, state.processes[0].lifecycle) == ((), None)
+    assert (state.components, state.processes[0].lifecycle) == ([], None)
 
 
 @pytest.mark.parametrize('missing', ['pid', 'processes', 'phase', 'plugin'])
 def test_a_launch_that_lacks_something_is_refused(missing):
-    data = asdict(a_launch())
+    data = to_json(a_launch())
     data['processes'][0].pop(missing, None)
     data['components'][0].pop(missing, None)
     data.pop(missing, None)
-    with pytest.raises(ProtocolError):
+    with pytest.raises(StateError):
         from_json(data)

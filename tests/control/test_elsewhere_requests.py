@@ -10,10 +10,9 @@ from typing import Any
 from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.acts import Acts
 from colcon_yamllaunch.control.journal import Journal
-from colcon_yamllaunch.control.launch_states import About
-from colcon_yamllaunch.control.launch_states import from_json
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.state import from_json
 from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.engine.tasks import Task
 from colcon_yamllaunch.plan.plan import Plan
@@ -61,8 +60,10 @@ class Asked:
         whole = Plan((FIRST, HERE, LAST))
         placed = Placed(whole, Plan((HERE,)), {'arm': Plan((FIRST, LAST))})
         self.parts = RemoteParts([self.link], placed)
-        self.launch = PlayedLaunch()
+        self.launch = PlayedLaunch(self.parts)
+        self.launch.state.log_files = logs = {'arm│last': Path('/log/last')}
         engine: Any = SimpleNamespace(
+            state=self.launch.state,
             elsewhere=self.parts,
             supervisor=Supervisor(),
             terminals=SimpleNamespace(
@@ -76,12 +77,8 @@ class Asked:
             blocks=(),
             tell=self.launch.tell,
         )
-        logs = {'arm│last': Path('/log/last')}
         self.acts = Acts(engine, logs, lambda process: process.parameters)
-        about = About('demo', None, '/demo.yaml', '/')
-        self.service = Service(
-            about, engine, self.acts, None, logs, lambda: 0.0, Journal()
-        )
+        self.service = Service(engine, self.acts, Journal())
         self.parts.begin(self.launch, SimpleNamespace(lines=1, columns=1))
         self.answers: list[Any] = []
 
@@ -108,7 +105,9 @@ def test_the_state_has_all_in_the_order_of_the_plan(asked: Asked) -> None:
     assert (last.machine, last.pid, last.log) == ('arm', 77, '/log/last')
     assert (last.cpu, last.memory) == (0.5, 4096)
     assert (last.local_pid, state.processes[1].machine) == (None, None)
-    assert [(m.name, m.link) for m in state.machines] == [('arm', 'up')]
+    assert [(m.name, m.link) for m in state.machines.values()] == [
+        ('arm', 'up')
+    ]
 
 
 def test_acts_are_answered_by_the_machine(asked: Asked) -> None:

@@ -143,7 +143,7 @@ def test_a_process_becomes_another_one_with_its_next_start(history, process):
     assert ended.process.argv == ('old',)
     assert planned.parts[0].argv == ('new',)
     assert not ended.failed
-    assert h.supervisor.task('a.py-1').restarts == 1
+    assert h.state('a').restarts == 1
 
 
 def test_one_that_has_ended_is_started_anew(history, process):

@@ -4,15 +4,17 @@
 """Launches without a process, whose time passes as the test says."""
 
 from itertools import count
-from types import SimpleNamespace
 
 from colcon_yamllaunch.common.escalation import Orphan
 from colcon_yamllaunch.engine.components.composition import Composition
+from colcon_yamllaunch.engine.events import PartChanged
 from colcon_yamllaunch.engine.events import Started
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.process.spawn import StartError
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.supervisor import Supervisor
 from colcon_yamllaunch.plan.plan import Plan
+from support.launch_states import ABOUT
 from support.test_loop import TestLoop
 
 FINE = Outcome(code=0)
@@ -21,7 +23,8 @@ FINE = Outcome(code=0)
 class FakeHost:
     """A system that takes note of what is done to it."""
 
-    def __init__(self):
+    def __init__(self, state):
+        self.state = state
         self.pids = count(1000)
         self.by_label = {}
         self.refused = set()
@@ -67,7 +70,10 @@ class FakeHost:
         return self.waits
 
     def tell(self, event):
-        self.events.append(event)
+        self.state.apply(event)
+        # which is neither shown nor recorded
+        if not isinstance(event, PartChanged):
+            self.events.append(event)
 
 
 class History:
@@ -75,8 +81,10 @@ class History:
 
     def __init__(self, *entries):
         self.loop = TestLoop()
-        self.host = FakeHost()
         plan = Plan(entries)
+        self.launch = LaunchState(ABOUT, clock=self.loop.time)
+        self.launch.expect(entries)
+        self.host = FakeHost(self.launch)
         self.asked = []
         self.composition = self.compose(plan)
         self.supervisor = Supervisor(
@@ -166,17 +174,12 @@ class History:
         self.turn()
 
     def state(self, label):
-        task = self.supervisor.task(label)
-        return SimpleNamespace(
-            phase=self.supervisor.phase(task),
-            pid=task.group,
-            seconds=self.supervisor.seconds(task),
-            restarts=task.restarts,
-            ending=task.ending,
-        )
+        state = self.launch.process(label)
+        state.seconds = self.launch.seconds_of(state)
+        return state
 
     def phases(self):
-        return [self.supervisor.phase(t) for t in self.supervisor.tasks]
+        return [state.phase for state in self.launch.processes]
 
     def happened(self, kind):
         return [e for e in self.host.events if isinstance(e, kind)]

@@ -12,10 +12,10 @@ from typing import Any
 from colcon_yamllaunch.common import temporary_folders
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control import socket_folder
-from colcon_yamllaunch.control.launch_states import About
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.output.line_pattern import LinePattern
+from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component

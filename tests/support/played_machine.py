@@ -3,17 +3,22 @@
 
 """A machine that only plays its part, and a launch that listens to it."""
 
+from collections.abc import Callable
+import time
 from typing import Any
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.moment import Moment
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.remote.deployment.machine import Machine
+from colcon_yamllaunch.remote.link.remote_parts import RemoteParts
 from colcon_yamllaunch.remote.wire.event_codec import event_to_json
+from support.launch_states import ABOUT
 
 POSITION = Position('/ws/demo.yaml', 3, 5)
 
@@ -85,8 +90,18 @@ class PlayedLink:
 class PlayedLaunch:
     """A launch that notes what it is told."""
 
-    def __init__(self) -> None:
+    def __init__(
+        self,
+        parts: RemoteParts | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.loop: Any = None
+        #: What the events say of the machines.
+        self.state = LaunchState(ABOUT, clock=clock)
+        if parts is not None:
+            self.state.machine_of = parts.machine_of
+            self.state.add_machines(parts.machines)
+            self.state.expect(parts.whole(Plan()).entries)
         self.moment = Moment(lambda: 1000.0)
         self.is_stopping = False
         self.told: list[events.Event] = []
@@ -99,7 +114,9 @@ class PlayedLaunch:
 
     def tell(self, event: events.Event) -> None:
         self.times.append(self.moment())
-        self.told.append(event)
+        self.state.apply(event)
+        if event.lines() or event.record():
+            self.told.append(event)
         if self.parts is not None:
             self.parts.handle(event)
 

@@ -14,13 +14,17 @@ from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.description import Description
 from colcon_yamllaunch.control.description import Parameter
 from colcon_yamllaunch.control.description import Surrounding
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.subscription import Answered
 from colcon_yamllaunch.control.subscription import Happened
 from colcon_yamllaunch.control.subscription import News
 from colcon_yamllaunch.control.subscription import Wrote
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.engine.state import to_json
+from support.launch_states import component_state
+from support.launch_states import launch_state
+from support.launch_states import process_state
 
 Answer = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 
@@ -28,56 +32,28 @@ Answer = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 def process(label: str, **more: Any) -> ProcessState:
     """Return a process that runs."""
     known = {
-        'phase': 'running',
         'pid': 1000,
         'seconds': 5.0,
-        'restarts': 0,
-        'ending': '',
         'executable': 'talker',
         'node': f'/{label}',
         'package': 'demo',
         'log': f'/log/{label}.log',
-        'terminal': False,
     }
-    return ProcessState(label, **{**known, **more})
+    return process_state(label, **{**known, **more})
 
 
 def component(
     label: str, container: str | None, **more: Any
 ) -> ComponentState:
     """Return a component that is loaded."""
-    known = {
-        'phase': 'loaded',
-        'seconds': 4.0,
-        'ending': '',
-        'plugin': 'demo::Talker',
-        'node': f'/{label}',
-        'package': 'demo',
-        'container': f'/{container or "far"}',
-        'process': container,
-        'log': None,
-        'lifecycle': None,
-    }
-    return ComponentState(label, **{**known, **more})
+    known = {'seconds': 4.0, 'container': f'/{container or "far"}'}
+    return component_state(label, container, **{**known, **more})
 
 
 def state_of(*parts: Any, **more: Any) -> LaunchState:
     """Return a launch of processes and components."""
-    known = {
-        'title': 'my_pkg demo.yaml',
-        'package': 'my_pkg',
-        'file': '/ws/demo.yaml',
-        'folder': '/ws',
-        'pid': 999,
-        'seconds': 6.0,
-        'stopping': False,
-        'log_folder': '/log',
-    }
-    return LaunchState(
-        **{**known, **more},
-        processes=tuple(p for p in parts if isinstance(p, ProcessState)),
-        components=tuple(p for p in parts if isinstance(p, ComponentState)),
-    )
+    known = {'pid': 999, 'seconds': 6.0, 'log_folder': '/log'}
+    return launch_state(*parts, **{**known, **more})
 
 
 def description(label: str) -> Description:
@@ -160,7 +136,7 @@ class ShownLaunch:
         number = len(self.asked)
         answer: dict[str, Any] = {}
         if name == 'status':
-            answer = {'launch': asdict(self.state)}
+            answer = {'launch': to_json(self.state)}
         elif name == 'tree':
             answer = {'tree': self.tree}
         elif name == 'describe':

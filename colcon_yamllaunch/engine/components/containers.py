@@ -411,16 +411,25 @@ class Containers:
     def _provided_by(self, process: Process) -> _Container | None:
         return self._containers.get(process.node_name or '')
 
-    def _enter(self, task: ComponentTask, phase: LoadPhase) -> None:
+    def _enter(
+        self, task: ComponentTask, phase: LoadPhase, ending: str = ''
+    ) -> None:
+        """
+        Put a component into a phase.
+
+        :param ending: Why it is not loaded, or could not be unloaded
+        """
         if phase != task.phase:
-            task.phase = phase
             task.since = self._loop.time()
+        elif ending == task.ending:
+            return
+        task.phase, task.ending = phase, ending
+        self._tell(events.PartChanged(task.component, phase, ending))
 
     def _begin(self, task: ComponentTask) -> None:
         """Have a component loaded as soon as that can be."""
         self._succeed(task)
         container = self._container_of(task)
-        task.ending = ''
         task.request = None
         task.is_again = False
         if not [t for t in container.open() if t is not task]:
@@ -486,10 +495,9 @@ class Containers:
     def _fail(
         self, task: ComponentTask, reason: str, *, again: bool = False
     ) -> None:
-        task.ending = reason
         task.request = None
         task.was_sent = False
-        self._enter(task, 'waiting' if again else 'failed')
+        self._enter(task, 'waiting' if again else 'failed', reason)
         self._tell(events.LoadFailed(task.component, reason, again))
 
     def _unload(self, task: ComponentTask) -> None:
@@ -508,7 +516,6 @@ class Containers:
     def _ask_to_unload(self, task: ComponentTask) -> None:
         container = self._container_of(task)
         self._enter(task, 'unloading')
-        task.ending = ''
         if self._given_up is not None:
             self._kept(task, self._given_up)
             return
@@ -533,8 +540,7 @@ class Containers:
         """Take into account that a component cannot be unloaded."""
         task.is_wanted = True
         task.is_again = False
-        self._enter(task, 'loaded')
-        task.ending = f'could not be unloaded: {reason}'
+        self._enter(task, 'loaded', f'could not be unloaded: {reason}')
         self._tell(events.Warned(f'{task.label}: {task.ending}'))
 
     def _gone(self, task: ComponentTask, reason: str) -> None:
@@ -575,8 +581,7 @@ class Containers:
         elif again and task.is_wanted:
             self._enter(task, 'waiting')
         elif task.phase != 'failed':
-            self._enter(task, 'unloaded')
-            task.ending = reason
+            self._enter(task, 'unloaded', reason)
 
     def _vanished(self, container: _Container) -> None:
         container.is_there = False

@@ -44,13 +44,3 @@ class LifecycleTask:
     def label(self) -> str:
         """The label of its process or component."""
         return self.owner.label
-
-    def reached(self, state: str, *, is_wish: bool) -> None:
-        """
-        Take into account that a transition succeeded.
-
-        :param is_wish: Whether the user asked for it, rather than the launch
-        """
-        self.state = state
-        if is_wish:
-            self.goal = state

@@ -338,7 +338,7 @@ class Lifecycles:
             if answer.get('ok'):
                 if task is not None:
                     goal = TRANSITIONS[entry.transition].goal
-                    task.reached(goal, is_wish=True)
+                    self._reach(task, goal, is_wish=True)
                 self._made(node)
                 return
             self._give_up(node)
@@ -349,6 +349,19 @@ class Lifecycles:
         self._planned_requests[node] = self._requests.ask(
             'change_state', answered, node=node, transition=entry.transition
         )
+
+    def _reach(
+        self, task: LifecycleTask, state: str, *, is_wish: bool
+    ) -> None:
+        """
+        Take into account that a transition succeeded.
+
+        :param is_wish: Whether the user asked for it, rather than the launch
+        """
+        task.state = state
+        if is_wish:
+            task.goal = state
+        self._tell(events.PartChanged(task.owner, lifecycle=state))
 
     def _made(self, node: str) -> None:
         """Go on after a transition that the plan has."""
@@ -441,7 +454,8 @@ class Lifecycles:
         if answer.get('ok'):
             # the event may come later
             is_wish = reply is not None
-            task.reached(TRANSITIONS[transition].goal, is_wish=is_wish)
+            goal = TRANSITIONS[transition].goal
+            self._reach(task, goal, is_wish=is_wish)
             self._drive(task)
             if reply is not None:
                 reply(None)

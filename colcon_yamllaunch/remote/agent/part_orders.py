@@ -20,6 +20,7 @@ from colcon_yamllaunch.control.resource_usage import look
 from colcon_yamllaunch.control.resource_usage import usage_between
 from colcon_yamllaunch.control.service import Service
 from colcon_yamllaunch.engine.engine import Engine
+from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan_json import plan_from_json
 from colcon_yamllaunch.plan.plan_json import PlanFormatError
@@ -100,10 +101,10 @@ class PartOrders:
 
     def rows(self) -> dict[str, dict[str, Mapping[str, Any]]]:
         """Return the states of all processes and components by label."""
-        state = self._service.state()
+        state = to_json(self._engine.state)
         return {
-            'processes': {p.label: asdict(p) for p in state.processes},
-            'components': {c.label: asdict(c) for c in state.components},
+            kind: {part['label']: part for part in state[kind]}
+            for kind in ('processes', 'components')
         }
 
     def _do(

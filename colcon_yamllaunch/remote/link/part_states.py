@@ -8,16 +8,13 @@ from collections.abc import Collection
 from collections.abc import Mapping
 from dataclasses import dataclass
 import math
-import os
 import time
 from typing import Any
 
 from colcon_yamllaunch.common.printable import printable
-from colcon_yamllaunch.control.launch_states import UNKNOWN
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import ending_of
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.engine.state import UNKNOWN
 
 _PROCESS_PHASES = frozenset(
     ('waiting', 'running', 'stopping', 'respawn', 'ended')
@@ -172,12 +169,14 @@ class PartStates:
                 case _:
                     continue
 
-    def cpu_shares(self) -> dict[str, float]:
-        """Return what was told last of processors, by label."""
+    def usage(self) -> dict[str, tuple[float, int]]:
+        """Return the use of processors and memory as told last, by label."""
         return {
-            label: state.cpu
+            label: (state.cpu, state.memory)
             for label, state in self._states.items()
-            if state.cpu is not None and state.pid is not None
+            if state.cpu is not None
+            and state.memory is not None
+            and state.pid is not None
         }
 
     def lost(self, label: str, machine: str) -> None:
@@ -231,56 +230,6 @@ class PartStates:
             None,
         )
 
-    def of_process(self, process: Process) -> dict[str, Any]:
-        """Return the attributes of `ProcessState`, without those of here."""
-        state = self._states.get(process.label) or _State()
-        lifecycle = state.lifecycle
-        if lifecycle is None and process.is_lifecycle:
-            lifecycle = UNKNOWN
-        return {
-            'label': process.label,
-            'phase': state.phase,
-            'pid': state.pid,
-            'seconds': self._seconds(state),
-            'restarts': state.restarts,
-            'ending': state.ending,
-            'executable': os.path.basename(str(process.argv[0])),
-            'node': process.node_name,
-            'package': process.package,
-            'log': None,
-            'terminal': state.terminal,
-            'name': process.ros_name,
-            'lifecycle': lifecycle,
-            'cpu': state.cpu,
-            'memory': state.memory,
-        }
-
-    def of_component(
-        self, component: Component, process: Process | None
-    ) -> dict[str, Any]:
-        """
-        Return the attributes of `ComponentState`, without those of here.
-
-        :param process: That of its container, if it is of the launch
-        """
-        state = self._states.get(component.label) or _State()
-        lifecycle = state.lifecycle
-        if lifecycle is None and component.is_lifecycle:
-            lifecycle = UNKNOWN
-        return {
-            'label': component.label,
-            'phase': state.phase,
-            'seconds': self._seconds(state),
-            'ending': state.ending,
-            'plugin': component.plugin,
-            'node': state.node or component.node_name,
-            'package': component.package,
-            'container': component.container,
-            'process': None if process is None else process.label,
-            'log': None,
-            'lifecycle': lifecycle,
-        }
-
     def _take_row(
         self, row: Any, phases: Collection[str], parts: Collection[str]
     ) -> None:
@@ -325,8 +274,3 @@ class PartStates:
     def _end(self, state: _State, phase: str) -> None:
         state.pid = state.cpu = state.memory = None
         self._turn(state, phase)
-
-    def _seconds(self, state: _State) -> float:
-        if state.phase == 'waiting':
-            return 0.0
-        return round(max(0.0, self._clock() - state.since), 3)

@@ -24,7 +24,6 @@ import signal
 import termios
 import time
 from typing import Any
-from typing import Literal
 from typing import Protocol
 
 from colcon_yamllaunch.common.printable import printable
@@ -34,6 +33,7 @@ from colcon_yamllaunch.engine.elsewhere import Done
 from colcon_yamllaunch.engine.elsewhere import LaunchHere
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.state import LinkState
 from colcon_yamllaunch.engine.stopping.launch_stop import timeouts_of
 from colcon_yamllaunch.engine.stopping.launch_stop import UNATTRIBUTED
 from colcon_yamllaunch.engine.tasks import RefusedError
@@ -49,8 +49,6 @@ from colcon_yamllaunch.remote.link.part_states import StateError
 from colcon_yamllaunch.remote.wire.event_codec import EventError
 from colcon_yamllaunch.remote.wire.event_codec import EventReader
 
-#: What becomes of the link to a machine; `done` after its part has ended.
-LinkState = Literal['up', 'lost', 'gone', 'done']
 #: Seconds after which something comes late, and has the time at which it was.
 LATE = 1.0
 #: Seconds that a machine gets to end its part, besides the time-outs of its
@@ -59,8 +57,6 @@ END_PATIENCE = 15.0
 #: How many requests to a machine may wait for their answers.
 MAXIMUM_REQUESTS = 1000
 
-# the phases in which nothing happens until it is asked for
-_CERTAIN = ('waiting', 'ended', 'unloaded', 'failed')
 # what asks for the next start of a process or component
 _STARTS = ('restart', 'debug')
 
@@ -328,29 +324,6 @@ class RemotePart:
             if isinstance(part, Component):
                 yield part, containers.get(part.container)
 
-    def process_states(self) -> Iterator[dict[str, Any]]:
-        """Iterate over the states of the processes, as far as told."""
-        for process in self.processes():
-            state = self.states.of_process(process)
-            state['machine'] = self.machine.name
-            self._doubt(state)
-            if state['terminal'] is None:
-                state['terminal'] = self.has_keyboard(process.label)
-            yield state
-
-    def component_states(self) -> Iterator[dict[str, Any]]:
-        """Iterate over the states of the components, likewise."""
-        for component, process in self.components():
-            state = self.states.of_component(component, process)
-            state['machine'] = self.machine.name
-            self._doubt(state)
-            yield state
-
-    def _doubt(self, state: dict[str, Any]) -> None:
-        """Mark what may have changed since the link was lost."""
-        if self.state == 'lost' and state['phase'] not in _CERTAIN:
-            state |= {'phase': 'unknown', 'ending': ''}
-
     # keyboards
 
     def has_keyboard(self, label: str) -> bool:
@@ -494,6 +467,8 @@ class RemotePart:
 
         def answered(answer: Mapping[str, Any]) -> None:
             self.states.take_usage(answer.get('usage'), self._parts)
+            usage = self.states.usage()
+            self._tell(events.Measured(self.machine.name, usage))
             done()
 
         self.ask('usage', answered)
@@ -600,7 +575,7 @@ class RemotePart:
         self._start_again(at_once=True)
 
     def _start_again(self, *, at_once: bool) -> None:
-        self.state = 'lost'
+        self._enter('lost')
         self._is_again = True
         self._is_idle = False
         self._link.start_again(self._plan_again, at_once=at_once)
@@ -659,6 +634,7 @@ class RemotePart:
             self._take(part)
             self._successors.pop(part.label, None)
             self.states.begin_again(part.label)
+            self._tell(events.PartChanged(part, 'waiting'))
         return {part.label for part in parts}
 
     def _answer_waiting(self, why_not: str | None) -> None:
@@ -670,8 +646,8 @@ class RemotePart:
 
     def _end(self, reason: str) -> None:
         was_gone, self._is_again = self._is_again, False
-        self.state = 'gone'
         self.reason = printable(reason)
+        self._enter('gone')
         if was_gone:
             self._answer_waiting(self._why_not())
             return
@@ -730,7 +706,7 @@ class RemotePart:
                 # its end follows
                 self._ended_for = 'it stopped its part as the link was lost'
                 return
-            self.state = 'done'
+            self._enter('done')
             self._refuse_all(f'{self.machine.name} is done')
         else:
             raise EventError('a message is of no known kind')
@@ -856,6 +832,11 @@ class RemotePart:
 
     def _written(self, plan: Plan) -> str:
         return plan_to_json(self._localised(plan))
+
+    def _enter(self, state: LinkState) -> None:
+        self.state = state
+        name = self.machine.name
+        self._tell(events.LinkChanged(name, state, self.reason))
 
     def _tell(self, event: events.Event) -> None:
         if self._launch is not None:

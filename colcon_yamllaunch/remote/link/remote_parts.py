@@ -203,22 +203,15 @@ class RemoteParts:
         """Iterate over the components, with the process of the container."""
         return chain.from_iterable(p.components() for p in self.parts)
 
-    def process_states(self) -> Iterator[Mapping[str, Any]]:
-        """Iterate over the attributes of `ProcessState` of each process."""
-        return chain.from_iterable(p.process_states() for p in self.parts)
+    @property
+    def machines(self) -> Collection[str]:
+        """The names of the machines."""
+        return self._parts.keys()
 
-    def component_states(self) -> Iterator[Mapping[str, Any]]:
-        """Iterate over the attributes of `ComponentState`."""
-        return chain.from_iterable(p.component_states() for p in self.parts)
-
-    def machine_states(self) -> Iterator[Mapping[str, Any]]:
-        """Iterate over the attributes of `MachineState` of each machine."""
-        for part in self.parts:
-            yield {
-                'name': part.machine.name,
-                'link': part.state,
-                'reason': part.reason,
-            }
+    def machine_of(self, label: str) -> str | None:
+        """Return the name of the machine where a part runs."""
+        found = self._found(label)
+        return None if found is None else found[0].machine.name
 
     def cpu_shares(self) -> dict[str, float]:
         """
@@ -230,7 +223,8 @@ class RemoteParts:
             self.measure(lambda: None)
         shares: dict[str, float] = {}
         for part in self.parts:
-            shares |= part.states.cpu_shares()
+            usage = part.states.usage()
+            shares |= {label: cpu for label, (cpu, _) in usage.items()}
         return shares
 
     def measure(self, done: Callable[[], None]) -> None:

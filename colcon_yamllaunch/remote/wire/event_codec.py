@@ -47,6 +47,7 @@ FROM_MACHINES: tuple[type[events.Event], ...] = (
     events.Unloaded,
     events.StateChanged,
     events.TransitionFailed,
+    events.PartChanged,
     events.RosLost,
 )
 #: Returns the process or component with a label, None if there is none.

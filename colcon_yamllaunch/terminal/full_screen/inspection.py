@@ -14,10 +14,10 @@ from colcon_yamllaunch.control.description import Description
 from colcon_yamllaunch.control.description import Parameter
 from colcon_yamllaunch.control.description import Surrounding
 from colcon_yamllaunch.control.description_lines import description_lines
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.resource_usage import Usage
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
 from colcon_yamllaunch.terminal.full_screen.part_rows import state_of
 from rich.text import Text
@@ -36,7 +36,7 @@ def in_short(model: LaunchModel, label: str, width: int) -> Text:
         text.append(f'  {one_line(part.node)}', 'dim')
     text.append(f'\n{state_of(part)}')
     if isinstance(part, ProcessState) and part.pid is not None:
-        up = duration(model.now_of(part.seconds))
+        up = duration(model.state.seconds_of(part))
         text.append(f'  pid {part.pid}  up {up}')
         if part.restarts:
             text.append(f'  restarts {part.restarts}')

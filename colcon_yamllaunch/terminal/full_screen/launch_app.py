@@ -12,7 +12,6 @@ from contextlib import suppress
 from functools import partial
 import os
 import signal
-import time
 from typing import Any
 from typing import ClassVar
 
@@ -46,7 +45,6 @@ class LaunchApp(App[None]):
     :param feed: Tells of the launch, and asks it for things
     :param terminal: What it can have done outside of itself
     :param measure: Tells what process groups use; it may take some time
-    :param clock: Returns seconds that never go back
     :param shown: Is told when the terminal is the app's, and when it is not
     """
 
@@ -83,7 +81,6 @@ class LaunchApp(App[None]):
         feed: LaunchFeed,
         terminal: Terminal,
         measure: Measure = usage_of,
-        clock: Callable[[], float] = time.monotonic,
         shown: Callable[[bool], None] = lambda _: None,
     ) -> None:
         # the colours of the terminal, and none of ours
@@ -91,7 +88,7 @@ class LaunchApp(App[None]):
         self._measure = measure
         #: Is told when the terminal is ours, and when it is not.
         self.tell_shown = shown
-        self.panes = LaunchScreen(feed, terminal, clock)
+        self.panes = LaunchScreen(feed, terminal)
         #: The signal that ended it, None where the user left.
         self.signal: int | None = None
         #: The defect of ours that ended it, if one did.

@@ -4,22 +4,23 @@
 """What is known of a running launch: from its news to what is shown."""
 
 from collections import deque
-from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
-from dataclasses import replace
+import signal
 from typing import Any
 
 from colcon_yamllaunch.common.table import size
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import Part
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.control.resource_usage import use_of
 from colcon_yamllaunch.control.subscription import Happened
 from colcon_yamllaunch.control.subscription import Missed
 from colcon_yamllaunch.control.subscription import News
 from colcon_yamllaunch.control.subscription import Wrote
+from colcon_yamllaunch.engine import events
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.terminal.full_screen.event_sentences import (
     level_of_event,
@@ -32,8 +33,6 @@ from colcon_yamllaunch.terminal.full_screen.output_view import OutputView
 #: How often in a row the use of resources is remembered.
 HISTORY = 120
 
-_FAILED = frozenset(('start_failed', 'load_failed', 'transition_failed'))
-_RECOVERED = frozenset(('loaded', 'dropped'))
 #: Events after which the plan may be another.
 _PLANNED = frozenset(('planned', 'dropped', 'replanned'))
 
@@ -43,24 +42,14 @@ class LaunchModel:
     A launch.
 
     :param state: As it was when its news began
-    :param clock: Returns seconds that never go back
     :param form: That of lines of output, see `log_levels.FORMAT`
     """
 
-    def __init__(
-        self,
-        state: LaunchState,
-        clock: Callable[[], float],
-        form: str | None = None,
-    ) -> None:
-        self._clock = clock
+    def __init__(self, state: LaunchState, form: str | None = None) -> None:
+        #: The launch as it was described last.
+        self.state = state
         self.store = OutputStore(form=form)
         self.view = OutputView(self.store)
-        #: The labels of what failed since somebody started it.
-        self.failed: set[str] = set()
-        #: Those of what was stopped on request, and of what is held.
-        self.stopped: set[str] = set()
-        self.held: set[str] = set()
         #: The plan as a tree, as `protocol` has it.
         self.tree: Sequence[Mapping[str, Any]] = ()
         #: What the last build or evaluation that failed has said.
@@ -77,27 +66,19 @@ class LaunchModel:
         #: something happened.
         self.wants_state = False
         self.wants_tree = True
-        # how each process ended last
-        self._endings: dict[str, str] = {}
+        # how processes ended since they were started last
+        self._exits: dict[str, events.Exited] = {}
         self._gap: Line | None = None
         self._gap_bytes = 0
-        self._stopped = 0.0
-        self.take_state(state)
 
     @property
-    def seconds(self) -> float:
-        """For how long the launch has been running."""
-        return self.now_of(self.state.seconds)
-
-    def now_of(self, seconds: float) -> float:
-        """Return what a time span of the state has become by now."""
-        now = self._stopped if self.ending else self._clock()
-        return seconds + now - self._taken
+    def failed(self) -> set[str]:
+        """The labels of what failed since somebody started it."""
+        return {p.label for p in self.state.by_label.values() if p.failure}
 
     def part(self, label: str | None) -> Part | None:
         """Return the process or component with a label."""
-        found = (p for p in self.state.parts() if p.label == label)
-        return next(found, None)
+        return None if label is None else self.state.by_label.get(label)
 
     def take(self, news: News) -> None:
         """Take what happened."""
@@ -109,11 +90,6 @@ class LaunchModel:
                 self._take_event(news.name, news.fields)
             case Missed():
                 self._take_gap(news)
-
-    def take_state(self, state: LaunchState) -> None:
-        """Take the state as the launch tells it."""
-        self.state = state
-        self._taken = self._clock()
 
     def take_usage(self, usage: Mapping[int, Usage]) -> None:
         """
@@ -138,20 +114,24 @@ class LaunchModel:
 
         :param reason: Why, as a sentence; empty where the launch said it
         """
-        self._stopped = self._clock()
         self.ending = reason or 'the launch has ended'
+        state = self.state
+        stopped = state.clock()
+        state.clock = lambda: stopped
         # what it was asked for last came before
-        self.state = replace(
-            self.state,
-            stopping=False,
-            processes=tuple(map(self._ended, self.state.processes)),
-            components=tuple(
-                replace(c, phase='unloaded')
-                if c.phase in ('loading', 'loaded', 'unloading')
-                else c
-                for c in self.state.components
-            ),
-        )
+        for part in state.parts():
+            event: events.Event | None = None
+            if isinstance(part, ComponentState):
+                if part.phase in ('loading', 'loaded', 'unloading'):
+                    event = events.PartChanged(_named(part), 'unloaded')
+            elif part.phase not in ('ended', 'waiting'):
+                # where nobody has said how, it was not by itself
+                event = self._exits.get(
+                    part.label,
+                    events.PartChanged(_named(part), 'ended', 'ended'),
+                )
+            if event is not None:
+                state.apply(event)
         if reason:
             self.say(reason)
 
@@ -172,26 +152,10 @@ class LaunchModel:
         """Say something of the launch that stands among its output."""
         self._say(None, text, 0.0, Level.FATAL)
 
-    def _ended(self, process: ProcessState) -> ProcessState:
-        if process.phase in ('ended', 'waiting'):
-            return process
-        ending = self._endings.get(process.label)
-        if ending is None:
-            # nobody has told; it was not of its own accord
-            self.stopped.add(process.label)
-            ending = 'ended'
-        return replace(process, phase='ended', pid=None, ending=ending)
-
     def _take_event(self, name: str, fields: Mapping[str, Any]) -> None:
         label = fields.get('label')
         label = label if isinstance(label, str) else None
         self._gap = None
-        if label is not None:
-            if name in _FAILED or (name == 'exited' and fields.get('failed')):
-                self.failed.add(label)
-            elif name in _RECOVERED or self._is_new_try(label, name, fields):
-                self.failed.discard(label)
-            self._take_phase(label, name, fields)
         if name == 'ended':
             self.exit_code = fields.get('exit_code')
         if name == 'watched':
@@ -199,10 +163,11 @@ class LaunchModel:
         self.wants_state = True
         self.wants_tree |= name in _PLANNED
         text = sentence_of(name, fields)
-        if name == 'exited' and label is not None:
-            self._endings[label] = text
-        elif name == 'started' and label is not None:
-            self._endings.pop(label, None)
+        part = self.part(label)
+        if part is not None and name in ('started', 'exited'):
+            self._exits.pop(part.label, None)
+            if name == 'exited':
+                self._exits[part.label] = _exited(part, fields)
         if text:
             time = fields.get('time')
             self._say(
@@ -211,28 +176,6 @@ class LaunchModel:
                 time if isinstance(time, float) else 0.0,
                 level_of_event(name, fields),
             )
-
-    def _is_new_try(
-        self, label: str, name: str, fields: Mapping[str, Any]
-    ) -> bool:
-        """Tell whether somebody asks for what makes a failure a past one."""
-        if name != 'requested':
-            return False
-        part = self.part(label)
-        has_ended = isinstance(part, ProcessState) and part.phase == 'ended'
-        return not has_ended or fields.get('action') not in ('stop', 'kill')
-
-    def _take_phase(
-        self, label: str, name: str, fields: Mapping[str, Any]
-    ) -> None:
-        """Keep what the state of a process or component does not tell."""
-        self.held.discard(label)
-        if name == 'held':
-            self.held.add(label)
-        elif name == 'exited' and fields.get('asked'):
-            self.stopped.add(label)
-        elif name in ('started', 'exited'):
-            self.stopped.discard(label)
 
     def _say(
         self, label: str | None, text: str, time: float, level: Level
@@ -252,3 +195,25 @@ class LaunchModel:
         self._gap_bytes += missed.bytes
         text = f'… {size(self._gap_bytes)} not shown …'
         self.store.alter(self._gap, text)
+
+
+def _named(part: Part) -> Any:
+    """Return what stands for a part of the plan in events to apply."""
+    return part
+
+
+def _exited(part: Part, fields: Mapping[str, Any]) -> events.Exited:
+    """Return the end of a process from its line in `events.jsonl`."""
+    name = fields.get('signal')
+    number = getattr(signal, name, None) if isinstance(name, str) else None
+    outcome = Outcome(
+        fields.get('exit_code'), number, bool(fields.get('core_dumped'))
+    )
+    return events.Exited(
+        _named(part),
+        pid=0,
+        outcome=outcome,
+        seconds=0.0,
+        asked=bool(fields.get('asked')),
+        failed=bool(fields.get('failed')),
+    )

@@ -4,7 +4,6 @@
 """The panes, and what each key does."""
 
 from asyncio import get_running_loop
-from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import replace
 import os
@@ -13,10 +12,10 @@ from typing import ClassVar
 from typing import Protocol
 
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import Part
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.protocol import ProtocolError
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.observers.line_filter import Filtering
 from colcon_yamllaunch.observers.log_levels import FORMAT
 from colcon_yamllaunch.observers.log_levels import Level
@@ -107,12 +106,11 @@ class LaunchScreen(Screen[None]):
         self,
         feed: LaunchFeed,
         terminal: Terminal,
-        clock: Callable[[], float],
     ) -> None:
         super().__init__()
         self._feed = feed
         self._terminal = terminal
-        self.model = LaunchModel(feed.state, clock, os.environ.get(FORMAT))
+        self.model = LaunchModel(feed.state, os.environ.get(FORMAT))
         self._parts = PartList()
         self._output = OutputPane(self.model.view)
         self._shows_plan = False

@@ -13,11 +13,11 @@ from typing import Protocol
 
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.launch_states import from_json
-from colcon_yamllaunch.control.launch_states import LaunchState
+from colcon_yamllaunch.control.protocol import launch_of
 from colcon_yamllaunch.control.protocol import ProtocolError
 from colcon_yamllaunch.control.subscription import Answered
 from colcon_yamllaunch.control.subscription import News
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
 
 #: Reads in an interval, each of some 64 KiB at most. Nobody reads more than
@@ -180,7 +180,7 @@ class Link:
         if error is None:
             # one of another version says something else
             with suppress(ProtocolError):
-                self._model.take_state(from_json(answer.get('launch')))
+                self._model.state = launch_of(answer)
 
     def _take_tree(self, error: str | None, answer: Mapping[str, Any]) -> None:
         tree = answer.get('tree')

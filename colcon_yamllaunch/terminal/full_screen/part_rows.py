@@ -13,30 +13,16 @@ from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import Part
-from colcon_yamllaunch.control.launch_states import ProcessState
-from colcon_yamllaunch.terminal.board import BETWEEN_STATES
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import Condition
+from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.terminal.board import MUCH_CPU
-from colcon_yamllaunch.terminal.board import Phase
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
 from colcon_yamllaunch.terminal.status_block import LOOKS
 
-#: What the phases of processes and components are to the status block, too.
-_PHASES: Mapping[str, Phase] = {
-    'waiting': 'waiting',
-    'loading': 'starting',
-    'running': 'running',
-    'loaded': 'running',
-    'stopping': 'stopping',
-    'unloading': 'stopping',
-    'respawn': 'respawn',
-    'ended': 'ended',
-    'unloaded': 'stopped',
-    'failed': 'failed',
-}
 #: The colour of each.
-_STYLES: Mapping[Phase, str] = {
+_STYLES: Mapping[Condition, str] = {
     'waiting': 'bright_black',
     'starting': 'yellow',
     'running': 'green',
@@ -47,8 +33,6 @@ _STYLES: Mapping[Phase, str] = {
     'stopped': 'bright_black',
     'failed': 'bold red',
 }
-#: The phases in which nothing runs that could have recovered.
-_DOWN = ('ended', 'waiting', 'stopped')
 #: How a process failed, in full; see `outcome.Outcome`.
 _FAILED = re.compile(r'exited with code (\d+)|died by (\w+)( \([^)]*\))?')
 #: What stands before a launch file, a group, a timer.
@@ -126,33 +110,18 @@ def _branches(
 
 
 def _row(model: LaunchModel, part: Part, depth: int) -> Row:
-    phase = _phase(model, part)
-    style = _STYLES[phase]
-    if phase == 'respawn' and part.label in model.failed:
+    condition = part.condition
+    style = _STYLES[condition]
+    if condition == 'respawn' and part.failure:
         style = _STYLES['failed']
     return Row(
         part.label,
         depth,
-        LOOKS[phase].sign,
+        LOOKS[condition].sign,
         style,
         one_line(part.label),
         _note(model, part),
     )
-
-
-def _phase(model: LaunchModel, part: Part) -> Phase:
-    """Return the phase that the status block has for it."""
-    phase = _PHASES.get(part.phase, 'starting')
-    if phase == 'running':
-        if part.lifecycle in BETWEEN_STATES:
-            return 'starting'
-        return 'held' if part.label in model.held else 'running'
-    if phase in _DOWN:
-        if part.label in model.failed:
-            return 'failed'
-        if part.label in model.stopped:
-            return 'stopped'
-    return phase
 
 
 def _note(model: LaunchModel, part: Part) -> str:

@@ -46,7 +46,7 @@ def title_text(model: LaunchModel, *, follows: bool) -> Text:
     if model.missed_bytes:
         text.append(f' {size(model.missed_bytes)} missed ', 'yellow')
     text.append(f' {one_line(state.title)}', 'bold')
-    text.append(f'  {duration(model.seconds)}  pid {state.pid}')
+    text.append(f'  {duration(state.seconds)}  pid {state.pid}')
     if state.watch_paused:
         text.append('  --watch is off', 'yellow')
     elif state.watch is not None:

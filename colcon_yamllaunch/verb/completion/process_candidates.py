@@ -13,14 +13,14 @@ from pathlib import Path
 
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import running_launches
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import Part
-from colcon_yamllaunch.control.launch_states import ProcessState
-from colcon_yamllaunch.control.launch_states import UNKNOWN
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
 from colcon_yamllaunch.control.process_names import ProcessNames
 from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
 from colcon_yamllaunch.engine.components.transitions import transitions_of
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.engine.state import UNKNOWN
 from colcon_yamllaunch.verb.completion.candidates import Candidates
 from colcon_yamllaunch.verb.sessions.selecting import is_selected
 from colcon_yamllaunch.verb.sessions.selecting import matches
@@ -72,7 +72,7 @@ def parts(
     texts: dict[str, str] = {}
     others: dict[str, str] = {}
     for names, part, state in named:
-        phase = part.phase
+        phase: str = part.phase
         if part.lifecycle not in (None, UNKNOWN):
             phase = f'{phase}, {part.lifecycle}'
         text = f'{phase} in {state.title}'

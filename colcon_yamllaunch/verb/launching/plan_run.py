@@ -14,7 +14,6 @@ import time
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.control.launch_states import About
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.events import Ended
 from colcon_yamllaunch.engine.events import Event
@@ -24,6 +23,7 @@ from colcon_yamllaunch.engine.events import StartFailed
 from colcon_yamllaunch.engine.events import Verbosity
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.plan_source import PlanSource
+from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.observers.failures import OwnerOf
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import Plan

@@ -16,8 +16,6 @@ from colcon_yamllaunch.control import protocol
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.client import RunningLaunch
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import Part
 from colcon_yamllaunch.control.process_names import meant_by
 from colcon_yamllaunch.control.process_names import ProcessNames
 from colcon_yamllaunch.control.protocol import ProtocolError
@@ -25,6 +23,8 @@ from colcon_yamllaunch.engine.output.signals import caught
 from colcon_yamllaunch.engine.output.signals import received
 from colcon_yamllaunch.engine.output.signals import STOPPING
 from colcon_yamllaunch.engine.output.terminals import with_terminals
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.terminal.keyboard import Keyboard

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
-from dataclasses import asdict
 import json
 from pathlib import Path
 import shutil
@@ -19,12 +18,13 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.client import PROGRESS_INTERVAL
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import Part
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.control.resource_usage import usage_of
 from colcon_yamllaunch.control.resource_usage import use_of
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.verb.cli.launch_options import ControlOptions
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import say_line
@@ -155,7 +155,7 @@ def _status(candidates: Sequence[Candidate], form: str) -> int:
 def _described(
     candidate: Candidate, usage: Mapping[int, Usage]
 ) -> dict[str, Any]:
-    described = asdict(candidate.state)
+    described = to_json(candidate.state)
     described['orphaned'] = candidate.is_orphaned
     states = candidate.state.processes
     for process, state in zip(described['processes'], states, strict=True):

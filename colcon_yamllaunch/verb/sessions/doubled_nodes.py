@@ -18,8 +18,8 @@ from colcon_yamllaunch.common.process_scan import arguments_of
 from colcon_yamllaunch.common.process_scan import variable_of
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import running_launches
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 

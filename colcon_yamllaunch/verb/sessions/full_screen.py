@@ -20,8 +20,8 @@ from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.control.client import RunningLaunch
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.subscription import BEGINNING
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.observers.display import only_prints
 from colcon_yamllaunch.terminal.pager import command
 from colcon_yamllaunch.terminal.pager import LESS

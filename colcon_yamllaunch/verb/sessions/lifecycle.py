@@ -9,10 +9,10 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.suggestions import listing
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import Part
 from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
 from colcon_yamllaunch.engine.components.transitions import transitions_of
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 from colcon_yamllaunch.verb.sessions.selecting import choose_parts

@@ -19,13 +19,13 @@ from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
 from colcon_yamllaunch.control.client import running_launches
 from colcon_yamllaunch.control.client import RunningLaunch
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import Part
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.orphaned_launches import orphaned_launches
 from colcon_yamllaunch.control.orphaned_launches import OrphanedLaunch
 from colcon_yamllaunch.control.process_names import meant_by
 from colcon_yamllaunch.control.process_names import ProcessNames
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.verb.cli.messages import say
 
 

@@ -13,12 +13,12 @@ from colcon_yamllaunch.common.table import size
 from colcon_yamllaunch.common.table import table_lines
 from colcon_yamllaunch.common.table import table_width
 from colcon_yamllaunch.common.table import without_end
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import Part
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.resource_usage import Usage
 from colcon_yamllaunch.control.resource_usage import use_of
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import ProcessState
 
 _HEADS = ('PROCESS', 'STATE', 'PID', 'UP', 'RESTARTS', 'CPU', 'MEMORY')
 _RIGHT = frozenset((2, 3, 4, 5, 6))
@@ -56,7 +56,7 @@ def table(
         lines = table_lines(rows, widths, without_end, _RIGHT)
     if width is not None:
         title = without_end(title, width)
-    for machine in launch.machines:
+    for machine in launch.machines.values():
         if machine.link in _BROKEN:
             what = _BROKEN[machine.link]
             line = one_line(f'{machine.name}: {what}: {machine.reason}')

@@ -9,6 +9,7 @@ from typing import Any
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.remote.connection.machine_connection import Facts
 from colcon_yamllaunch.remote.connection.machine_connection import StartedPart
 from colcon_yamllaunch.remote.deployment.machine import Machine
@@ -133,8 +134,8 @@ def _sent(sent: list[tuple[int, Any]]) -> tuple[RemotePart, _Launch]:
             at = 0 if kind == frames.CONTROL else number
             link._feed(frames.encode(kind, body, at))
             part.advance()
-            list(part.process_states())
-            part.states.cpu_shares()
+            to_json(launch.state)
+            part.states.usage()
         return part, launch
     finally:
         part.close()

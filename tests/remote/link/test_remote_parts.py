@@ -7,11 +7,10 @@ import os
 import signal
 import termios
 
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import MachineState
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.state import from_json
+from colcon_yamllaunch.engine.state import to_json
 from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Plan
@@ -57,13 +56,13 @@ class Played:
             clock=lambda: self.now,
             **fields,
         )
-        self.launch = PlayedLaunch()
+        self.launch = PlayedLaunch(self.parts, lambda: self.now)
         self.launch.parts = self.parts
         self.parts.begin(self.launch, SIZE)
 
     def states(self):
-        told = self.parts.process_states()
-        return {t['label']: ProcessState(**t) for t in told}
+        state = to_json(self.launch.state)
+        return from_json(state, lambda: self.now).by_label
 
 
 @pytest.fixture
@@ -222,27 +221,9 @@ def test_states_follow_what_happens(played):
     played.link.tells(events.Started(DRIVER, 78))
     assert played.states()[LABEL].restarts == 1
     played.link.tells(events.Loaded(TALKER, '/box/talker', 1, 0.1))
-    (told,) = played.parts.component_states()
-    component = ComponentState(**told)
+    component = played.states()[TALKER.label]
     assert (component.phase, component.node) == ('loaded', '/box/talker')
     assert played.parts.has('/box/talker')
-
-
-def test_rows_of_the_machine_are_taken(played):
-    row = {
-        'label': LABEL,
-        'phase': 'stopping',
-        'pid': 5,
-        'seconds': 1.5,
-        'restarts': 2,
-        'ending': '',
-        'lifecycle': 'active',
-        'terminal': False,
-    }
-    played.link.says(states={'processes': [row]})
-    state = played.states()[LABEL]
-    assert (state.phase, state.pid, state.restarts) == ('stopping', 5, 2)
-    assert (state.seconds, state.lifecycle) == (1.5, 'active')
 
 
 @pytest.mark.parametrize(
@@ -311,8 +292,7 @@ def test_whatever_a_machine_says_is_taken_or_refused(message):
     played.link.handler.message(message)
     for event in played.launch.told:
         assert all('\x1b' not in line for line in event.lines())
-    assert len(played.states()) == 2
-    assert list(played.parts.component_states())
+    assert len(played.states()) == 3
     played.parts.is_waiting()
 
 
@@ -353,7 +333,7 @@ def test_a_lost_link_is_told_and_so_is_its_return(played):
     played.link.handler.lost('nothing was heard of it')
     assert answers == ['the link to arm is lost: nothing was heard of it']
     assert played.states()[LABEL].phase == 'waiting'
-    (state,) = (MachineState(**t) for t in played.parts.machine_states())
+    (state,) = played.launch.state.machines.values()
     assert (state.link, state.reason) == ('lost', 'nothing was heard of it')
     with pytest.raises(RefusedError, match='is lost'):
         played.parts.act('stop', LABEL, answers.append)
@@ -369,9 +349,8 @@ def test_processes_of_a_lost_machine_are_unknown(played):
     played.link.tells(events.Started(DRIVER, 77))
     played.link.tells(events.Loaded(TALKER, '/box/talker', 1, 0.1))
     played.link.handler.lost('nothing was heard of it')
-    (component,) = played.parts.component_states()
     assert played.states()[LABEL].phase == 'unknown'
-    assert component['phase'] == 'unknown'
+    assert played.states()[TALKER.label].phase == 'unknown'
     played.link.handler.back(2.5)
     assert played.states()[LABEL].phase == 'running'
 

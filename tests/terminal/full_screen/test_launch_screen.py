@@ -205,7 +205,8 @@ def test_what_failed_is_seen_and_found_among_many() -> None:
 
     async def act(shown: Shown) -> None:
         await shown.shows('node0', '0 ● node9')
-        nodes[150] = process('node150', phase='ended', pid=None, ending='died')
+        down = {'phase': 'ended', 'condition': 'failed', 'pid': None}
+        nodes[150] = process('node150', ending='died', failure='X', **down)
         launch.state = ShownLaunch(*nodes).state
         launch.tell(exited('node150', 3))
         await shown.shows('1 failed')
@@ -416,12 +417,11 @@ def test_a_component_writes_nothing_of_its_own() -> None:
 
 def test_the_row_of_the_cursor_has_one_colour() -> None:
     launch = ShownLaunch(
-        process('kitchen', phase='ended', ending='exited with code 3'),
+        process('kitchen', phase='ended', condition='failed', ending='exit 3'),
         process('box'),
     )
 
     async def act(shown: Shown) -> None:
-        launch.tell(exited('kitchen', 3))
         await shown.shows('1 ✗ kitchen', 'exit 3')
         strip = shown.app.panes.query_one(PartList).render_line(0)
         styles = {segment.style for segment in strip if segment.text}

@@ -10,10 +10,11 @@ from typing import Any
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.control.client import ControlError
 from colcon_yamllaunch.control.client import LaunchEndedError
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import Part
-from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.engine.state import About
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.verb.cli.launch_options import ControlOptions
 from colcon_yamllaunch.verb.completion import process_candidates
 from colcon_yamllaunch.verb.sessions import attaching
@@ -21,52 +22,33 @@ from colcon_yamllaunch.verb.sessions import controlling
 from colcon_yamllaunch.verb.sessions import reading_logs
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 import pytest
+from support.launch_states import component_state
+from support.launch_states import launch_state
+from support.launch_states import process_state
 
 
 def process(label: str, **more: Any) -> ProcessState:
-    values: dict[str, Any] = {
-        'phase': 'running',
+    known = {
         'pid': 7,
-        'seconds': 1.0,
-        'restarts': 0,
-        'ending': '',
         'executable': label.rstrip('-0123456789'),
-        'node': None,
-        'package': None,
         'log': f'/log/{label}',
-        'terminal': False,
     }
-    return ProcessState(label, **{**values, **more})
+    return process_state(label, **{**known, **more})
 
 
 def component(label: str, **more: Any) -> ComponentState:
-    values: dict[str, Any] = {
-        'phase': 'loaded',
-        'seconds': 1.0,
-        'ending': '',
-        'plugin': 'demo::Talker',
-        'node': f'/ns/{label}',
-        'package': 'demo',
-        'container': '/box',
-        'process': 'box-1',
-        'log': '/log/box-1',
-        'lifecycle': None,
-    }
-    return ComponentState(label, **{**values, **more})
+    known = {'node': f'/ns/{label}', 'log': '/log/box-1'}
+    return component_state(label, **{**known, **more})
 
 
 #: `/far` is a container of somebody else.
-LAUNCH = LaunchState(
-    *('demo', None, '/demo.yaml', '/', 3, 9.0, False, '/log'),
-    (
-        process('box-1', node='/box'),
-        process('camera-2', node='/ns/camera', lifecycle='unconfigured'),
-    ),
-    (
-        component('talker'),
-        component('mapper', lifecycle='inactive', plugin='demo::Mapper'),
-        component('remote', container='/far', process=None, log=None),
-    ),
+LAUNCH = launch_state(
+    process('box-1', node='/box'),
+    process('camera-2', node='/ns/camera', lifecycle='unconfigured'),
+    component('talker'),
+    component('mapper', lifecycle='inactive', plugin='demo::Mapper'),
+    component('remote', container='/far', process=None, log=None),
+    about=About('demo', None, '/demo.yaml', '/'),
 )
 
 
@@ -91,11 +73,8 @@ class FakeLaunch:
             waiting()
         if label in self.refused:
             raise ControlError(self.refused[label])
-        self.state = replace(
-            self.state,
-            processes=tuple(map(self._changed, self.state.processes)),
-            components=tuple(map(self._changed, self.state.components)),
-        )
+        parts = map(self._changed, self.state.by_label.values())
+        self.state = replace(self.state, by_label={p.label: p for p in parts})
 
     def status(self) -> LaunchState:
         return self.state
@@ -309,9 +288,9 @@ def test_completion_offers_components(running: FakeLaunch) -> None:
     assert list(offered) == ['activate', 'cleanup', 'shutdown']
     for words in (['talker'], ['mapper', 'activate']):
         assert not process_candidates.transitions({}, None, words)
-    running.state = replace(
-        LAUNCH, components=(component('mapper', lifecycle='unknown'),)
-    )
+    mapper = component('mapper', lifecycle='unknown')
+    by_label = {**LAUNCH.by_label, 'mapper': mapper}
+    running.state = replace(LAUNCH, by_label=by_label)
     assert len(process_candidates.transitions({}, None, ['mapper'])) == 5
 
 

@@ -6,14 +6,16 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.engine.state import About
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.plan_json import plan_to_json
 from colcon_yamllaunch.plan.position import Position
 from colcon_yamllaunch.verb.sessions import doubled_nodes
 import pytest
+from support.launch_states import launch_state
+from support.launch_states import process_state
 from support.user import User
 
 FILE = '/ws/demo.yaml'
@@ -26,14 +28,9 @@ NAMED = Process(
     node_name='/a/talker',
 )
 UNNAMED = replace(NAMED, node_name=None)
-STATE = ProcessState(
-    *('talker-1', 'running', 7, 1.0, 0, '', 'talker', None, 'p', None),
-    terminal=False,
-)
-NAMED_STATE = replace(STATE, node='/a/talker')
-OTHER = LaunchState(
-    *('p demo.yaml', 'p', FILE, '/ws'), 4711, 9.0, False, None, ()
-)
+STATE = process_state('talker-1', pid=7, executable='talker', package='p')
+NAMED_STATE = process_state('talker-1', pid=7, package='p', node='/a/talker')
+OTHER = launch_state(about=About('p demo.yaml', 'p', FILE, '/ws'), pid=4711)
 Find = Callable[..., list[str]]
 
 
@@ -58,7 +55,7 @@ def find(monkeypatch: pytest.MonkeyPatch) -> Find:
             Plan((process,)),
             domains,
             file,
-            replace(OTHER, processes=(state,)),
+            replace(OTHER, by_label={state.label: state}),
         )
 
     return doubled

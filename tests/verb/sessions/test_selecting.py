@@ -8,27 +8,19 @@ from typing import Any
 from typing import cast
 
 from colcon_yamllaunch.common.errors import UserError
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import ProcessState
+from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.verb.sessions.selecting import Candidate
 from colcon_yamllaunch.verb.sessions.selecting import choose_launch
 from colcon_yamllaunch.verb.sessions.selecting import is_selected
 from colcon_yamllaunch.verb.sessions.selecting import nearest_first
 import pytest
+from support.launch_states import launch_state
+from support.launch_states import process_state
 
 
 def launch(pid: int, file: str, folder: str, *labels: str) -> Candidate:
-    processes = tuple(
-        ProcessState(
-            *(label, 'running', 1, 1.0, 0, '', label, None, None, None),
-            terminal=False,
-        )
-        for label in labels
-    )
-    name = Path(file).name
-    state = LaunchState(
-        *(name, 'pkg', file, folder, pid, 1.0, False, None), processes
-    )
+    about = About(Path(file).name, 'pkg', file, folder)
+    state = launch_state(*map(process_state, labels), about=about, pid=pid)
     return Candidate(cast(Any, None), state)
 
 

@@ -9,53 +9,25 @@ from typing import Any
 
 from colcon_yamllaunch.common.table import duration
 from colcon_yamllaunch.common.table import size
-from colcon_yamllaunch.control.launch_states import ComponentState
-from colcon_yamllaunch.control.launch_states import LaunchState
-from colcon_yamllaunch.control.launch_states import ProcessState
 from colcon_yamllaunch.control.resource_usage import Usage
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.verb.sessions.status_table import table
 import pytest
-
-
-def process(label: str, **more: Any) -> ProcessState:
-    values: dict[str, Any] = {
-        'phase': 'running',
-        'pid': None,
-        'seconds': 0.0,
-        'restarts': 0,
-        'ending': '',
-        'executable': label,
-        'node': None,
-        'package': None,
-        'log': None,
-        'terminal': False,
-    }
-    return ProcessState(label, **{**values, **more})
+from support.launch_states import component_state
+from support.launch_states import launch_state
+from support.launch_states import process_state as process
 
 
 def component(label: str, **more: Any) -> ComponentState:
-    values: dict[str, Any] = {
-        'phase': 'loaded',
-        'seconds': 12.0,
-        'ending': '',
-        'plugin': 'demo::Talker',
-        'node': f'/{label}',
-        'package': 'demo',
-        'container': '/box',
-        'process': 'box-1',
-        'log': None,
-        'lifecycle': None,
-    }
-    return ComponentState(label, **{**values, **more})
+    return component_state(label, **{'seconds': 12.0, **more})
 
 
 def launch(
     *processes: ProcessState, components: tuple[ComponentState, ...] = ()
 ) -> LaunchState:
-    return LaunchState(
-        *('my_pkg demo.yaml', 'my_pkg', '/ws/demo.yaml', '/ws', 4242, 75.0),
-        *(False, None, processes, components),
-    )
+    return launch_state(*processes, *components, seconds=75.0)
 
 
 def test_a_table_of_all_states() -> None:

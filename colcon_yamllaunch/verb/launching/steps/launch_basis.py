@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import NoReturn
 from typing import TYPE_CHECKING
 
-from colcon_yamllaunch.control.launch_states import About
 from colcon_yamllaunch.control.socket_folder import has_sockets
+from colcon_yamllaunch.engine.state import About
 from colcon_yamllaunch.language.evaluation.request import Request
 from colcon_yamllaunch.language.policies.evaluate import Evaluation
 from colcon_yamllaunch.language.syntax.diagnostics import Diagnostic

@@ -1,0 +1,66 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""States of launches, their processes and components."""
+
+from collections.abc import Callable
+import time
+from typing import Any
+
+from colcon_yamllaunch.engine.state import _condition_of
+from colcon_yamllaunch.engine.state import About
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import ProcessState
+
+ABOUT = About('my_pkg demo.yaml', 'my_pkg', '/ws/demo.yaml', '/ws')
+
+
+def process_state(label: str, **more: Any) -> ProcessState:
+    """Return a process that runs, unless told otherwise."""
+    known = {'phase': 'running', 'executable': label, 'is_due': False}
+    state = ProcessState(label, **{**known, **more})
+    state.condition = more.get('condition', _condition_of(state))
+    return state
+
+
+def component_state(
+    label: str, process: str | None = 'box-1', **more: Any
+) -> ComponentState:
+    """Return a component that is loaded, unless told otherwise."""
+    known = {
+        'phase': 'loaded',
+        'plugin': 'demo::Talker',
+        'node': f'/{label}',
+        'package': 'demo',
+        'container': '/box',
+        'process': process,
+        'is_due': False,
+    }
+    state = ComponentState(label, **{**known, **more})
+    state.condition = more.get('condition', _condition_of(state))
+    return state
+
+
+def launch_state(
+    *parts: Part,
+    about: About = ABOUT,
+    seconds: float = 9.0,
+    clock: Callable[[], float] = time.monotonic,
+    stopping: bool = False,
+    **more: Any,
+) -> LaunchState:
+    """Return a launch of processes and components."""
+    now = clock()
+    for part in parts:
+        part.since = now - part.seconds
+    return LaunchState(
+        about,
+        **{'pid': 4242, **more},
+        started=now - seconds,
+        clock=clock,
+        stop_reason='requested' if stopping else '',
+        by_label={part.label: part for part in parts},
+        log_files={p.label: p.log for p in parts if p.log is not None},
+    )
