@@ -2,22 +2,34 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-Keeping runs that go on at once from hearing one another.
+Isolation of concurrent runs: a network and a ROS_DOMAIN_ID for each.
 
-Where the system allows it, a run has a network of its own, in which there is
-nothing but the loopback interface, see network_namespaces(7), and a
-`/dev/shm` of its own, as DDS speaks by shared memory, too. Without the right
-to make these, it is tried within a user namespace, in which the user remains
-who he is, see user_namespaces(7). What the system does not allow is found out
-once, by a process that tries.
+Where the system allows it, a run has its own network with nothing but the
+loopback interface, see network_namespaces(7), and its own `/dev/shm`, as DDS
+uses shared memory, too. Without the right to make these, a user namespace is
+tried, in which the user stays the same, see user_namespaces(7). A child
+process tries once what the system allows.
+
+Nodes of one domain find one another. DDS computes its ports from the domain:
+Linux gives those of the domains from 102 to 214 to any program, and 232 is the
+last domain (ROS 2, "The ROS_DOMAIN_ID").
 """
 
+from collections import deque
+from collections.abc import Mapping
 from contextlib import suppress
 import errno
+import fcntl
 import os
 import signal
 import socket
 import struct
+
+from colcon_yamllaunch.common.temporary_folders import temporary_folders
+
+VARIABLE = 'ROS_DOMAIN_ID'
+#: 0 is the domain of everybody who does not choose.
+DOMAIN_IDS = (*range(1, 102), *range(215, 233))
 
 _CLONE_NEWNS = 0x00020000
 _CLONE_NEWUSER = 0x10000000
@@ -31,10 +43,9 @@ _IFF_UP_RUNNING_MULTICAST = 0x1041
 _SIOCADDRT = 0x890B
 _RTF_UP = 0x0001
 _PR_SET_PDEATHSIG = 1
-#: Where POSIX shared memory is on Linux, see shm_overview(7).
+#: POSIX shared memory on Linux, see shm_overview(7).
 _SHARED_MEMORY = b'/dev/shm'
-#: What errors of unshare(2) mean for users, as far as that is not what they
-#: say.
+#: The meaning of errors of unshare(2) for users, where their text is unclear.
 _REASONS = {
     errno.EPERM: 'the system permits it to nobody but root',
     errno.ENOSPC: 'the limits of the system, /proc/sys/user, allow no more',
@@ -42,8 +53,86 @@ _REASONS = {
 }
 
 
+class DomainIds:
+    """
+    Reserves a ROS_DOMAIN_ID for each run.
+
+    :param environment: The user's environment; its own domain is not used
+    :param shared: Whether the runs share a network with others, also with
+      those of other sweeps of the user
+    """
+
+    def __init__(
+        self, environment: Mapping[str, str], *, shared: bool
+    ) -> None:
+        own = environment.get(VARIABLE, '').strip()
+        others = (n for n in DOMAIN_IDS if str(n) != own)
+        self._ids: deque[int] = deque(others)
+        self._shared = shared
+        # the lock files, by the domain
+        self._reserved: dict[int, int] = {}
+        self._folder = (
+            temporary_folders(environment)[0]
+            / f'colcon_sweep_domains_{os.getuid()}'
+        )
+
+    @property
+    def count(self) -> int:
+        """The number of runs that can have different ones."""
+        return len(self._ids)
+
+    def reserve(self) -> int | None:
+        """
+        Return a free one, None if there is none.
+
+        In separate networks, runs may have the same.
+        """
+        for _ in range(self.count):
+            number = self._next()
+            if number not in self._reserved:
+                lock = self._lock(number) if self._shared else -1
+                if lock is not None:
+                    self._reserved[number] = lock
+                    return number
+        return None if self._shared else self._next()
+
+    def release(self, number: int) -> None:
+        """Let another run have it."""
+        lock = self._reserved.pop(number, -1)
+        if lock != -1:
+            os.close(lock)
+
+    def close(self) -> None:
+        """Release all."""
+        for number in tuple(self._reserved):
+            self.release(number)
+
+    def _next(self) -> int:
+        self._ids.rotate(-1)
+        return self._ids[-1]
+
+    def _lock(self, number: int) -> int | None:
+        """Return the locked file of one; -1 if there can be no such file."""
+        try:
+            self._folder.mkdir(mode=0o700, exist_ok=True)
+            status = self._folder.lstat()
+            # nobody else may put links there
+            if not self._folder.is_dir() or status.st_uid != os.getuid():
+                return -1
+            flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
+            lock = os.open(self._folder / str(number), flags, 0o600)
+        except OSError:
+            return -1
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(lock)
+            return None
+        return lock
+
+
 def reason_for_no_network() -> str:
-    """Return why a run can have no network of its own, '' if it can."""
+    """Return why a run cannot have its own network, '' if it can."""
     reader, writer = os.pipe()
     pid = os.fork()
     if not pid:
@@ -51,108 +140,89 @@ def reason_for_no_network() -> str:
             os.close(reader)
             try:
                 enter_own_network()
-                text = b''
+                text = b'.'
             except OSError as e:
                 text = _REASONS.get(e.errno or 0, e.strerror or '?').encode()
-            os.write(writer, text or b'.')
+            os.write(writer, text)
         finally:
             os._exit(0)
     os.close(writer)
     with open(reader, 'rb') as file:
-        said = file.read()
+        answer = file.read()
     os.waitpid(pid, 0)
-    # one that was killed has said nothing
-    return '' if said == b'.' else said.decode() or 'it is not allowed'
+    # there is no answer if it was killed
+    return '' if answer == b'.' else answer.decode() or 'it is not allowed'
 
 
 def enter_own_network(*, again: bool = False) -> None:
     """
-    Be in a network of our own from now on, with all that we start.
+    Move this process, and all that it will start, to a network of its own.
 
-    :param again: Whether this process is in one already, which it leaves
-
+    :param again: Whether it is in one already, which it leaves
     :raises OSError: when that is not possible
     """
     uid, gid = os.getuid(), os.getgid()
     try:
-        _unshare(_CLONE_NEWNET | _CLONE_NEWNS)
+        _call('unshare', _CLONE_NEWNET | _CLONE_NEWNS)
     except PermissionError:
-        _unshare(_CLONE_NEWUSER | _CLONE_NEWNET | _CLONE_NEWNS)
+        _call('unshare', _CLONE_NEWUSER | _CLONE_NEWNET | _CLONE_NEWNS)
         # without this nobody without privileges may map groups
         with suppress(OSError):
             _write('/proc/self/setgroups', 'deny')
         _write('/proc/self/uid_map', f'{uid} {uid} 1')
         _write('/proc/self/gid_map', f'{gid} {gid} 1')
-    _bring_loopback_up()
+    _start_loopback()
     with suppress(OSError):
-        # what is mounted outside later is to be seen here, but not the other
-        # way round
-        _mount(b'none', b'/', None, _MS_REC | _MS_SLAVE)
+        # later mounts outside appear here, but not the other way round
+        none = b'none'
+        _call('mount', none, b'/', none, _MS_REC | _MS_SLAVE, None)
         if again:
-            # what others left there goes
-            _unmount(_SHARED_MEMORY)
-        _mount(b'tmpfs', _SHARED_MEMORY, b'mode=1777', _MS_NOSUID_NODEV)
+            # with the files of the previous run
+            _call('umount2', _SHARED_MEMORY, _MNT_DETACH)
+        name, options = b'tmpfs', b'mode=1777'
+        _call('mount', name, _SHARED_MEMORY, name, _MS_NOSUID_NODEV, options)
 
 
 def end_with(parent: int) -> None:
     """
-    Have SIGTERM sent to us when our parent ends, whatever ends it.
+    Have the kernel send us SIGTERM when our parent ends, for any reason.
 
-    To be called behind :func:`enter_own_network`, which undoes it; see
+    Call it after :func:`enter_own_network`, which undoes it; see
     PR_SET_PDEATHSIG in prctl(2).
 
-    :param parent: The process id that it has, in case it has ended already
+    :param parent: Its process id, in case it has ended already
     """
-    import ctypes
-
-    arguments = [ctypes.c_ulong(n) for n in (signal.SIGTERM, 0, 0, 0)]
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, *arguments)
+    _call('prctl', _PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
     if os.getppid() != parent:
         os.kill(os.getpid(), signal.SIGTERM)
 
 
-def _unshare(flags: int) -> None:
-    # late, as it is needed in few commands; Python has it from 3.12 on
-    import ctypes
-
-    libc = ctypes.CDLL(None, use_errno=True)
-    if libc.unshare(ctypes.c_int(flags)):
-        raise _error(ctypes.get_errno())
-
-
-def _mount(
-    source: bytes, target: bytes, options: bytes | None, flags: int
-) -> None:
-    import ctypes
-
-    libc = ctypes.CDLL(None, use_errno=True)
-    result = libc.mount(source, target, source, ctypes.c_ulong(flags), options)
-    if result:
-        raise _error(ctypes.get_errno())
-
-
-def _unmount(target: bytes) -> None:
-    import ctypes
-
-    libc = ctypes.CDLL(None, use_errno=True)
-    if libc.umount2(target, _MNT_DETACH):
-        raise _error(ctypes.get_errno())
-
-
-def _error(number: int) -> OSError:
-    return OSError(number, os.strerror(number))
-
-
-def _bring_loopback_up() -> None:
+def _call(name: str, *arguments: int | bytes | None) -> None:
     """
-    Let the loopback interface pass all that nodes say, by multicast as well.
+    Call a function of the C library.
 
-    DDS finds others by multicast; the interface has that switched off, and
-    without another one there is no route for it.
+    :raises OSError: when it fails
     """
-    # as late as this, as most commands do without
+    # late, as few commands need it
     import ctypes
-    import fcntl
+
+    libc = ctypes.CDLL(None, use_errno=True)
+    values = [
+        ctypes.c_ulong(a) if isinstance(a, int) else a for a in arguments
+    ]
+    if libc[name](*values):
+        number = ctypes.get_errno()
+        raise OSError(number, os.strerror(number))
+
+
+def _start_loopback() -> None:
+    """
+    Switch the loopback interface on, for multicast as well.
+
+    DDS finds others by multicast; that is off by default, and there is no
+    route for it without another interface.
+    """
+    import ctypes
 
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as anything:
         up = struct.pack('16sh14x', b'lo', _IFF_UP_RUNNING_MULTICAST)

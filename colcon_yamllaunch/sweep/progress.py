@@ -138,9 +138,9 @@ class Progress:
         if logs.is_dir():
             self._line(f'  logs: {shown_path(logs)}')
 
-    def interrupted(self, running: int, *, hurry: bool) -> None:
+    def interrupted(self, running: int, *, escalates: bool) -> None:
         """Tell that those that run are being stopped."""
-        if hurry:
+        if escalates:
             self._line('killing what still runs')
         elif running:
             runs = f'{running} run' + 's' * (running > 1)

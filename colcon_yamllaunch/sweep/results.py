@@ -59,7 +59,7 @@ _INTERVAL = 0.05
 _REASON = 1000
 #: The limit of numbers that can be plotted.
 _LARGEST = 1e100
-# another version may have written more fields
+#: A later version may have written the journal.
 _CODEC = Codec(accept_unknown=True)
 
 #: How a run ended: its launch exits with 0; it does not; or there was none, or
@@ -104,12 +104,11 @@ def result_from_json(values: Any) -> RunResult | None:
         result = _CODEC.from_json(RunResult, values)
     except CodecError:
         return None
-    if result.run <= 0 or abs(result.seconds) >= _LARGEST:
+    if result.run < 1 or abs(result.seconds) >= _LARGEST:
         return None
     return replace(
         result,
         reason=one_reason(result.reason),
-        cpu=result.cpu if abs(result.cpu) < _LARGEST else 0.0,
         commit=one_reason(result.commit),
         fingerprint=one_reason(result.fingerprint),
     )
@@ -445,16 +444,19 @@ class SweepJournal:
         )
 
 
-def write_text(path: Path, text: str | bytes) -> None:
+def write_text(path: Path, text: str | bytes, mode: int = 0o666) -> None:
     """
-    Write a file that appears complete.
+    Write a file that appears complete, with its folder.
 
     :raises OSError: when it cannot be written
     """
     data = text if isinstance(text, bytes) else text.encode(errors='replace')
     temporary = path.with_name(f'.{path.name}.{os.getpid()}')
+    path.parent.mkdir(parents=True, exist_ok=True)
+    flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC
     try:
-        temporary.write_bytes(data)
+        with open(os.open(temporary, flags, mode), 'wb') as file:
+            file.write(data)
         temporary.replace(path)
     except OSError:
         temporary.unlink(missing_ok=True)

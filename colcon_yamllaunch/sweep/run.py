@@ -26,9 +26,12 @@ from colcon_yamllaunch.observers.failures import OwnerOf
 from colcon_yamllaunch.observers.presentation import Presentation
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.run_plan import run_plan
+from colcon_yamllaunch.sweep.progress import Progress
 from colcon_yamllaunch.sweep.results import failed_run
 from colcon_yamllaunch.sweep.results import one_reason
+from colcon_yamllaunch.sweep.results import ResultsFolder
 from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.table import Run
 
 _FAILED = 'failed: '
 #: Characters of the value of a metric that are kept.
@@ -88,6 +91,46 @@ class PlannedRun:
     owner_of: OwnerOf = lambda _module, _package: None
     uses: tuple[str, ...] = ()
     close: Callable[[], object] = bool
+
+
+class NotBuiltError(Exception):
+    """A run needs packages that are to be built first."""
+
+
+class PlanError(Exception):
+    """A run cannot be planned; the errors were printed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """
+    Everything that runners need.
+
+    :param progress: Receives events and results
+    :param environment: The user's environment
+    :param plan: Plans a run; gets the folder for its logs, and variables to
+      add to its environment. Raises :class:`NotBuiltError`,
+      :class:`PlanError` or :class:`UserError`
+    :param build: Builds the packages that a run needs, while nothing runs
+    :param jobs: How many runs go on at a time, None for the default
+    :param share_network: Whether runs stay in the network of the machine
+    """
+
+    goal: Goal
+    folder: ResultsFolder
+    progress: Progress
+    environment: Mapping[str, str]
+    plan: Callable[[Run, Path, Mapping[str, str]], PlannedRun]
+    build: Callable[[Run], object]
+    jobs: int | None = None
+    share_network: bool = False
+
+
+def first_error(text: str) -> str:
+    """Return the line that says why a run cannot be planned."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    errors = [line for line in lines if 'error: ' in line]
+    return next(iter([*errors, *lines]), 'it cannot be planned')
 
 
 def read_metric(option: str, text: str) -> Metric:

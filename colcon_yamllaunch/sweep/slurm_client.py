@@ -2,7 +2,7 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What Slurm is asked, by its own commands.
+Slurm, through its commands.
 
 `sacct` works only where a cluster keeps accounts; `squeue` and `scontrol`
 always do, but forget a job some minutes after its end (MinJobAge).
@@ -19,27 +19,68 @@ from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 
 #: Seconds that a command of Slurm may take.
-_PATIENCE = 60.0
-#: What slurm.conf(5) has as its default.
+_ANSWER_TIMEOUT = 60.0
+#: The default of slurm.conf(5).
 _ARRAY_SIZE = 1001
-_JOB = re.compile(r'(\d+)(?:_(\d+))?')
-# what each line of its commands begins with
+# the beginning of each line of an error
 _NAME = re.compile(r'^s[a-z]+: (?:error: |fatal: )?')
-#: Jobs that are asked for at once, so that a command line is not too long.
+#: Jobs in one query, so that the command line is not too long.
 _AT_ONCE = 500
+_OPTION = re.compile(r'[a-z][a-z-]*')
+#: Options that the sweep itself sets.
+_OURS = frozenset(
+    (
+        *('array', 'chdir', 'dependency', 'error', 'export', 'hold', 'input'),
+        *('output', 'parsable', 'requeue', 'no-requeue', 'test-only', 'wait'),
+        *('wrap', 'job-name'),
+    )
+)
 
 
 class SlurmError(UserError):
-    """Slurm does not do what it is asked; says what it said."""
+    """Slurm reports an error; has its text."""
+
+
+def read_slurm_options(option: str, text: str) -> tuple[str, ...]:
+    """
+    Return options of `sbatch`, written `slurm:partition=cpu,time=10`.
+
+    A comma in brackets is part of a value, as in `nodelist=n[1,3]`.
+
+    :param option: The option that has them, for errors
+    :raises UserError: when they are written otherwise
+    """
+    kind, _, rest = text.partition(':')
+    if kind != 'slurm':
+        raise UserError(
+            f'{option} is written slurm:OPTION=VALUE,… with options of '
+            f"sbatch, such as slurm:partition=cpu,time=10, not '{text}'"
+        )
+    options = []
+    for word in filter(None, re.split(r',(?![^\[]*\])', rest)):
+        name, equals, value = word.partition('=')
+        name = name.strip().removeprefix('--')
+        if not _OPTION.fullmatch(name):
+            raise UserError(
+                f"{option}: '{word}' is no option of sbatch",
+                'they are written name=value, as in partition=cpu; a comma '
+                'separates them',
+            )
+        if name in _OURS:
+            raise UserError(
+                f"{option}: '{name}' is for the sweep to say, not for its user"
+            )
+        options.append(f'--{name}{equals}{value}')
+    return tuple(options)
 
 
 @dataclass(frozen=True, slots=True)
 class Ending:
     """
-    What Slurm knows of the end of a task.
+    The end of a task.
 
-    :param state: As `OUT_OF_MEMORY`
-    :param code: The exit code, as `1:0`
+    :param state: Such as `OUT_OF_MEMORY`
+    :param code: The exit code, such as `1:0`
     :param node: Where it ran, '' if it did not
     """
 
@@ -50,7 +91,7 @@ class Ending:
 
 class SlurmClient:
     """
-    Slurm, as the user has it.
+    The Slurm that the user can reach.
 
     :param environment: The user's environment
     :raises SlurmError: when it is not installed
@@ -81,23 +122,24 @@ class SlurmClient:
         """
         Submit a batch job, and return its number.
 
-        :raises SlurmError: when Slurm does not take it
+        :raises SlurmError: when Slurm refuses it
         """
         text = self._run('sbatch', '--parsable', *options, input_text=script)
         # behind a semicolon is the cluster
         number = text.strip().splitlines()[-1:] or ['']
-        found = _JOB.match(number[0])
+        found = re.match(r'\d+', number[0])
         if found is None:
             raise SlurmError(f"sbatch says '{text.strip()}', and no job")
-        return int(found[1])
+        return int(found[0])
 
     def queue(
         self, jobs: Iterable[int]
     ) -> dict[tuple[int, int], tuple[str, str]]:
         """
-        Return the tasks that wait, run or end, each by its job and index.
+        Return the state of each task, such as `PD`, and why it waits.
 
-        Of each its state, as `PD` or `R`, and why it waits.
+        The keys are job and index. Slurm forgets tasks some time after their
+        end.
 
         :raises SlurmError: when Slurm does not answer
         """
@@ -126,7 +168,7 @@ class SlurmClient:
 
     def cancel(self, jobs: Iterable[int], *, kill: bool = False) -> None:
         """
-        Have jobs end, those that have ended as well.
+        Cancel jobs; some may have ended already.
 
         :raises SlurmError: when Slurm does not answer
         """
@@ -138,7 +180,7 @@ class SlurmClient:
         self._run('scancel', '--quiet', *numbers)
 
     def ending(self, job: int, index: int) -> Ending | None:
-        """Return what is known of the end of a task."""
+        """Return how a task ended, None if that is unknown."""
         task = f'{job}_{index}'
         if self._has_accounts:
             try:
@@ -178,14 +220,14 @@ class SlurmClient:
                 capture_output=True,
                 text=True,
                 errors='replace',
-                timeout=_PATIENCE,
+                timeout=_ANSWER_TIMEOUT,
                 check=False,
                 # Ctrl-C is for the sweep
                 start_new_session=True,
             )
         except subprocess.TimeoutExpired as e:
             raise SlurmError(
-                f'{words[0]} has not answered in {_PATIENCE:g} s'
+                f'{words[0]} has not answered in {_ANSWER_TIMEOUT:g} s'
             ) from e
         except OSError as e:
             raise SlurmError(f'{words[0]}: {e.strerror or e}') from e

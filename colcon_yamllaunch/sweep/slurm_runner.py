@@ -2,54 +2,68 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The runs of a sweep as array jobs of Slurm, a task each.
+The runner through Slurm: array jobs, with a task for each run.
 
-The jobs belong to Slurm: a sweep that is killed leaves them there, and the
-next one with the same command takes them over.
+The jobs belong to Slurm: they go on if the sweep is killed, and the next one
+with the same command takes them over.
 """
 
 from collections import Counter
-from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Mapping
-import os
+from collections.abc import Sequence
+from contextlib import redirect_stderr
+from contextlib import suppress
+import io
+import json
 from pathlib import Path
 import select
 import shlex
 import signal
 import sys
 import time
-from typing import Protocol
 
 import colcon_yamllaunch
+from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.sweep.results import one_reason
+from colcon_yamllaunch.engine.output.signals import caught
+from colcon_yamllaunch.engine.output.signals import received
+from colcon_yamllaunch.engine.output.signals import STOPPING
+from colcon_yamllaunch.plan.plan_json import plan_to_json
+from colcon_yamllaunch.plan.position import shown_position
+from colcon_yamllaunch.sweep.isolation import VARIABLE
+from colcon_yamllaunch.sweep.results import failed_run
 from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.run import first_error
+from colcon_yamllaunch.sweep.run import NotBuiltError
+from colcon_yamllaunch.sweep.run import PlanError
+from colcon_yamllaunch.sweep.run import PlannedRun
+from colcon_yamllaunch.sweep.run import Sweep
 from colcon_yamllaunch.sweep.slurm_client import Ending
 from colcon_yamllaunch.sweep.slurm_client import SlurmClient
 from colcon_yamllaunch.sweep.slurm_client import SlurmError
-from colcon_yamllaunch.sweep.slurm_files import SlurmFiles
-from colcon_yamllaunch.sweep.slurm_place import SlurmPlace
+from colcon_yamllaunch.sweep.slurm_task import Common
+from colcon_yamllaunch.sweep.slurm_task import SlurmFiles
 from colcon_yamllaunch.sweep.table import Run
 
-#: Seconds between two looks for results, and between two questions to Slurm.
-_LOOK = 0.5
-_ASK = 2.0
-#: How many times longer than an answer takes Slurm is left alone.
+#: Seconds between two checks for results, and between two queries.
+_CHECK_INTERVAL = 0.5
+_QUERY_INTERVAL = 2.0
+#: Slurm has a rest of this many times the duration of a query.
 _SHARE = 10.0
 #: Seconds that a result may take from the node to us, over the network.
 _DELAY = 10.0
-#: Seconds between two tries to submit what Slurm did not take.
-_AGAIN = 20.0
+#: Seconds until runs that Slurm refused are submitted again.
+_RETRY_DELAY = 20.0
 #: Seconds that cancelled tasks have to end.
-_END = 60.0
+_END_TIMEOUT = 60.0
 #: States of tasks that have ended (squeue(1), "JOB STATE CODES").
 _OVER = frozenset(
     ('BF', 'CA', 'CD', 'DL', 'F', 'NF', 'OOM', 'PR', 'RV', 'SE', 'TO')
 )
 _PENDING = frozenset(('PD', 'CF', 'RQ', 'RH', 'RS'))
-#: Why a task waits that will run in its turn, or nearly so.
+#: Reasons of tasks that wait for their turn.
 _ORDINARY = frozenset(
     (
         *('None', 'Priority', 'Resources', 'JobArrayTaskLimit', 'BeginTime'),
@@ -61,7 +75,7 @@ _PROGRAM = (
     'from colcon_yamllaunch.sweep.slurm_task import main; '
     'sys.exit(main())'
 )
-#: What a state comes to for the user; `{}` is where it was.
+#: The meaning of final states for users; `{}` is the node.
 _ENDINGS: Mapping[str, str] = {
     'OUT_OF_MEMORY': 'it ran out of the memory that Slurm gave it{}: ask for '
     'more, such as mem=4G',
@@ -72,32 +86,10 @@ _ENDINGS: Mapping[str, str] = {
     'PREEMPTED': 'Slurm gave its place to another job{}',
     'DEADLINE': 'it could not be done before the deadline of the job{}',
 }
-#: Those that are about the node.
+#: Final states whose subject is the node.
 _OF_NODE = ('NODE_FAIL', 'BOOT_FAIL')
-#: What the user, or the sweep itself, did: it is to be run once more.
+#: Final states of runs that the user or the sweep cancelled.
 _CANCELLED = ('CANCELLED', 'REVOKED')
-
-
-class SlurmWatcher(Protocol):
-    """Who is told what happens."""
-
-    def began(self, running: int) -> None:
-        """Take note of how many runs go on."""
-
-    def waiting(self, text: str) -> None:
-        """Take note of what runs wait for."""
-
-    def done(self, run: Run, result: RunResult) -> None:
-        """Take note of what came of a run."""
-
-    def interrupted(self, running: int, *, hurry: bool) -> None:
-        """Tell that those that run are being stopped."""
-
-    def say(self, text: str) -> None:
-        """Show a line."""
-
-    def tick(self) -> None:
-        """Show the time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,45 +107,81 @@ class _Task:
 
 class SlurmRunner:
     """
-    Has runs done.
+    Plans runs here, and launches them as tasks of Slurm.
 
-    :param jobs: How many at a time, None for as many as Slurm lets
-    :param name: What the jobs are called
+    :param options: Options of `sbatch`
+    :param name: The name of the jobs
     """
 
     def __init__(
         self,
+        sweep: Sweep,
         client: SlurmClient,
-        place: SlurmPlace,
-        files: SlurmFiles,
-        watcher: SlurmWatcher,
+        options: Sequence[str],
         name: str,
-        jobs: int | None = None,
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        self._sweep = sweep
         self._client = client
-        self._place = place
-        self._files = files
-        self._watcher = watcher
+        self._options = options
         self._name = name
-        self._jobs = jobs
-        self._clock = clock
+        self._files = SlurmFiles(sweep.folder.path)
+        self._files.make()
+        # the environment that all runs share
+        self._environment: dict[str, str] | None = None
         self._arrays: dict[int, list[int]] = {}
         self._tasks: dict[int, _Task] = {}
-        # parts of what is to be submitted, and when it is tried again
+        # the parts that are still to be submitted, and when
         self._chunks: list[list[Run]] = []
         self._next_try = 0.0
-        # when a task was first seen to be over, without a result
+        # when a task without a result was first seen to be over
         self._over: dict[int, float] = {}
-        self._next_ask = 0.0
-        self._told: set[str] = set()
-        #: The signal that the user stopped it with, if any.
-        self.stopped_by: int | None = None
+        self._next_query = 0.0
+        # reasons of waiting, and others, that were shown
+        self._shown: set[str] = set()
+        self._stopped_by: int | None = None
         self._deadline = 0.0
+
+    def run(self, runs: Sequence[Run]) -> int | None:
+        """
+        Run all, and return the signal that stopped that, if one did.
+
+        Must be called in the main thread.
+
+        :raises SlurmError: when Slurm refuses them
+        """
+        runs = self.take_over(runs)
+        if runs:
+            self._sweep.build(runs[0])
+        runs = self._planned(runs)
+        size = self._client.array_size()
+        self._chunks = [
+            runs[start : start + size] for start in range(0, len(runs), size)
+        ]
+        with caught(STOPPING) as signals:
+            try:
+                self._submit()
+                while self._tasks or self._chunks:
+                    select.select([signals], [], [], _CHECK_INTERVAL)
+                    for number in received(signals):
+                        self._stop(number)
+                    for result in self._files.results():
+                        if result.run in self._tasks:
+                            self._done(self._tasks[result.run], result)
+                    self._query()
+                    if self._stopped_by is None:
+                        self._submit()
+                    elif time.monotonic() >= self._deadline:
+                        break
+                    self._sweep.progress.tick()
+            finally:
+                if self._tasks and self._stopped_by is None:
+                    # after an error, nobody waits for the tasks
+                    self._cancel(kill=False)
+        return self._stopped_by
 
     def take_over(self, runs: Iterable[Run]) -> list[Run]:
         """
-        Take over what an earlier sweep left; return what else is to be done.
+        Take over the tasks of an earlier sweep; return the other runs.
 
         :raises SlurmError: when Slurm does not answer
         """
@@ -161,7 +189,7 @@ class SlurmRunner:
         for result in self._files.results():
             run = missing.pop(result.run, None)
             if run is not None:
-                self._watcher.done(run, result)
+                self._sweep.progress.done(run, result)
         arrays = self._files.arrays()
         queue = self._client.queue(arrays) if arrays else {}
         for (job, index), (state, _) in queue.items():
@@ -175,76 +203,99 @@ class SlurmRunner:
         if self._tasks:
             count = len(self._tasks)
             what = 'run is' if count == 1 else 'runs are'
-            self._watcher.say(f'{count:,} {what} with Slurm already')
+            self._sweep.progress.say(f'{count:,} {what} with Slurm already')
         return list(missing.values())
 
-    def run(self, runs: Iterable[Run]) -> None:
-        """
-        Do runs until all are done, or somebody stops that.
-
-        Must be called in the main thread.
-
-        :raises SlurmError: when Slurm does not take them
-        """
-        todo = list(runs)
-        size = self._client.array_size()
-        self._chunks = [
-            todo[start : start + size] for start in range(0, len(todo), size)
-        ]
-        reader, writer = os.pipe()
-        os.set_blocking(reader, False)
-        os.set_blocking(writer, False)
-        before = {
-            number: signal.signal(number, _ignored)
-            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-            # who has it ignored, by nohup, means that
-            if number != signal.SIGHUP
-            or signal.getsignal(number) != signal.SIG_IGN
-        }
-        wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
-        try:
-            self._submit()
-            while self._tasks or self._chunks:
-                select.select([reader], [], [], _LOOK)
-                self._take_signals(reader)
-                self._collect()
-                self._ask()
-                if self.stopped_by is None:
-                    self._submit()
-                elif self._clock() >= self._deadline:
-                    break
-                self._watcher.tick()
-        finally:
-            if self._tasks and self.stopped_by is None:
-                # whatever it is, nothing is to go on that nobody waits for
-                self._cancel(hurry=False)
-            signal.set_wakeup_fd(wakeup)
-            for number, handler in before.items():
-                signal.signal(
-                    number, signal.SIG_DFL if handler is None else handler
+    def _planned(self, runs: Sequence[Run]) -> list[Run]:
+        """Write the plans of runs; return the runs that have one."""
+        sweep = self._sweep
+        planned = []
+        for number, run in enumerate(runs, 1):
+            sweep.progress.waiting(f'planning {number:,} of {len(runs):,}')
+            sweep.progress.tick()
+            if self._plan(run):
+                planned.append(run)
+        sweep.progress.waiting('')
+        if self._environment is not None:
+            self._files.write_common(
+                Common(
+                    sweep.goal,
+                    self._environment,
+                    sweep.environment,
+                    sweep.share_network,
                 )
-            os.close(reader)
-            os.close(writer)
+            )
+        return planned
+
+    def _plan(self, run: Run) -> bool:
+        """Write the plan of a run; return whether there is one."""
+        sweep = self._sweep
+        folder = sweep.folder.run_folder(run.number)
+        sweep.folder.clear(run.number)
+        sweep.progress.planned(run)
+        messages = io.StringIO()
+        try:
+            with suppress(NotBuiltError), redirect_stderr(messages):
+                self._write(sweep.plan(run, folder, {}), run, folder)
+                return True
+            sweep.build(run)
+            with redirect_stderr(messages):
+                self._write(sweep.plan(run, folder, {}), run, folder)
+        except (PlanError, UserError) as e:
+            reason = str(e) or first_error(messages.getvalue())
+            sweep.progress.done(run, failed_run(run.number, reason))
+            return False
+        return True
+
+    def _write(self, planned: PlannedRun, run: Run, folder: Path) -> None:
+        """
+        Write a plan for a node.
+
+        :raises UserError: when it is not complete
+        """
+        try:
+            position = planned.plan.host_position
+            if planned.source is not None or position is not None:
+                place = ''
+                if position is not None:
+                    place = f' ({shown_position(position, str(Path.cwd()))})'
+                raise UserError(
+                    'what happens while it runs is up to Python'
+                    f'{place}, so its plan cannot be sent to a node',
+                    'leave out --on',
+                )
+            environment = dict(planned.environment)
+            environment.pop(VARIABLE, None)
+            if self._environment is None:
+                self._environment = environment
+            own = dict(environment.items() - self._environment.items())
+            plan = json.loads(plan_to_json(planned.plan))
+            values = {'environment': own, 'plan': plan}
+            self._files.write_plan(folder, values)
+            self._sweep.progress.planned(run, planned.uses)
+        finally:
+            planned.close()
 
     def _submit(self) -> None:
-        """Submit what there is, as far as Slurm takes it."""
-        while self._chunks and self._clock() >= self._next_try:
-            # where it is said how many at a time, an array after the other
-            if self._jobs is not None and self._tasks:
+        """Submit as many runs as Slurm accepts."""
+        jobs = self._sweep.jobs
+        while self._chunks and time.monotonic() >= self._next_try:
+            # a limit counts for each array, so one array follows the other
+            if jobs is not None and self._tasks:
                 return
             chunk = self._chunks[0]
             numbers = [run.number for run in chunk]
             script = batch_script(
-                self._files.folder.parent, self._files.write_list(numbers)
+                self._sweep.folder.path, self._files.write_list(numbers)
             )
-            limit = '' if self._jobs is None else f'%{self._jobs}'
+            limit = '' if jobs is None else f'%{jobs}'
             options = (
                 f'--job-name={self._name}',
                 f'--array=0-{len(chunk) - 1}{limit}',
                 f'--output={self._files.output}/%A_%a.log',
                 '--no-requeue',
                 '--open-mode=append',
-                *self._place.options,
+                *self._options,
             )
             try:
                 job = self._client.submit(options, script)
@@ -253,8 +304,8 @@ class SlurmRunner:
                     raise SlurmError(
                         f'Slurm does not take the runs: {e}'
                     ) from e
-                # there may be place when others have ended
-                self._next_try = self._clock() + _AGAIN
+                # there may be room when others have ended
+                self._next_try = time.monotonic() + _RETRY_DELAY
                 return
             del self._chunks[0]
             self._arrays[job] = numbers
@@ -262,38 +313,29 @@ class SlurmRunner:
                 self._tasks[run.number] = _Task(job, index, run)
             self._files.write_arrays(self._arrays)
 
-    def _collect(self) -> None:
-        """Take the results that there are."""
-        for result in self._files.results():
-            task = self._tasks.get(result.run)
-            if task is not None:
-                self._done(task, result)
-
     def _done(self, task: _Task, result: RunResult) -> None:
         del self._tasks[task.run.number]
         self._over.pop(task.run.number, None)
-        self._watcher.done(task.run, result)
+        self._sweep.progress.done(task.run, result)
         output = self._output_of(task)
-        try:
+        with suppress(OSError):
             if not output.stat().st_size:
                 output.unlink()
-        except OSError:
-            return
 
-    def _ask(self) -> None:
-        """Ask Slurm what became of those that have no result."""
-        now = self._clock()
-        if now < self._next_ask or not self._tasks:
+    def _query(self) -> None:
+        """Query the states of the tasks that have no result."""
+        now = time.monotonic()
+        if now < self._next_query or not self._tasks:
             return
-        jobs = {task.job for task in self._tasks.values()}
+        progress = self._sweep.progress
         try:
-            queue = self._client.queue(jobs)
+            queue = self._client.queue({t.job for t in self._tasks.values()})
         except SlurmError as e:
-            self._watcher.waiting(f'Slurm does not answer: {e}')
-            self._next_ask = self._clock() + _ASK
+            progress.waiting(f'Slurm does not answer: {e}')
+            self._next_query = time.monotonic() + _QUERY_INTERVAL
             return
-        took = self._clock() - now
-        self._next_ask = self._clock() + max(_ASK, _SHARE * took)
+        end = time.monotonic()
+        self._next_query = end + max(_QUERY_INTERVAL, _SHARE * (end - now))
         reasons: Counter[str] = Counter()
         running = 0
         for task in tuple(self._tasks.values()):
@@ -303,70 +345,69 @@ class SlurmRunner:
             elif state and state not in _OVER:
                 running += 1
             else:
-                self._mind_end(task, now)
-        self._watcher.began(running)
+                self._handle_end(task, now)
+        progress.began(running)
         waiting = reasons.total()
-        self._watcher.waiting(f'{waiting:,} waiting' if waiting else '')
-        for reason in reasons:
-            if reason not in _ORDINARY and reason not in self._told:
-                self._told.add(reason)
-                self._watcher.say(
-                    f'Slurm lets {reasons[reason]:,} runs wait: {reason}'
+        progress.waiting(f'{waiting:,} waiting' if waiting else '')
+        for reason, count in reasons.items():
+            if reason not in _ORDINARY:
+                self._say_once(
+                    reason, f'Slurm lets {count:,} runs wait: {reason}'
                 )
 
-    def _mind_end(self, task: _Task, now: float) -> None:
-        """Give a task up that is over, and has left no result."""
+    def _handle_end(self, task: _Task, now: float) -> None:
+        """Give a task up that is over without a result."""
         number = task.run.number
         since = self._over.setdefault(number, now)
         ending = self._client.ending(task.job, task.index)
         state = '' if ending is None else ending.state
-        # who has ended in order has written a result, which is on its way
+        # then there is a result, which may be on its way
         in_order = state in ('COMPLETED', 'COMPLETING', 'RUNNING', '')
-        if in_order and now - since < _DELAY and self.stopped_by is None:
+        if in_order and now - since < _DELAY and self._stopped_by is None:
             return
-        if state.startswith(_CANCELLED) or self.stopped_by is not None:
+        if state.startswith(_CANCELLED) or self._stopped_by is not None:
             del self._tasks[number]
             self._over.pop(number, None)
-            if self.stopped_by is None and 'cancelled' not in self._told:
-                self._told.add('cancelled')
-                self._watcher.say(
+            if self._stopped_by is None:
+                self._say_once(
+                    'cancelled',
                     'runs were cancelled at Slurm; the same command does them '
-                    'later'
+                    'later',
                 )
             return
-        text = _last_words(self._output_of(task))
-        reason = reason_of(ending, text, str(self._files.folder.parent))
-        self._done(task, RunResult(number, 'error', one_reason(reason)))
+        reason = reason_of(
+            ending, _last_line(self._output_of(task)), self._sweep.folder.path
+        )
+        self._done(task, failed_run(number, reason))
 
-    def _take_signals(self, reader: int) -> None:
-        try:
-            numbers = os.read(reader, 4096)
-        except BlockingIOError:
+    def _say_once(self, key: str, text: str) -> None:
+        if key not in self._shown:
+            self._shown.add(key)
+            self._sweep.progress.say(text)
+
+    def _stop(self, number: int) -> None:
+        """Cancel all runs, or kill them if they are cancelled already."""
+        if number == signal.SIGHUP:
+            # nobody sees it any more, and the next sweep takes them over
+            self._stopped_by = number
+            self._deadline = time.monotonic()
             return
-        for number in numbers:
-            if number not in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-                continue
-            if number == signal.SIGHUP:
-                # nobody sees it any more, and the next one takes it over
-                self.stopped_by = number
-                self._deadline = self._clock()
-                return
-            hurry = self.stopped_by is not None
-            self._watcher.interrupted(len(self._tasks), hurry=hurry)
-            if not hurry:
-                self.stopped_by = number
-                self._deadline = self._clock() + _END
-                self._chunks.clear()
-            self._cancel(hurry=hurry)
-            self._next_ask = 0.0
+        kill = self._stopped_by is not None
+        self._sweep.progress.interrupted(len(self._tasks), escalates=kill)
+        if not kill:
+            self._stopped_by = number
+            self._deadline = time.monotonic() + _END_TIMEOUT
+            self._chunks.clear()
+        self._cancel(kill=kill)
+        self._next_query = 0.0
 
-    def _cancel(self, *, hurry: bool) -> None:
+    def _cancel(self, *, kill: bool) -> None:
         jobs = {task.job for task in self._tasks.values()}
         try:
-            self._client.cancel(jobs, kill=hurry)
+            self._client.cancel(jobs, kill=kill)
         except SlurmError as e:
             listed = ' '.join(map(str, sorted(jobs)))
-            self._watcher.say(
+            self._sweep.progress.say(
                 f'Slurm does not cancel the runs: {e}; later: scancel {listed}'
             )
 
@@ -397,11 +438,11 @@ def batch_script(results: Path, listed: Path) -> str:
     )
 
 
-def reason_of(ending: Ending | None, output: str, results: str) -> str:
+def reason_of(ending: Ending | None, output: str, results: Path) -> str:
     """
-    Return why a task came to nothing.
+    Return why a task has no result.
 
-    :param output: The last line that it wrote
+    :param output: The last line of its output
     :param results: The folder of the results
     """
     if ending is None:
@@ -416,29 +457,25 @@ def reason_of(ending: Ending | None, output: str, results: str) -> str:
             node = f': {ending.node}' if ending.node else ''
         return f'{known.format(node)} (Slurm: {ending.state})'
     _, _, number = ending.code.partition(':')
+    said = f': {output}' if output else ''
     if number.isdigit() and int(number):
         how = f'was killed by {signal_name(int(number))}{node}'
-        said = f': {output}' if output else ''
     else:
         how = f'ended{node} without a result'
-        said = f': {output}'
-        if not output:
-            said = f'; is {results} on a file system that the nodes share?'
+        said = said or (
+            f'; is {results} on a file system that the nodes share?'
+        )
     return (
         f'its task {how} (Slurm: {ending.state}, exit code '
         f'{ending.code}){said}'
     )
 
 
-def _last_words(output: Path) -> str:
+def _last_line(output: Path) -> str:
     """Return the last line that a task wrote."""
     try:
         lines = output.read_text(errors='replace').splitlines()
     except OSError:
         return ''
-    # what Slurm says of a job it kills comes last, and tells most
+    # the message of Slurm about a killed job comes last
     return next((line for line in reversed(lines) if line.strip()), '')
-
-
-def _ignored(number: int, frame: object) -> None:
-    """Let the wake-up descriptor do the work."""

@@ -51,6 +51,25 @@ class SweepVerb(VerbExtensionPoint):  # type: ignore[misc]
         self._environment = add_verb_arguments(parser, 'sweep')
 
     def main(self, *, context: Any) -> int:  # noqa: D102
-        from colcon_yamllaunch.verb.sweeping.sweep_main import main
+        from colcon_yamllaunch.verb.cli.messages import report_errors
 
-        return main(context.args, self._environment)
+        return report_errors('sweep', lambda: self._main(context.args))
+
+    def _main(self, known: Any) -> int:
+        from colcon_yamllaunch.common.process_scan import need_proc
+        from colcon_yamllaunch.verb.cli.messages import show_help
+        from colcon_yamllaunch.verb.cli.messages import show_versions
+        from colcon_yamllaunch.verb.cli.sweep_options import (
+            parse_sweep_options,
+        )
+
+        if any(word in ('-h', '--help') for word in known.positionals):
+            return show_help(known.verb_parser)
+        options = parse_sweep_options(known)
+        if options.version:
+            return show_versions()
+        need_proc()
+        # a mistake in the command line is found without all this imports
+        from colcon_yamllaunch.verb.sweeping.sweep_flow import SweepFlow
+
+        return SweepFlow(options, known.log_base, self._environment).run()

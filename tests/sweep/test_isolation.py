@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""A network of one's own, an end with the parent, and a guard by fork."""
+"""Networks, domains, the end with the parent, and forked guards."""
 
 from collections.abc import Callable
 import os
@@ -11,10 +11,12 @@ import socket
 import time
 
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
-from colcon_yamllaunch.sweep.forked_guard import ForkedGuards
+from colcon_yamllaunch.sweep.isolation import DOMAIN_IDS
+from colcon_yamllaunch.sweep.isolation import DomainIds
 from colcon_yamllaunch.sweep.isolation import end_with
 from colcon_yamllaunch.sweep.isolation import enter_own_network
 from colcon_yamllaunch.sweep.isolation import reason_for_no_network
+from colcon_yamllaunch.sweep.worker import ForkedGuards
 import pytest
 
 DEADLINE = 30
@@ -135,3 +137,44 @@ def test_a_guard_serves_one_launch_after_the_other() -> None:
     finally:
         guards.close()
         os.waitpid(guards.pid, 0)
+
+
+def test_the_ports_of_all_are_free_for_dds() -> None:
+    """The default port mapping of RTPS, and Linux's ephemeral ports."""
+    for number in DOMAIN_IDS:
+        # those of 45 participants
+        ports = range(7400 + 250 * number, 7400 + 250 * number + 100)
+        assert ports[0] > 7400
+        assert ports[-1] < 65536
+        assert not set(ports) & set(range(32768, 61000))
+
+
+def test_nobody_has_the_same(tmp_path: Path) -> None:
+    environment = {'TMPDIR': str(tmp_path), 'ROS_DOMAIN_ID': '7'}
+    ids = DomainIds(environment, shared=True)
+    taken = {ids.reserve() for _ in range(ids.count)}
+    assert taken == {*DOMAIN_IDS} - {7}
+    assert ids.reserve() is None
+    # neither in another sweep of the user
+    other = DomainIds(environment, shared=True)
+    assert other.reserve() is None
+    ids.release(5)
+    assert other.reserve() == 5
+    assert ids.reserve() is None
+    other.close()
+    assert ids.reserve() == 5
+    ids.close()
+
+
+def test_in_networks_of_their_own_there_are_enough(tmp_path: Path) -> None:
+    ids = DomainIds({'TMPDIR': str(tmp_path)}, shared=False)
+    taken = [ids.reserve() for _ in range(300)]
+    assert None not in taken
+    assert len(set(taken[: ids.count])) == ids.count
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_of_somebody_else_is_not_used(tmp_path: Path) -> None:
+    ids = DomainIds({'TMPDIR': str(tmp_path / 'missing')}, shared=True)
+    assert ids.reserve() == 1
+    assert ids.reserve() == 2

@@ -3,6 +3,7 @@
 
 """Array jobs, with a Slurm that a test plays."""
 
+from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Sequence
 import json
@@ -12,16 +13,22 @@ import re
 import signal
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.sweep import slurm_runner
+from colcon_yamllaunch.sweep.progress import Progress
+from colcon_yamllaunch.sweep.results import ResultsFolder
 from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.run import Goal
+from colcon_yamllaunch.sweep.run import PlannedRun
+from colcon_yamllaunch.sweep.run import Sweep
 from colcon_yamllaunch.sweep.slurm_client import Ending
+from colcon_yamllaunch.sweep.slurm_client import read_slurm_options
 from colcon_yamllaunch.sweep.slurm_client import SlurmClient
 from colcon_yamllaunch.sweep.slurm_client import SlurmError
-from colcon_yamllaunch.sweep.slurm_files import SlurmFiles
-from colcon_yamllaunch.sweep.slurm_place import read_place
 from colcon_yamllaunch.sweep.slurm_runner import batch_script
 from colcon_yamllaunch.sweep.slurm_runner import reason_of
 from colcon_yamllaunch.sweep.slurm_runner import SlurmRunner
+from colcon_yamllaunch.sweep.slurm_task import SlurmFiles
 from colcon_yamllaunch.sweep.table import Run
 from colcon_yamllaunch.sweep.table import run_table
 import pytest
@@ -75,8 +82,8 @@ class PlayedSlurm(SlurmClient):
         return None if not state else Ending(state, '1:0', 'n7')
 
 
-class Seen:
-    """Takes note of what it is told."""
+class Seen(Progress):
+    """Records the events and results of a sweep."""
 
     def __init__(self) -> None:
         self.results: dict[int, RunResult] = {}
@@ -89,11 +96,14 @@ class Seen:
     def waiting(self, text: str) -> None:
         self.waits.append(text)
 
+    def planned(self, run: Run, uses: Collection[str] = ()) -> None:
+        pass
+
     def done(self, run: Run, result: RunResult) -> None:
         assert run.number not in self.results
         self.results[run.number] = result
 
-    def interrupted(self, running: int, *, hurry: bool) -> None:
+    def interrupted(self, running: int, *, escalates: bool) -> None:
         self.lines.append(f'interrupted {running}')
 
     def say(self, text: str) -> None:
@@ -104,7 +114,7 @@ class Seen:
 
 
 class Case:
-    """A sweep with the Slurm that is played."""
+    """A sweep with a Slurm that the test plays."""
 
     def __init__(self, folder: Path, runs: int, size: int = 1001) -> None:
         self.runs = run_table({'seed': f'1..{runs}'}).runs
@@ -112,28 +122,37 @@ class Case:
         self.files.make()
         self.slurm = PlayedSlurm(self.files, size)
         self.seen = Seen()
+        self.folder = ResultsFolder(folder)
 
     def runner(self, jobs: int | None = None) -> SlurmRunner:
-        place = read_place('--on', 'slurm:partition=cpu,time=10')
-        return SlurmRunner(
-            self.slurm, place, self.files, self.seen, 'a sweep', jobs
+        options = read_slurm_options('--on', 'slurm:partition=cpu,time=10')
+        planned = PlannedRun(Plan(()), {})
+        sweep = Sweep(
+            *(Goal(), self.folder, self.seen, {}),
+            plan=lambda *_: planned,
+            build=bool,
+            jobs=jobs,
         )
+        return SlurmRunner(sweep, self.slurm, options, 'a sweep')
 
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ('_LOOK', '_ASK', '_DELAY', '_AGAIN', '_SHARE'):
+    for name in (
+        *('_CHECK_INTERVAL', '_QUERY_INTERVAL', '_DELAY', '_RETRY_DELAY'),
+        '_SHARE',
+    ):
         monkeypatch.setattr(slurm_runner, name, 0.01)
 
 
-def test_places() -> None:
-    assert read_place('--on', 'slurm').options == ()
-    place = read_place('--on', 'slurm:partition=cpu,exclusive,w=n[1,3],mem=4G')
-    assert place.options == (
+def test_options_of_sbatch() -> None:
+    assert read_slurm_options('--on', 'slurm') == ()
+    text = 'slurm:partition=cpu,exclusive,w=n[1,3],mem=4G'
+    assert read_slurm_options('--on', text) == (
         *('--partition=cpu', '--exclusive', '--w=n[1,3]', '--mem=4G'),
     )
     with pytest.raises(UserError, match='is no option of sbatch'):
-        read_place('--on', 'slurm:-p=cpu')
+        read_slurm_options('--on', 'slurm:-p=cpu')
 
 
 def test_an_array_is_no_larger_than_slurm_lets(tmp_path: Path) -> None:
@@ -196,10 +215,10 @@ def test_tasks_that_fail(tmp_path: Path, state: str, reason: str) -> None:
 def test_what_the_task_wrote_is_told() -> None:
     ending = Ending('FAILED', '127:0', 'n7')
     assert 'exit code 127:0): there is no Python' in reason_of(
-        ending, 'there is no Python on n7', '/x'
+        ending, 'there is no Python on n7', Path('/x')
     )
     assert 'was killed by SIGKILL on n7' in reason_of(
-        Ending('FAILED', '0:9', 'n7'), '', '/x'
+        Ending('FAILED', '0:9', 'n7'), '', Path('/x')
     )
 
 
@@ -225,9 +244,7 @@ def test_ctrl_c(tmp_path: Path) -> None:
             case.slurm.kept = {}
 
     case.slurm.when_asked = interrupt
-    runner = case.runner()
-    runner.run(case.runs)
-    assert runner.stopped_by == signal.SIGINT
+    assert case.runner().run(case.runs) == signal.SIGINT
     assert case.slurm.cancelled == [1]
     assert sorted(case.seen.results) == [1, 3]
 

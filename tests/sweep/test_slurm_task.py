@@ -8,9 +8,9 @@ import stat
 
 from colcon_yamllaunch.sweep.run import Goal
 from colcon_yamllaunch.sweep.run import read_metric
-from colcon_yamllaunch.sweep.slurm_files import Common
-from colcon_yamllaunch.sweep.slurm_files import SlurmFiles
+from colcon_yamllaunch.sweep.slurm_task import Common
 from colcon_yamllaunch.sweep.slurm_task import environment_here
+from colcon_yamllaunch.sweep.slurm_task import SlurmFiles
 
 
 def test_what_slurm_sets_is_added() -> None:

@@ -3,6 +3,7 @@
 
 """Signals to the launcher, as bytes on a pipe that the loop reads."""
 
+from collections.abc import Iterable
 from collections.abc import Iterator
 from contextlib import contextmanager
 import os
@@ -33,7 +34,9 @@ def accept_signals() -> None:
 
 
 @contextmanager
-def caught() -> Iterator[int]:
+def caught(
+    numbers: Iterable[signal.Signals] = (*STOPPING, *JOB_CONTROL, *OTHERS),
+) -> Iterator[int]:
     """
     Catch signals, and give the descriptor where each arrives as a byte.
 
@@ -45,7 +48,7 @@ def caught() -> Iterator[int]:
     wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     before = {}
     try:
-        for number in (*STOPPING, *JOB_CONTROL, *OTHERS):
+        for number in numbers:
             handler = signal.getsignal(number)
             if handler == signal.SIG_IGN and number in _RESPECTED:
                 continue

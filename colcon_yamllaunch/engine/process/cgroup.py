@@ -177,23 +177,25 @@ class LaunchCgroup:
                 _write(f'{folder}/cgroup.kill', b'1')
 
 
-def expect_moves() -> None:
+def expect_moves() -> bool:
     """
-    Have the kernel be ready for moves for a moment; they then take no time.
+    Keep the kernel ready for moves for a moment; they then take no time.
 
     By moves to where we are, again and again: the first one takes the 10 ms
     (see :meth:`LaunchCgroup.entered`) that one of any process takes else. To
-    be called in a thread, as it returns only when that moment is over, or
-    where there can be no moves.
+    be called in a thread or a process of its own, as it returns only when that
+    moment is over. Return False where there can be no moves.
     """
     path = cgroup_of('self')
     folder = None if path is None else _mounted(path)
     if folder is None:
-        return
+        return False
     with suppress(OSError):
         for _ in range(_VAIN_MOVES):
             _move_to(folder)
             time.sleep(_READY_FOR)
+        return True
+    return False
 
 
 def number_of(pid: int, identity: str) -> int | None:

@@ -30,7 +30,6 @@ from colcon_yamllaunch.verb.cli.option_table import Verb
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.sweep.run import Metric
-    from colcon_yamllaunch.sweep.slurm_place import SlurmPlace
 
 #: Bytes that a limit for logs has at least.
 SMALLEST_LOG_LIMIT = 1_000_000
@@ -282,10 +281,10 @@ def _metric(option: str, text: str) -> 'Metric':
     return read_metric(option, text)
 
 
-def _place(option: str, text: str) -> 'SlurmPlace':
-    from colcon_yamllaunch.sweep.slurm_place import read_place
+def _place(option: str, text: str) -> tuple[str, ...]:
+    from colcon_yamllaunch.sweep.slurm_client import read_slurm_options
 
-    return read_place(option, text)
+    return read_slurm_options(option, text)
 
 
 def read_size(option: str, text: str) -> int | None:

@@ -22,7 +22,6 @@ from colcon_yamllaunch.verb.cli.option_table import RUN_LOG_LIMIT
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.sweep.run import Metric
-    from colcon_yamllaunch.sweep.slurm_place import SlurmPlace
 
 _USAGE = (
     'usage: colcon sweep PKG FILE name:=1..100, or '
@@ -47,7 +46,7 @@ class SweepOptions:
     table: Path | None = None
     repeat: int = 1
     jobs: int | None = None
-    on: 'SlurmPlace | None' = None
+    on: tuple[str, ...] | None = None
     share_network: bool = False
     again: str | None = None
     until: tuple[LinePattern, ...] = ()

@@ -1,19 +1,18 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What `colcon sweep` does, step by step."""
+"""`colcon sweep`, from its options to its exit code."""
 
 from collections.abc import Mapping
 from contextlib import closing
-import os
 from pathlib import Path
 import shlex
 import sys
 
-from colcon_yamllaunch.sweep.domain_ids import DomainIds
-from colcon_yamllaunch.sweep.isolation import reason_for_no_network
+from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.language.actions.process_actions import OUTPUT_OVERRIDE
+from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.sweep.local_runner import LocalRunner
-from colcon_yamllaunch.sweep.local_runner import Settings
 from colcon_yamllaunch.sweep.progress import Progress
 from colcon_yamllaunch.sweep.reports import refuse_columns_twice
 from colcon_yamllaunch.sweep.reports import SweepReports
@@ -22,6 +21,10 @@ from colcon_yamllaunch.sweep.results import ResultsFolder
 from colcon_yamllaunch.sweep.results import SweepDefinition
 from colcon_yamllaunch.sweep.results import SweepJournal
 from colcon_yamllaunch.sweep.run import Goal
+from colcon_yamllaunch.sweep.run import NotBuiltError
+from colcon_yamllaunch.sweep.run import PlanError
+from colcon_yamllaunch.sweep.run import PlannedRun
+from colcon_yamllaunch.sweep.run import Sweep
 from colcon_yamllaunch.sweep.table import read_table
 from colcon_yamllaunch.sweep.table import Run
 from colcon_yamllaunch.sweep.table import run_table
@@ -36,11 +39,11 @@ from colcon_yamllaunch.verb.launching.log_folders import log_folder_of
 from colcon_yamllaunch.verb.launching.log_folders import ros_log_folder
 from colcon_yamllaunch.verb.launching.steps.launch_basis import GiveUpError
 from colcon_yamllaunch.verb.sweeping.code_state import CodeState
-from colcon_yamllaunch.verb.sweeping.launch_variants import LaunchVariants
+from colcon_yamllaunch.verb.sweeping.code_state import files_of
 
 #: The folder below that of the logs that has those of sweeps.
 _SWEEPS = 'sweeps'
-#: What an exit code has more than the signal that it tells, as in shells.
+#: Added to the number of a signal in an exit code, as in shells.
 _SIGNALLED = 128
 
 
@@ -48,7 +51,7 @@ class SweepFlow:
     """
     One sweep.
 
-    :param log_base: What colcon was told about the folder for logs
+    :param log_base: The folder for logs that was given to colcon
     """
 
     def __init__(
@@ -65,9 +68,9 @@ class SweepFlow:
 
     def run(self) -> int:
         """
-        Do it, and return the exit code.
+        Run the sweep, and return the exit code.
 
-        :raises UserError: when something of what the user wants is a mistake
+        :raises UserError: when an option or an argument has a mistake
         """
         options = self._options
         file = options.table
@@ -96,7 +99,7 @@ class SweepFlow:
             },
             metrics,
         )
-        # what builds nothing and runs nothing finds mistakes first
+        # mistakes are found before anything is built or run
         flow = LaunchFlow(
             options.as_launch(), self._cwd, self._environment, None
         )
@@ -127,7 +130,7 @@ class SweepFlow:
         folder: ResultsFolder,
         journal: SweepJournal,
     ) -> int:
-        """Do what is not done yet, and tell how it went."""
+        """Run the runs that have no result yet, and show a summary."""
         options, table = self._options, definition.table
         again = self._again(table, journal)
         journal.forget(again)
@@ -156,11 +159,11 @@ class SweepFlow:
         stopped_by = None
         if missing:
             try:
-                stopped_by = self._do(flow, folder, missing, progress)
+                stopped_by = self._launch(flow, folder, missing, progress)
             except GiveUpError as e:
                 progress.end()
                 if journal.results:
-                    # what is done is done; why it ends was said
+                    # the error was shown; other runs have their results
                     reports.write()
                     for line in reports.summary(options.require):
                         say(line)
@@ -176,7 +179,7 @@ class SweepFlow:
         return 0 if reports.is_enough(options.require) else 1
 
     def _again(self, table: RunTable, journal: SweepJournal) -> list[int]:
-        """Return the runs that are done and to be done again."""
+        """Return the runs with a result that are to run again."""
         results = journal.results
         match self._options.again:
             case str(again) if again == AGAIN_ALL:
@@ -186,21 +189,21 @@ class SweepFlow:
             case _:
                 return []
 
-    def _do(
+    def _launch(
         self,
         flow: LaunchFlow,
         folder: ResultsFolder,
         runs: list[Run],
         progress: Progress,
     ) -> int | None:
-        """Do runs; return the signal that ended that, if one did."""
+        """Launch runs; return the signal that stopped that, if one did."""
         options = self._options
         may_build = (
             not options.no_build
             and options.paths is None
             and flow.workspace.root is not None
         )
-        variants = LaunchVariants(
+        planner = _Planner(
             flow,
             options.fixed,
             self._log_folder or folder.path / 'log',
@@ -215,40 +218,132 @@ class SweepFlow:
             options.log_limit,
             options.tty,
         )
-        if options.on is not None:
-            # few have a cluster
-            from colcon_yamllaunch.verb.sweeping.slurm_flow import SlurmFlow
-
-            slurm = SlurmFlow(
-                options, options.on, folder, progress, self._environment
-            )
-            runs = slurm.take_over(runs)
-            if runs:
-                variants.prepare(runs[0])
-            return slurm.run(runs, goal, variants)
-        variants.prepare(runs[0])
-        jobs = options.jobs or len(os.sched_getaffinity(0))
-        own_network = False
-        if not options.share_network:
-            reason = reason_for_no_network()
-            own_network = not reason
-        domains = DomainIds(self._environment, shared=not own_network)
-        if not own_network and jobs > domains.count:
-            why = 'as they share the network of the machine'
-            if not options.share_network:
-                why = (
-                    f'as none can have a network of its own here ({reason}), '
-                    'and each needs a ROS_DOMAIN_ID of its own'
-                )
-            say(f'--jobs is limited to {domains.count}, {why}')
-            jobs = domains.count
-        settings = Settings(
-            jobs, own_network, goal, folder.run_folder, folder.clear
+        sweep = Sweep(
+            goal,
+            folder,
+            progress,
+            self._environment,
+            planner.plan,
+            planner.build,
+            options.jobs,
+            options.share_network,
         )
-        with closing(domains):
-            runner = LocalRunner(settings, variants, progress, domains)
-            runner.run(runs)
-        return runner.stopped_by
+        if options.on is None:
+            return LocalRunner(sweep).run(runs)
+        # few have a cluster
+        from colcon_yamllaunch.sweep.slurm_client import SlurmClient
+        from colcon_yamllaunch.sweep.slurm_runner import SlurmRunner
+
+        name = ' '.join(['colcon sweep', *options.positionals])
+        client = SlurmClient(self._environment)
+        return SlurmRunner(sweep, client, options.on, name).run(runs)
+
+
+class _Planner:
+    """
+    Plans runs; the steps that they have in common are done once.
+
+    :param flow: The launch
+    :param fixed: Launch arguments of all runs, beside their own
+    :param folder: The folder for logs that belong to no run
+    :param code: Receives the files that the runs use
+    :param may_build: Whether to build packages that runs need
+    """
+
+    def __init__(
+        self,
+        flow: LaunchFlow,
+        fixed: Mapping[str, str],
+        folder: Path,
+        code: CodeState,
+        *,
+        may_build: bool,
+    ) -> None:
+        self._flow = flow
+        self._fixed = fixed
+        self._folder = folder
+        self._code = code
+        self._may_build = may_build
+        self._built: set[str] = set()
+        # nobody sees a screen, so all output goes to the logs, unless the user
+        # has decided otherwise
+        self._variables: Mapping[str, str] = {}
+        if not flow.workspace.environment.get(OUTPUT_OVERRIDE):
+            self._variables = {OUTPUT_OVERRIDE: 'both'}
+
+    def build(self, run: Run) -> None:
+        """
+        Build the packages that a run needs, and check its plan.
+
+        :raises GiveUpError: when that fails
+        :raises UserError: when that fails, too
+        """
+        flow = self._flow.variant(
+            {**run.arguments, **self._fixed}, self._folder, {}, builds=True
+        )
+        flow.needs_declarations = True
+        try:
+            with flow.workspace.lock:
+                plan, _ = flow.prepare()
+        finally:
+            flow.close()
+        self._code.add(self._uses(flow, plan))
+        target = flow.target()
+        if target.package is None:
+            # its programs import and read files that are in no package
+            self._code.add_tracked(Path(target.path).parent)
+        self._built |= flow.wanted
+
+    def _uses(self, flow: LaunchFlow, plan: Plan) -> set[str]:
+        """Return the files, and the folders of packages, that a run uses."""
+        if flow.evaluation is None:
+            return set()
+        files = files_of(plan, flow.evaluation)
+        if not flow.wanted <= self._built:
+            needed = flow.workspace.needed_by(flow.wanted)
+            packages = flow.workspace.packages
+            files |= {str(p.path) for p in packages if p.name in needed}
+        return files
+
+    def plan(
+        self, run: Run, folder: Path, variables: Mapping[str, str]
+    ) -> PlannedRun:
+        """
+        Plan a run; see :class:`.run.Sweep`.
+
+        :raises NotBuiltError: when packages are to be built first
+        :raises PlanError: when it cannot be planned
+        """
+        flow = self._flow.variant(
+            {**run.arguments, **self._fixed},
+            folder,
+            {**self._variables, **variables},
+        )
+        try:
+            try:
+                plan, environment = flow.prepare()
+            finally:
+                if self._may_build and not flow.wanted <= self._built:
+                    raise NotBuiltError
+        except GiveUpError as e:
+            flow.close()
+            raise PlanError from e
+        except UserError:
+            flow.close()
+            raise
+        identity, source = flow.plan_source()
+        uses = self._code.missing(self._uses(flow, plan))
+        self._code.add(uses)
+        locator = flow.locator
+        return PlannedRun(
+            plan,
+            environment,
+            identity,
+            source,
+            lambda module, user: locator.undeclared_owner(module, user),
+            tuple(uses),
+            flow.close,
+        )
 
 
 def _words() -> list[str]:
