@@ -101,19 +101,14 @@ def test_nothing_but_labels_changes() -> None:
     assert with_labels(Plan()) == Plan()
 
 
-def test_a_component_keeps_its_label() -> None:
-    position = Position('/demo.yaml', 1, 1)
-    talker = Process('a.py-1', (), '/', position, node_name='/talker')
-    component = Component('talker', 'demo', 'demo::T', '/box', position)
-    plan = with_labels(Plan((talker, component)))
-    assert [p.label for p in plan.processes()] == ['a.py-1']
-    assert [c.label for c in plan.components()] == ['talker']
-
-
-def test_what_comes_later_leaves_others_their_labels() -> None:
+@pytest.mark.parametrize(
+    ('taken', 'label'),
+    [([], 'talker'), (['talker', 'a.py-1'], 'talker-2')],
+)
+def test_a_component_keeps_its_label_if_it_is_free(taken, label) -> None:
     position = Position('/demo.yaml', 1, 1)
     talker = Process('a.py-3', (), '/', position, node_name='/talker')
     component = Component('talker', 'demo', 'demo::T', '/box', position)
-    more = with_labels(Plan((talker, component)), ['talker', 'a.py-1'])
-    assert [p.label for p in more.processes()] == ['a.py-3']
-    assert [c.label for c in more.components()] == ['talker-2']
+    plan = with_labels(Plan((talker, component)), taken)
+    assert [p.label for p in plan.processes()] == ['a.py-3']
+    assert [c.label for c in plan.components()] == [label]

@@ -5,10 +5,15 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from itertools import count
 from itertools import repeat
 import json
 import subprocess
+from typing import Any
+from typing import get_args
+from typing import get_origin
+from typing import get_type_hints
 
 from colcon_yamllaunch.language.policies.evaluate import evaluate
 from colcon_yamllaunch.plan.plan import Block
@@ -26,6 +31,7 @@ from colcon_yamllaunch.plan.plan import SetParameter
 from colcon_yamllaunch.plan.plan import Shutdown
 from colcon_yamllaunch.plan.plan import SignalProcess
 from colcon_yamllaunch.plan.plan import Timer
+from colcon_yamllaunch.plan.plan import Variables
 from colcon_yamllaunch.plan.plan_graph import plan_to_dot
 from colcon_yamllaunch.plan.plan_graph import plan_to_mermaid
 from colcon_yamllaunch.plan.plan_json import plan_from_json
@@ -76,72 +82,31 @@ PLAN = Plan(
     (Condition('if: $(var "x")', True, HERE),),
 )
 
-positions = st.builds(
-    Position,
-    st.text(max_size=5),
-    st.integers(min_value=1, max_value=9),
-    st.integers(min_value=1, max_value=9),
-)
-parameters = st.builds(
-    SetParameter,
-    st.text(max_size=5),
-    st.text(max_size=5),
-    positions,
-    st.lists(positions, max_size=2).map(tuple),
-)
-arguments = st.one_of(
-    st.text(max_size=5),
-    st.builds(
-        ParameterFile,
-        st.text(max_size=9),
-        st.lists(parameters, max_size=2).map(tuple),
-    ),
-)
-processes = st.builds(
-    Process,
-    label=st.text(max_size=5),
-    name=st.none() | st.text(max_size=5),
-    argv=st.lists(arguments, max_size=4).map(tuple),
-    cwd=st.text(max_size=5),
-    position=positions,
-    environment=st.dictionaries(
+SIMPLE = {
+    str: st.text(max_size=4),
+    int: st.integers(),
+    float: st.floats(min_value=0, max_value=9),
+    bool: st.booleans(),
+    type(None): st.none(),
+    Variables: st.dictionaries(
         st.text(max_size=3), st.none() | st.text(max_size=3)
-    ).map(lambda d: tuple(sorted(d.items()))),
-    sigterm_timeout=st.floats(min_value=0, max_value=9),
-    parameters=st.lists(parameters, max_size=2).map(tuple),
-)
-components = st.builds(
-    Component,
-    label=st.text(max_size=5),
-    package=st.text(max_size=5),
-    plugin=st.text(max_size=5),
-    container=st.text(max_size=5),
-    position=positions,
-    remaps=st.lists(st.text(max_size=5), max_size=2).map(tuple),
-    parameters=st.lists(parameters, max_size=2).map(tuple),
-    extra_arguments=st.lists(parameters, max_size=2).map(tuple),
-    is_lifecycle=st.booleans(),
-)
-leaves = st.one_of(
-    processes,
-    components,
-    st.builds(Message, st.text(max_size=3), st.text(max_size=3)),
-    st.builds(Shutdown, st.text(max_size=3)),
-    st.builds(ChangeState, st.text(max_size=3), st.just('cleanup'), positions),
-    st.builds(SignalProcess, st.text(max_size=3), st.integers(), positions),
-    st.builds(HostCall, st.integers(), st.text(max_size=3), positions),
-)
-entries = st.recursive(
-    leaves,
-    lambda inner: st.builds(
-        Timer,
-        st.floats(min_value=0, max_value=9),
-        st.lists(inner, max_size=3).map(tuple),
-        st.booleans(),
-        st.booleans(),
-    ),
-    max_leaves=6,
-)
+    ).map(lambda variables: tuple(sorted(variables.items()))),
+}
+
+
+@cache
+def values(hint: Any) -> st.SearchStrategy[Any]:
+    """Return a strategy for the values of a type."""
+    arguments = get_args(hint)
+    if hint in SIMPLE:
+        return SIMPLE[hint]
+    if get_origin(hint) is tuple:
+        inner = st.deferred(lambda: values(arguments[0]))
+        return st.lists(inner, max_size=2).map(tuple)
+    if arguments:
+        return st.one_of(*map(values, arguments))
+    hints = get_type_hints(hint)
+    return st.builds(hint, **{name: values(hints[name]) for name in hints})
 
 
 def numbered(entry: Entry, numbers: Iterator[int]) -> Entry:
@@ -154,8 +119,10 @@ def numbered(entry: Entry, numbers: Iterator[int]) -> Entry:
     return entry
 
 
-plans = st.lists(entries, max_size=4).map(
-    lambda found: Plan(tuple(map(numbered, found, repeat(count()))))
+plans = values(Plan).map(
+    lambda plan: replace(
+        plan, entries=tuple(map(numbered, plan.entries, repeat(count())))
+    )
 )
 
 

@@ -137,6 +137,15 @@ exit 0
 """
 
 
+@pytest.fixture
+def ros2(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make a program that stands for `ros2`."""
+    program = tmp_path / 'ros2'
+    program.write_text(ROS2)
+    program.chmod(0o755)
+    monkeypatch.setenv('PATH', str(tmp_path), prepend=':')
+
+
 def component(name: str, **fields: object) -> Component:
     """Return a component for the container `/box`."""
     values = {
@@ -150,13 +159,8 @@ def component(name: str, **fields: object) -> Component:
     return Component(**values)  # type: ignore[arg-type]
 
 
-def test_components_are_loaded_in_order(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    program = tmp_path / 'ros2'
-    program.write_text(ROS2)
-    program.chmod(0o755)
-    monkeypatch.setenv('PATH', str(tmp_path), prepend=':')
+@pytest.mark.usefixtures('ros2')
+def test_components_are_loaded_in_order(tmp_path: Path) -> None:
     with start(
         tmp_path,
         component('one', remaps=("a:=it's",)),
@@ -179,13 +183,8 @@ def test_components_are_loaded_in_order(
     assert '# not activated: only the program knows' in text
 
 
-def test_lifecycle_nodes_are_activated(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    program = tmp_path / 'ros2'
-    program.write_text(ROS2)
-    program.chmod(0o755)
-    monkeypatch.setenv('PATH', str(tmp_path), prepend=':')
+@pytest.mark.usefixtures('ros2')
+def test_lifecycle_nodes_are_activated(tmp_path: Path) -> None:
     node = shell('true', is_lifecycle=True, node_name='/arm')
     timer = Timer(0.0, (replace(node, autostart=True),), on_ros_time=True)
     with start(tmp_path, node, timer) as script:
@@ -198,13 +197,8 @@ def test_lifecycle_nodes_are_activated(
     assert 'not those of /clock' in (tmp_path / 'run.sh').read_text()
 
 
-def test_transitions_are_asked_for_in_order(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    program = tmp_path / 'ros2'
-    program.write_text(ROS2)
-    program.chmod(0o755)
-    monkeypatch.setenv('PATH', str(tmp_path), prepend=':')
+@pytest.mark.usefixtures('ros2')
+def test_transitions_are_asked_for_in_order(tmp_path: Path) -> None:
     with start(
         tmp_path,
         ChangeState('/arm', 'configure', HERE),

@@ -102,24 +102,6 @@ def test_python_of_the_script_is_missing(script: Script) -> None:
     assert str(path) in message
 
 
-@pytest.mark.parametrize('line', ['#!/bin/sh', '#!/usr/bin/env sh'])
-def test_line_ends_of_windows(script: Script, line: str) -> None:
-    path = script(f'{line}\r\n')
-    link = path.with_name('link')
-    link.symlink_to(path)
-    message = refusal([str(link)])
-    assert message.endswith(f"convert it: sed -i 's/\\r$//' {path}")
-
-
-def test_interpreter_does_not_exist(script: Script) -> None:
-    assert "'/no/python'" in refusal([str(script('#!/no/python\n'))])
-
-
-def test_script_without_interpreter(script: Script) -> None:
-    message = refusal([str(script('print(1)\n'))])
-    assert 'first line that names its interpreter' in message
-
-
 def test_env_with_options_is_left_to_env(script: Script) -> None:
     path = script('#!/usr/bin/env -S sh -e\nexit 3\n')
     assert run(str(path)).returncode == 3
@@ -127,14 +109,6 @@ def test_env_with_options_is_left_to_env(script: Script) -> None:
 
 def test_first_line_that_names_nothing(script: Script) -> None:
     assert refusal([str(script('#!\nexit 3\n'))])
-
-
-def test_program_that_is_not_on_the_path(tmp_path: Path) -> None:
-    assert "no program 'gdb'" in refusal(['gdb'], str(tmp_path))
-
-
-def test_argument_with_a_null_byte() -> None:
-    assert 'cannot be passed' in refusal(['true', 'a\0b'])
 
 
 def test_environment_is_the_given_one() -> None:

@@ -154,7 +154,11 @@ def test_a_script_whose_interpreter_does_not_exist(start, script):
 @pytest.mark.parametrize('program', [b'/bin/sh', b'/usr/bin/env sh'])
 def test_a_script_with_windows_line_ends(start, script, program):
     path = script(b'#!' + program + b'\r\necho\r\n')
-    assert 'Windows' in refusal(start, [str(path)])
+    link = path.with_name('link')
+    link.symlink_to(path)
+    message = refusal(start, [str(link)])
+    assert 'Windows' in message
+    assert message.endswith(f"convert it: sed -i 's/\\r$//' {path}")
 
 
 def test_a_script_whose_interpreter_is_not_in_the_path(start, script):
