@@ -81,6 +81,9 @@ def records(process, tmp_path):
         events.PlanFailed(('error: oh', '  no')),
         events.HostLost('reason'),
         events.Ended(1),
+        events.PartChanged(talker, 'ended'),
+        events.LinkChanged('arm', 'done'),
+        events.Measured('arm', {'arm│driver': (0.5, 1000)}),
     ]
     assert {type(event) for event in happened} == kinds()
     logs = Logs(tmp_path / 'log', [talker], pytest.fail)
@@ -92,6 +95,9 @@ def records(process, tmp_path):
     assert {type(e) for e in happened} - {type(e) for e in recorded} == {
         events.Output,
         events.StillRunning,
+        events.PartChanged,
+        events.LinkChanged,
+        events.Measured,
     }
     assert len(lines) == len(recorded)
     return {r['event']: r for r in map(json.loads, lines)}
