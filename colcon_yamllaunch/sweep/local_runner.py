@@ -19,14 +19,13 @@ import gc
 import json
 import os
 import resource
-import select
 import signal
 import socket
 import sys
-import time
 from typing import Literal
 
 from colcon_yamllaunch.common.errors import UserError
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import signal_name
 from colcon_yamllaunch.engine.output.signals import caught
 from colcon_yamllaunch.engine.output.signals import received
@@ -49,9 +48,8 @@ from colcon_yamllaunch.sweep.worker import Worker
 _MESSAGE = 256 * 1024
 #: Runs that are planned ahead at most.
 _AHEAD = 8
-#: Milliseconds between two updates of the progress, and while runs are killed.
-_TICK = 500
-_KILL_TICK = 100
+#: Seconds between two updates of the progress while nothing happens.
+_TICK = 0.5
 #: SIGINTs to each run when the user wants it killed, and seconds between them.
 _ESCALATIONS = 3
 _ESCALATION_INTERVAL = 0.3
@@ -119,15 +117,14 @@ class LocalRunner:
         self._runs: dict[int, Run] = {}
         # runs that need packages that are not built
         self._unbuilt: list[Run] = []
-        self._children: dict[int, _Child] = {}
-        self._poll = select.poll()
+        self._children: list[_Child] = []
+        self._loop = Loop()
         self._file_limits = resource.getrlimit(resource.RLIMIT_NOFILE)
         # the seconds of the first runs, and the process for short ones
         self._seconds: list[float] = []
         self._mover = 0
         self._stopped_by: int | None = None
-        self._escalations = 0
-        self._next_escalation = 0.0
+        self._escalates = False
 
     def run(self, runs: Sequence[Run]) -> int | None:
         """
@@ -145,15 +142,18 @@ class LocalRunner:
             _most_files(),
             _frozen_memory(),
         ):
-            self._poll.register(signals, select.POLLIN)
+            self._loop.add_reader(signals, self._read_signals, signals)
+            self._wake()
             try:
-                while self._step(signals):
-                    pass
+                while self._has_work():
+                    self._sweep.progress.tick()
+                    self._loop.run_once()
             finally:
                 self._end_all()
                 if self._mover:
                     os.kill(self._mover, signal.SIGKILL)
                     os.waitpid(self._mover, 0)
+                self._loop.close()
         return self._stopped_by
 
     def _domain_ids(self) -> DomainIds:
@@ -175,29 +175,28 @@ class LocalRunner:
             self._jobs = domains.count
         return domains
 
-    def _step(self, signals: int) -> bool:
-        """Wait for an event and handle it; return whether to go on."""
+    def _has_work(self) -> bool:
+        """Plan and start runs; return whether to wait for something."""
         if self._stopped_by is None:
             self._plan_next()
             self._start_ready()
-        if all(child.state == 'idle' for child in self._children.values()):
+        if all(child.state == 'idle' for child in self._children):
             return bool(self._queue) and self._stopped_by is None
-        self._sweep.progress.tick()
-        timeout = _KILL_TICK if self._escalations else _TICK
-        for descriptor, _ in self._poll.poll(timeout):
-            if descriptor == signals:
-                for number in received(signals):
-                    self._stop(number)
-            elif descriptor in self._children:
-                self._receive(self._children[descriptor])
-        self._escalate()
         return True
+
+    def _wake(self) -> None:
+        """Begin a turn of the loop now and then."""
+        self._loop.call_later(_TICK, self._wake)
+
+    def _read_signals(self, signals: int) -> None:
+        for number in received(signals):
+            self._stop(number)
 
     def _plan_next(self) -> None:
         """Let idle and new workers plan the next runs."""
         if self._unbuilt:
             return
-        for child in self._children.values():
+        for child in self._children:
             if self._queue and child.state == 'idle':
                 run = self._queue[0]
                 self._sweep.folder.clear(run.number)
@@ -245,7 +244,7 @@ class LocalRunner:
 
         def work() -> int:
             child.link.close()
-            for other in self._children.values():
+            for other in self._children:
                 other.close()
             resource.setrlimit(resource.RLIMIT_NOFILE, self._file_limits)
             return Worker(
@@ -264,12 +263,12 @@ class LocalRunner:
             except OSError:
                 child.close()
                 raise
-        self._children[child.link.fileno()] = child
-        self._poll.register(child.link, select.POLLIN)
+        self._children.append(child)
+        self._loop.add_reader(child.link.fileno(), self._receive, child)
 
     def _start_ready(self) -> None:
         """Start planned runs, as far as others leave room."""
-        children = self._children.values()
+        children = self._children
         running = sum(child.state == 'running' for child in children)
         if self._unbuilt:
             if not running:
@@ -289,7 +288,7 @@ class LocalRunner:
         """Build the packages that runs need, and plan all runs again."""
         waiting = [
             child.run
-            for child in self._children.values()
+            for child in self._children
             if child.state != 'idle' and child.run not in self._unbuilt
         ]
         self._end_all()
@@ -369,8 +368,8 @@ class LocalRunner:
 
     def _reap(self, child: _Child) -> int:
         """Wait for a worker that ends, and return its status."""
-        del self._children[child.link.fileno()]
-        self._poll.unregister(child.link)
+        self._children.remove(child)
+        self._loop.remove(child.link.fileno())
         # a worker that waits for its next run ends
         child.close()
         _, status = os.waitpid(child.pid, 0)
@@ -380,7 +379,7 @@ class LocalRunner:
     def _stop(self, number: int) -> None:
         """Stop all runs, or kill them if they are being stopped already."""
         is_first = self._stopped_by is None
-        children = self._children.values()
+        children = self._children
         count = sum(child.is_launched for child in children)
         self._sweep.progress.interrupted(count, escalates=not is_first)
         if is_first:
@@ -390,23 +389,24 @@ class LocalRunner:
                 child.kill(
                     signal.SIGINT if child.is_launched else signal.SIGKILL
                 )
-        elif not self._escalations:
-            self._escalations = _ESCALATIONS
+        elif not self._escalates:
+            self._escalate(_ESCALATIONS)
 
-    def _escalate(self) -> None:
+    def _escalate(self, left: int) -> None:
         """Let the launches kill their processes, step by step."""
-        now = time.monotonic()
-        if self._escalations and now >= self._next_escalation:
-            self._next_escalation = now + _ESCALATION_INTERVAL
-            self._escalations -= 1
-            for child in self._children.values():
+        self._escalates = left > 0
+        if left:
+            for child in self._children:
                 child.kill(signal.SIGINT)
+            self._loop.call_later(
+                _ESCALATION_INTERVAL, self._escalate, left - 1
+            )
 
     def _end_all(self) -> None:
         """End all workers; their runs are stopped in their own way."""
-        for child in self._children.values():
+        for child in self._children:
             child.kill(signal.SIGTERM if child.is_launched else signal.SIGKILL)
-        for child in tuple(self._children.values()):
+        for child in self._children.copy():
             self._reap(child)
 
 

@@ -16,6 +16,7 @@ import time
 from typing import TextIO
 
 from colcon_yamllaunch.common.printable import one_line
+from colcon_yamllaunch.common.table import duration
 from colcon_yamllaunch.sweep.reports import SweepReports
 from colcon_yamllaunch.sweep.results import Code
 from colcon_yamllaunch.sweep.results import ResultsFolder
@@ -195,7 +196,10 @@ class Progress:
         if done < _KNOWN_FROM or not missing:
             return ''
         each = (self._clock() - self._begin) / done
-        return f'{duration(each * missing)} left'
+        left = each * missing
+        # nobody reads tenths of longer times
+        text = f'{left:.1f} s' if left < 9.95 else duration(round(left))
+        return f'{text} left'
 
     def _paint(self, color: str, text: str) -> str:
         return f'{color}{text}{_PLAIN}' if self._color else text
@@ -208,7 +212,9 @@ class Progress:
 
     def _width(self) -> int:
         with suppress(OSError, ValueError):
-            return os.get_terminal_size(self._stream.fileno()).columns - 1
+            columns = os.get_terminal_size(self._stream.fileno()).columns
+            # a terminal without a size has 0
+            return columns - 1 if columns else _WIDTH
         return _WIDTH
 
     def _write(self, text: str) -> None:
@@ -216,21 +222,6 @@ class Progress:
         with suppress(OSError, ValueError):
             self._stream.write(text)
             self._stream.flush()
-
-
-def duration(seconds: float) -> str:
-    """Return a time for people, such as 1 h 05 min."""
-    whole = round(seconds)
-    if seconds < 9.95:
-        return f'{seconds:.1f} s'
-    if whole < 60:
-        return f'{whole} s'
-    if whole < 3600:
-        return f'{whole // 60} min {whole % 60:02} s'
-    hours = whole // 3600
-    if hours < 48:
-        return f'{hours} h {whole % 3600 // 60:02} min'
-    return f'{hours // 24} days {hours % 24} h'
 
 
 def _is_terminal(stream: TextIO) -> bool:

@@ -6,7 +6,6 @@
 import io
 from pathlib import Path
 
-from colcon_yamllaunch.sweep.progress import duration
 from colcon_yamllaunch.sweep.progress import Progress
 from colcon_yamllaunch.sweep.reports import SweepReports
 from colcon_yamllaunch.sweep.results import ResultsFolder
@@ -118,11 +117,3 @@ def test_a_stream_that_is_gone(tmp_path: Path) -> None:
     one.stream.close()
     one.done(1, failed=True)
     one.progress.tick()
-
-
-def test_times() -> None:
-    times = [0.31, 9.9, 12.4, 59.6, 61.0, 3599.0, 3700.0, 180000.0, 400000.0]
-    assert [duration(t) for t in times] == [
-        *('0.3 s', '9.9 s', '12 s', '1 min 00 s', '1 min 01 s'),
-        *('59 min 59 s', '1 h 01 min', '2 days 2 h', '4 days 15 h'),
-    ]
