@@ -1,27 +1,27 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What the file system told: changes of files, as plain data."""
+"""Changes of files, as data."""
 
 from collections.abc import Sequence
 from typing import Literal
 from typing import NamedTuple
 
-#: What happened to a file; `mode` is that it can be run now, or no more, and
-#: `again` that it was written or moved and is as it was.
+#: What happened to a file; `mode` means that it became executable or is not
+#: any more, and `again` that it was rewritten with its former content.
 Kind = Literal['new', 'changed', 'deleted', 'mode', 'again']
 
 
 class Change(NamedTuple):
     """
-    A file that is not as it was.
+    A changed file.
 
-    One that is reached under several names that are watched makes a change
-    for each, all in one batch.
+    A file that is watched under several names has a change for each of them,
+    all in one batch.
 
     :param path: The name under which it is watched: below the folder of a
-      package, or as the plan has it
-    :param real: The file behind all symbolic links
+      package, or as the plan names it
+    :param real: Its path behind all symbolic links
     """
 
     kind: Kind
@@ -31,30 +31,21 @@ class Change(NamedTuple):
 
 class Batch(NamedTuple):
     """
-    Changes that count as one, such as those of a checkout.
+    Changes that are handled together, such as those of a checkout.
 
-    :param seen_ns: When the first of them was noticed, by the clock that
-      never goes back (nanoseconds)
-    :param notes: What the user should know about the watching itself
+    :param seen_ns: When the first of them was noticed, by the monotonic clock
+      (nanoseconds)
     """
 
     changes: tuple[Change, ...]
     seen_ns: int
-    notes: tuple[str, ...] = ()
 
 
 def merged(batches: Sequence[Batch]) -> Batch:
     """
     Return all changes of some batches as one.
 
-    What follows from any of them follows from that, too.
-
     :param batches: At least one
     """
     changes = (change for batch in batches for change in batch.changes)
-    notes = (note for batch in batches for note in batch.notes)
-    return Batch(
-        tuple(dict.fromkeys(changes)),
-        batches[0].seen_ns,
-        tuple(dict.fromkeys(notes)),
-    )
+    return Batch(tuple(dict.fromkeys(changes)), batches[0].seen_ns)

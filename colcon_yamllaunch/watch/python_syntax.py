@@ -29,7 +29,7 @@ except SyntaxError as e:
 except ValueError as e:
     print('1 1 %s' % e)
 """
-#: How long that may take (seconds).
+#: Seconds that this may take.
 _TIMEOUT = 10.0
 
 
@@ -37,8 +37,8 @@ def compiles(path: str) -> bool:
     """
     Return whether a file compiles with the Python of this process.
 
-    It may be for another Python, see :func:`source_error`. What is no Python
-    compiles.
+    It may be for another Python, see :func:`source_error`. A file that is not
+    Python code compiles.
     """
     try:
         text = content_of(path)
@@ -61,9 +61,9 @@ def source_error(
     path: str, environment: Mapping[str, str]
 ) -> Diagnostic | None:
     """
-    Return the error of a file by the Python that runs it, if it has one.
+    Return the syntax error of a file according to the Python that runs it.
 
-    :param environment: That of the processes
+    :param environment: The environment of the processes
     """
     with suppress(OSError, subprocess.SubprocessError):
         program = shutil.which(
@@ -88,7 +88,7 @@ def source_error(
 
 
 def _interpreter(path: str, text: bytes) -> str:
-    """Return the Python that runs a file; empty if none does."""
+    """Return the Python that runs a file; empty if it is not Python code."""
     line = os.fsdecode(text.partition(b'\n')[0])
     if not line.startswith('#!'):
         return _PYTHON if path.endswith(_SUFFIX) else ''

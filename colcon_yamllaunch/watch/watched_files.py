@@ -2,11 +2,11 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-What the files that are watched were like, and what became of them.
+The known state of watched files, and their changes.
 
-A change is another content, so nothing follows from saving a file as it was,
-nor from what an editor makes for a moment beside it. But who read a file while
-that was being saved may have read something else, so these are noted, too.
+Only another content is a change, so saving a file unchanged is none, nor are
+the temporary files of editors. A process that read a file while it was being
+saved may have read something else, so rewritten files are noted, too.
 """
 
 from collections.abc import Iterable
@@ -26,19 +26,19 @@ from colcon_yamllaunch.workspace.packages.source_files import entries_of
 from colcon_yamllaunch.workspace.packages.source_files import is_skipped_file
 from colcon_yamllaunch.workspace.packages.source_files import is_skipped_folder
 
-#: What git holds while it writes into the work tree.
+#: Exists while git writes the work tree.
 _GIT_LOCK = 'index.lock'
 
 
 class _File(NamedTuple):
-    """A file, under the name that it is watched by."""
+    """A known file: the target of its links, and its fingerprint."""
 
     real: str
-    was: Fingerprint
+    fingerprint: Fingerprint
 
 
 class _Found(NamedTuple):
-    """A file that a look found, under a name that it is watched by."""
+    """A file that a scan found."""
 
     name: str
     real: str
@@ -46,49 +46,48 @@ class _Found(NamedTuple):
 
 
 class WatchedFiles:
-    """The files in some folders, and some others."""
+    """The files in folders, and single files."""
 
     def __init__(self) -> None:
         self._folders: tuple[str, ...] = ()
         self._files: tuple[str, ...] = ()
         self._known: dict[str, _File] = {}
-        # the folders that are looked through, behind all links, with the
-        # names that they are known by
+        # the names of each scanned folder, by its path behind all links
         self._names: dict[str, set[str]] = {}
-        # single files likewise
+        # the names of each single file, likewise
         self._single: dict[str, set[str]] = {}
         self._roots: set[str] = set()
-        #: The folders in which events matter, behind all links.
-        self.places: frozenset[str] = frozenset()
-        #: What is there while git changes files that are watched.
+        #: The folders whose events matter, behind all links.
+        self.watched_folders: frozenset[str] = frozenset()
+        #: Files that exist while git changes watched files.
         self.git_locks: tuple[str, ...] = ()
-        self._again: list[Change] = []
+        self._rewritten: list[Change] = []
 
     def watch(
         self, folders: Iterable[str], files: Iterable[str], since: int
     ) -> list[Change]:
         """
-        Watch other folders and files from now on.
+        Watch other folders and files from now on, and return changes.
 
-        :param folders: With all that is below them, but for what no build
-          takes for a part of the source
-        :param since: What was written after that is told as changed, if it was
-          not watched before (nanoseconds since the epoch)
+        :param folders: Folders with everything below them that builds regard
+          as source
+        :param since: Files that were not watched before and were written after
+          this time count as changed (nanoseconds since the epoch)
         """
         self._folders, self._files = tuple(folders), tuple(files)
         locks = {_git_lock(folder) for folder in self._folders}
         self.git_locks = tuple(sorted(locks - {''}))
         return self._compare(since)
 
-    def look_again(self) -> list[Change]:
-        """Look at all files; return what changed."""
+    def scan(self) -> list[Change]:
+        """Scan all files; return what changed."""
         return self._compare(None)
 
     def changes(self, paths: Iterable[str]) -> list[Change]:
         """
-        Return what changed of some files, which events were about.
+        Return the changes of the files that events report.
 
-        :param paths: Behind all links
+        :param paths: Their paths behind all links
         """
         found = []
         for name, real in self._watched(paths):
@@ -97,33 +96,33 @@ class WatchedFiles:
                 found.append(change)
         return sorted(found, key=lambda change: change.path)
 
-    def take_again(self) -> list[Change]:
-        """Return what was found as it was, but written since, just once."""
-        again, self._again = self._again, []
-        return again
+    def pop_rewritten(self) -> list[Change]:
+        """Return the files that were rewritten unchanged, each once."""
+        rewritten, self._rewritten = self._rewritten, []
+        return rewritten
 
-    def needs_look(self, path: str) -> bool:
-        """Tell whether an event may be about more than one file."""
+    def needs_scan(self, path: str) -> bool:
+        """Return whether an event may concern more than one file."""
         if path in self._names or path in self._roots:
             return True
-        # folders beside single files are nobody's, as in /tmp
+        # folders beside a single file do not matter, as in /tmp
         is_inside = os.path.dirname(path) in self._names
         return is_inside and os.path.isdir(path)
 
-    def is_torn(self, path: str) -> bool:
-        """Tell whether a file looks as if somebody was just writing it."""
+    def is_partly_written(self, path: str) -> bool:
+        """Return whether a file seems to be being saved."""
         for name, _ in self._watched([path]):
             before = self._known.get(name)
             status = _status(name)
             if before is None:
                 return status is not None and status.st_size == 0
-            return before.was.size > 0 and (
+            return before.fingerprint.size > 0 and (
                 status is None or status.st_size == 0
             )
         return False
 
     def _watched(self, paths: Iterable[str]) -> Iterator[tuple[str, str]]:
-        """Iterate over the names that files are watched by."""
+        """Iterate over the names under which files are watched."""
         for path in paths:
             folder, _, base = path.rpartition(os.sep)
             if not is_skipped_file(base):
@@ -134,19 +133,19 @@ class WatchedFiles:
 
     def _compare(self, since: int | None) -> list[Change]:
         """
-        Look at all files; return what changed.
+        Scan all files; return what changed.
 
-        :param since: As for :meth:`watch`; None when nothing else is watched
+        :param since: As for :meth:`watch`; None if the same files are watched
         """
         changes = []
         missing = set(self._known)
-        # one after the other, as thousands take memory
-        for name, real, status in self._look():
+        # one by one, as thousands of them take memory
+        for name, real, status in self._scan():
             is_new = name not in self._known
             missing.discard(name)
             change = self._changed(name, real, status)
             if is_new and since is not None:
-                # not new, but not looked at before either
+                # the file may be old, as it was not watched before
                 written = max(status.st_mtime_ns, status.st_ctime_ns)
                 change = None
                 if written > since - TICK:
@@ -167,7 +166,7 @@ class WatchedFiles:
     def _changed(
         self, name: str, real: str, status: os.stat_result | None
     ) -> Change | None:
-        """Return what became of a file, and take note of it."""
+        """Return the change of a file, and update its known state."""
         before = self._known.get(name)
         if status is None or stat.S_ISDIR(status.st_mode):
             if before is None:
@@ -175,7 +174,7 @@ class WatchedFiles:
             del self._known[name]
             return Change('deleted', name, before.real)
         now = Fingerprint.of(status)
-        then = None if before is None else before.was
+        then = None if before is None else before.fingerprint
         if (
             then is not None
             and before is not None
@@ -190,10 +189,10 @@ class WatchedFiles:
         if kind is not None:
             return Change(kind, name, real)
         if then is not None and then.ctime != now.ctime:
-            self._again.append(Change('again', name, real))
+            self._rewritten.append(Change('again', name, real))
         return None
 
-    def _look(self) -> Iterator[_Found]:
+    def _scan(self) -> Iterator[_Found]:
         self._names, self._single = {}, {}
         self._roots = set()
         for folder in self._folders:
@@ -205,14 +204,14 @@ class WatchedFiles:
             status = _status(name)
             if status is not None and not stat.S_ISDIR(status.st_mode):
                 yield _Found(name, real, status)
-        self.places = frozenset(
-            place
-            for place in (
+        self.watched_folders = frozenset(
+            folder
+            for folder in (
                 *self._names,
                 *(os.path.dirname(path) for path in self._single),
                 *(os.path.dirname(path) for path in self._roots),
             )
-            if os.path.isdir(place) and os.access(place, os.R_OK)
+            if os.path.isdir(folder) and os.access(folder, os.R_OK)
         )
 
     def _below(self, folder: str) -> Iterator[_Found]:
@@ -239,7 +238,7 @@ class WatchedFiles:
                     if entry.is_symlink():
                         self._single.setdefault(its_real, set()).add(its_name)
                     if its_real == its_name:
-                        # one text instead of two
+                        # share one string
                         its_real = its_name
                     yield _Found(its_name, its_real, status)
 
@@ -248,7 +247,7 @@ def _kind(then: Fingerprint | None, now: Fingerprint) -> Kind | None:
     if then is None:
         return 'new'
     if (then.size, then.digest) != (now.size, now.digest) or (
-        # too large to be read, or a link to nothing
+        # a file that is too large to be read, or a broken link
         not now.digest and then.ctime != now.ctime
     ):
         return 'changed'
@@ -266,7 +265,7 @@ def _status(path: str) -> os.stat_result | None:
 
 
 def _git_lock(folder: str) -> str:
-    """Return the lock of the repository that a folder is in, or nothing."""
+    """Return the lock of the repository of a folder, or an empty path."""
     for parent in (Path(folder), *Path(folder).parents):
         git = parent / '.git'
         if os.path.isdir(git):

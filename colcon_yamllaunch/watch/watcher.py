@@ -2,18 +2,19 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The process that watches files for a launch.
+The watcher: a process that watches files for a launch.
 
-It is one of its own, as what watches has threads, and a launcher must have
-none. It reads lines of JSON: `{"folders": […], "files": […], "since": N}`
-says what to watch from now on. It writes such lines, too: `{"changes": [[KIND,
-PATH, REAL], …], "seen": N, "at": N, "notes": [TEXT, …]}`; the times are in
-nanoseconds, by the clock that never goes back and since the epoch. It ends
-with its input, which is closed when the launcher ends, however that came.
+It is a separate process because the library that watches uses threads, and a
+launcher must have none. It reads lines of JSON: `{"folders": […], "files":
+[…], "since": N}` says what to watch from now on. It writes lines of JSON, too:
+`{"changes": [[KIND, PATH, REAL], …], "seen": N, "at": N, "notes": [TEXT, …]}`;
+the times are in nanoseconds, `seen` by the monotonic clock and `at` since the
+epoch. It ends at the end of its input, which the kernel closes when the
+launcher ends.
 
-The kernel tells of changes (inotify), and a look at all files now and then
-finds what it did not tell. Where it cannot tell, there are only the looks,
-and more of them.
+The kernel reports changes (inotify), and an occasional scan of all files finds
+changes that it did not report. Where it cannot report any, the watcher only
+scans, and more often.
 """
 
 from collections.abc import Callable
@@ -37,33 +38,33 @@ from colcon_yamllaunch.watch.watched_files import WatchedFiles
 if TYPE_CHECKING:
     from watchfiles._rust_notify import RustNotify
 
-#: Set as for the library itself, so that it need not be set twice.
+#: The variable of the library that asks for polling.
 POLLING_VARIABLE = 'WATCHFILES_FORCE_POLLING'
-#: Milliseconds without an event after which those before are taken together.
-STEP = 2
-#: The same once there were some files, as one after the other is saved.
-LONG_STEP = 25
-SOME = 3
-#: Milliseconds that are waited for an event that a signal announced.
-PATIENCE = 15
-#: Seconds that a file may be empty or missing in the middle of being saved.
-TORN = 0.15
-#: Seconds without a change after which git does not write the work tree, but
-#: waits for its user, who writes the message of a commit.
-CHECKOUT = 3.0
-#: Events so many that the kernel may have dropped some.
-FLOOD = 1000
-#: Seconds between two looks at all files, and how many times as long as one
-#: takes that is at least.
-PAUSE = 60.0
-RARITY = 1000
-#: The same where nothing else tells.
-SHORT_PAUSE = 0.5
-SHORT_RARITY = 10
-#: How often folders are looked up again that are gone in the meantime.
-ATTEMPTS = 5
-#: File systems that others may write to, of which the kernel does not tell.
-REMOTE = frozenset(
+#: Milliseconds without an event that end a batch of events.
+QUIET_TIME = 2
+#: The same after some files, as editors save one file after the other.
+LONG_QUIET_TIME = 25
+BURST = 3
+#: Milliseconds to wait for an event after its signal.
+EVENT_TIMEOUT = 15
+#: Seconds that a file may be empty or missing while it is being saved.
+PARTLY_WRITTEN_TIMEOUT = 0.15
+#: Seconds without a change after which git is not writing the work tree, but
+#: waiting for the message of a commit.
+GIT_TIMEOUT = 3.0
+#: The number of events from which the kernel may have dropped some.
+EVENT_OVERFLOW = 1000
+#: The seconds between two scans, and the least ratio of this interval to the
+#: time of a scan.
+SCAN_INTERVAL = 60.0
+SCAN_FACTOR = 1000
+#: The same where the kernel reports no changes.
+POLLING_INTERVAL = 0.5
+POLLING_FACTOR = 10
+#: How often to look up folders again that were removed in the meantime.
+LISTEN_ATTEMPTS = 5
+#: File systems whose changes by other computers the kernel does not report.
+NETWORK_FILE_SYSTEMS = frozenset(
     (
         *('9p', 'afs', 'ceph', 'cifs', 'fakeowner', 'gfs2', 'lustre', 'ncpfs'),
         *('nfs', 'nfs4', 'ocfs2', 'prl_fs', 'smb3', 'smbfs', 'vboxsf'),
@@ -76,34 +77,33 @@ _LIMITS = '/proc/sys/fs/inotify'
 
 class Watcher:
     """
-    Watches what it is told to.
+    Watches files as its input says.
 
-    :param source: The descriptor that says what
-    :param tell: Is called with changes, those of the kind `again` among them,
-      when they were noticed, and notes
-    :param clock: Returns seconds that never go back
+    :param source: The descriptor of the input
+    :param report: Is called with changes, the time when they were noticed, and
+      notes for the user
+    :param clock: The monotonic clock
     """
 
     def __init__(
         self,
         source: int,
-        tell: Callable[[list[Change], int, list[str]], None],
+        report: Callable[[list[Change], int, list[str]], None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._source = source
-        self._tell = tell
+        self._report = report
         self._clock = clock
         self._unread = b''
         self._files = WatchedFiles()
         self._notify: RustNotify | None = None
-        # the folders that the kernel tells of, with what they are behind
-        # their names
+        # the folders that the kernel watches, each with its identity
         self._watched: dict[str, tuple[int, int]] = {}
         self._notes: list[str] = []
-        self._told: set[str] = set()
+        self._noted: set[str] = set()
         self._is_polling = False
-        self._due = clock() + PAUSE
-        # by the times at which git has made them
+        self._due = clock() + SCAN_INTERVAL
+        # locks of git that are not waited for, each with its creation time
         self._stale_locks: dict[str, int] = {}
         self._wakeup, waker = os.pipe()
         os.set_blocking(self._wakeup, False)
@@ -127,48 +127,50 @@ class Watcher:
             if self._wakeup in ready:
                 with suppress(BlockingIOError):
                     os.read(self._wakeup, _READ_SIZE)
-                self._take()
+                self._handle_events()
             elif self._clock() >= self._due:
                 self._wait_for_git()
-                self._say(self._look())
+                self._send(self._scan())
 
     def _read(self, data: bytes) -> None:
         *lines, self._unread = (self._unread + data).split(b'\n')
         if not lines:
             return
-        # only the last one counts, but for when it all began
+        # the last request counts, with the earliest time
         requests = [json.loads(line) for line in lines]
         since = min(int(request['since']) for request in requests)
         seen = time.monotonic_ns()
         changes = self._files.watch(
             requests[-1]['folders'], requests[-1]['files'], since
         )
-        self._say([*changes, *self._renew()], seen)
-        self._plan_look(0.0)
+        self._send([*changes, *self._watch_folders()], seen)
+        self._plan_scan(0.0)
 
-    def _take(self) -> None:
-        """Take what the kernel tells of, until it is quiet again."""
+    def _handle_events(self) -> None:
+        """Handle the events of the kernel, until there are no more."""
         seen = time.monotonic_ns()
-        paths = self._collect(STEP)
+        paths = self._collect(QUIET_TIME)
         if not paths:
             return
-        if len(paths) >= SOME:
-            paths |= self._collect(LONG_STEP)
-        deadline = self._clock() + TORN
+        if len(paths) >= BURST:
+            paths |= self._collect(LONG_QUIET_TIME)
+        deadline = self._clock() + PARTLY_WRITTEN_TIMEOUT
         while self._clock() < deadline and any(
-            map(self._files.is_torn, paths)
+            map(self._files.is_partly_written, paths)
         ):
-            paths |= self._collect(STEP)
+            paths |= self._collect(QUIET_TIME)
         paths |= self._wait_for_git()
-        if len(paths) >= FLOOD or any(map(self._files.needs_look, paths)):
-            # another folder has its name, maybe with the same number
+        if len(paths) >= EVENT_OVERFLOW or any(
+            map(self._files.needs_scan, paths)
+        ):
+            # another folder may have its name, even with the same inode number
             is_other = not self._watched.keys().isdisjoint(paths)
-            self._say(self._look(anew=is_other), seen)
+            self._send(self._scan(force=is_other), seen)
         else:
-            self._say(self._files.changes(paths), seen)
+            self._send(self._files.changes(paths), seen)
 
     def _collect(self, step: int) -> set[str]:
-        patience = max(PATIENCE, step)
+        patience = max(EVENT_TIMEOUT, step)
         if self._notify is None:
             time.sleep(patience / 1000)
             return set()
@@ -178,15 +180,15 @@ class Watcher:
         return {path for _, path in found}
 
     def _wait_for_git(self) -> set[str]:
-        """Wait until git has written what it is to write."""
+        """Wait until git has written the work tree; return changed paths."""
         paths: set[str] = set()
         for lock in self._files.git_locks:
-            deadline = self._clock() + CHECKOUT
+            deadline = self._clock() + GIT_TIMEOUT
             while self._is_held(lock):
-                found = self._collect(STEP)
+                found = self._collect(QUIET_TIME)
                 if found:
                     paths |= found
-                    deadline = self._clock() + CHECKOUT
+                    deadline = self._clock() + GIT_TIMEOUT
                 elif self._clock() > deadline:
                     self._stale_locks[lock] = _written(lock)
         return paths
@@ -194,45 +196,45 @@ class Watcher:
     def _is_held(self, lock: str) -> bool:
         return _written(lock) not in (0, self._stale_locks.get(lock))
 
-    def _look(self, *, anew: bool = False) -> list[Change]:
+    def _scan(self, *, force: bool = False) -> list[Change]:
         """
-        Look at all files.
+        Scan all files.
 
-        :param anew: As for :meth:`_renew`
+        :param force: As for :meth:`_watch_folders`
         """
         begun = time.process_time()
-        changes = self._files.look_again()
-        changes += self._renew(anew=anew)
-        self._plan_look(time.process_time() - begun)
+        changes = self._files.scan()
+        changes += self._watch_folders(force=force)
+        self._plan_scan(time.process_time() - begun)
         return changes
 
-    def _plan_look(self, took: float) -> None:
-        pause = max(PAUSE, took * RARITY)
+    def _plan_scan(self, took: float) -> None:
+        pause = max(SCAN_INTERVAL, took * SCAN_FACTOR)
         if self._is_polling:
-            pause = max(SHORT_PAUSE, took * SHORT_RARITY)
+            pause = max(POLLING_INTERVAL, took * POLLING_FACTOR)
         self._due = self._clock() + pause
 
-    def _renew(self, *, anew: bool = False) -> list[Change]:
+    def _watch_folders(self, *, force: bool = False) -> list[Change]:
         """
-        Have the kernel tell of the folders that there are now.
+        Watch the folders that exist now; return what changed meanwhile.
 
-        :param anew: Whether to do so though they seem to be the same
+        :param force: Whether to do so even if they seem to be the same
         """
         changes: list[Change] = []
-        for _ in range(ATTEMPTS):
-            places = _identities(self._files.places)
-            if places == self._watched and not anew:
+        for _ in range(LISTEN_ATTEMPTS):
+            places = _identities(self._files.watched_folders)
+            if places == self._watched and not force:
                 break
-            anew = False
+            force = False
             self._watched = places
             if not self._listen():
                 break
-            # what was written before anybody listened
-            changes += self._files.look_again()
+            # files may have been written before
+            changes += self._files.scan()
         return changes
 
     def _listen(self) -> bool:
-        """Have the kernel tell of all folders; return whether they differ."""
+        """Let the kernel watch the folders; return False if it cannot."""
         if self._notify is not None:
             self._notify.close()
             self._notify = None
@@ -253,11 +255,11 @@ class Watcher:
 
         before = set(_inotify_descriptors())
         try:
-            # the last flag would pass over limits, too
+            # the last flag would hide that a limit is reached
             self._notify = RustNotify(places, False, False, 0, False, False)
         except (FileNotFoundError, PermissionError):
-            # one was removed or closed just now
-            self._files.look_again()
+            # a folder was just removed, or made inaccessible
+            self._files.scan()
             self._watched = {}
             return True
         except (OSError, WatchfilesRustInternalError) as e:
@@ -265,30 +267,30 @@ class Watcher:
             self._note(_limit_reached(e))
             return False
         for descriptor in set(_inotify_descriptors()) - before:
-            # it wakes us, so that we need not ask again and again
+            # it sends a signal, so that nothing has to poll
             fcntl.fcntl(descriptor, fcntl.F_SETOWN, os.getpid())
             flags = fcntl.fcntl(descriptor, fcntl.F_GETFL)
             fcntl.fcntl(descriptor, fcntl.F_SETFL, flags | os.O_ASYNC)
         return True
 
     def _note(self, text: str) -> None:
-        if text not in self._told:
-            self._told.add(text)
+        if text not in self._noted:
+            self._noted.add(text)
             self._notes.append(text)
 
-    def _say(self, changes: list[Change], seen: int = 0) -> None:
+    def _send(self, changes: list[Change], seen: int = 0) -> None:
         notes, self._notes = self._notes, []
-        told = [*changes, *self._files.take_again()]
-        if told or notes:
-            self._tell(told, seen or time.monotonic_ns(), notes)
+        changes = [*changes, *self._files.pop_rewritten()]
+        if changes or notes:
+            self._report(changes, seen or time.monotonic_ns(), notes)
 
 
-#: What the library takes for no polling.
+#: The values of the variable that ask for no polling.
 _FALSE = ('', 'false', 'disable', 'disabled')
 
 
 def _identities(folders: Iterable[str]) -> dict[str, tuple[int, int]]:
-    """Return what tells folders apart that had the same name."""
+    """Return the identities of folders, which names may change."""
     found = {}
     for folder in folders:
         with suppress(OSError):
@@ -298,7 +300,7 @@ def _identities(folders: Iterable[str]) -> dict[str, tuple[int, int]]:
 
 
 def _written(path: str) -> int:
-    """Return when a file was written (nanoseconds), 0 if it is not there."""
+    """Return when a file was written (nanoseconds), 0 if it is missing."""
     try:
         return os.stat(path).st_mtime_ns
     except OSError:
@@ -309,7 +311,7 @@ def _is_text(path: str) -> bool:
     try:
         path.encode()
     except UnicodeEncodeError:
-        # the library takes no other
+        # the library accepts only text
         return False
     return True
 
@@ -322,7 +324,7 @@ def _inotify_descriptors() -> Iterable[int]:
 
 
 def _limit_reached(reason: Exception) -> str:
-    """Say why the kernel does not tell, and the way out."""
+    """Return a note that says why the kernel cannot watch, and the fix."""
     text = str(reason)
     name = 'max_user_watches'
     if 'Too many open files' in text or f'os error {errno.EMFILE}' in text:
@@ -344,7 +346,7 @@ def _limit_reached(reason: Exception) -> str:
 
 
 def _has_remote(places: Iterable[str]) -> bool:
-    """Tell whether a folder is on a file system that others write to."""
+    """Return whether a folder is on a network file system."""
     mounts: dict[str, str] = {}
     with suppress(OSError), open('/proc/self/mountinfo') as file:
         for line in file:
@@ -358,7 +360,7 @@ def _is_remote(place: str, mounts: dict[str, str]) -> bool:
     while place not in mounts and place:
         place = place.rpartition(os.sep)[0]
     kind = mounts.get(place, '')
-    return kind in REMOTE or kind.startswith('fuse')
+    return kind in NETWORK_FILE_SYSTEMS or kind.startswith('fuse')
 
 
 def _write(changes: list[Change], seen: int, notes: list[str]) -> None:
@@ -368,17 +370,17 @@ def _write(changes: list[Change], seen: int, notes: list[str]) -> None:
         'at': time.time_ns() - (time.monotonic_ns() - seen),
         'notes': notes,
     }
-    # paths that are no text, too
+    # paths need not be text
     data = json.dumps(message).encode() + b'\n'
     while data:
         data = data[os.write(sys.stdout.fileno(), data) :]
 
 
 def _import_less() -> None:
-    """Have the part of the library imported that is needed, and no other."""
+    """Import only the extension module of the library."""
     spec = importlib.util.find_spec('watchfiles')
     if spec is not None:
-        # its front imports asyncio and more, which takes 4 MiB
+        # the package itself imports asyncio, which takes 4 MiB
         sys.modules['watchfiles'] = importlib.util.module_from_spec(spec)
 
 
@@ -389,7 +391,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with suppress(BrokenPipeError):
         Watcher(sys.stdin.fileno(), _write).run()
-    # the thread that listens must not outlive what it tells
+    # do not wait for the thread of the library
     os._exit(0)
 
 

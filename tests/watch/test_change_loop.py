@@ -569,8 +569,8 @@ def test_a_pause_collects_changes_until_it_ends(played: Played) -> None:
 
 def test_batches_become_one_without_duplicates() -> None:
     a, b, c = (Change('changed', name, name) for name in ('/a', '/b', '/c'))
-    first, second = Batch((a, b), 10, ('note',)), Batch((b, c), 20, ('note',))
-    assert merged([first, second]) == Batch((a, b, c), 10, ('note',))
+    first, second = Batch((a, b), 10), Batch((b, c), 20)
+    assert merged([first, second]) == Batch((a, b, c), 10)
 
 
 def test_a_failure_soon_after_a_rewrite_restarts_the_process(

@@ -40,14 +40,14 @@ class Tree:
     def changes(self, *paths: str) -> list[str]:
         """Tell what an event about paths comes to."""
         names = [str(self.root / path) for path in paths]
-        if any(map(self.files.needs_look, names)):
+        if any(map(self.files.needs_scan, names)):
             return self.again()
         found = self.files.changes(names)
         return [self._shown(c.kind, c.path) for c in found]
 
     def again(self) -> list[str]:
         """Tell what a look comes to."""
-        found = self.files.look_again()
+        found = self.files.scan()
         return [self._shown(c.kind, c.path) for c in found]
 
     def _shown(self, kind: str, path: str) -> str:
@@ -111,11 +111,11 @@ def test_who_read_a_file_while_it_was_saved_is_not_forgotten(
         kept.unlink()
     assert tree.changes('src/arm/a.cpp') == []
     assert tree.changes('src/arm/b.cpp') == []
-    again = tree.files.take_again()
+    again = tree.files.pop_rewritten()
     assert [(c.kind, c.path) for c in again] == [('again', str(a))]
-    assert tree.files.take_again() == []
+    assert tree.files.pop_rewritten() == []
     assert tree.again() == []
-    assert tree.files.take_again() == []
+    assert tree.files.pop_rewritten() == []
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,9 @@ def test_what_colcon_writes_is_passed_over(tree: Tree, folder: str) -> None:
     tree.write(f'src/arm/{folder}/x/a.cpp')
     assert tree.changes(f'src/arm/{folder}/x/a.cpp') == []
     assert tree.again() == []
-    assert not any(folder in p for p in tree.files.places - {str(tree.root)})
+    assert not any(
+        folder in p for p in tree.files.watched_folders - {str(tree.root)}
+    )
 
 
 def test_what_vim_does_is_one_change(tree: Tree) -> None:
@@ -175,25 +177,25 @@ def test_an_atomic_rename_is_a_change(tree: Tree) -> None:
 def test_a_file_in_the_midst_of_being_saved_looks_torn(tree: Tree) -> None:
     a = tree.write('src/arm/a.cpp', 'one')
     tree.watch()
-    assert not tree.files.is_torn(str(a))
+    assert not tree.files.is_partly_written(str(a))
     a.write_text('')
-    assert tree.files.is_torn(str(a))
+    assert tree.files.is_partly_written(str(a))
     a.unlink()
-    assert tree.files.is_torn(str(a))
+    assert tree.files.is_partly_written(str(a))
     tree.again()
-    assert not tree.files.is_torn(str(a))
+    assert not tree.files.is_partly_written(str(a))
     tree.write('src/arm/a.cpp', '')
-    assert tree.files.is_torn(str(a))
+    assert tree.files.is_partly_written(str(a))
     # it was so before
     tree.again()
-    assert not tree.files.is_torn(str(a))
+    assert not tree.files.is_partly_written(str(a))
 
 
 def test_folders_come_and_go(tree: Tree) -> None:
     tree.watch()
     tree.write('src/arm/more/deep/a.cpp')
     assert tree.changes('src/arm/more') == ['new src/arm/more/deep/a.cpp']
-    assert str(tree.package / 'more' / 'deep') in tree.files.places
+    assert str(tree.package / 'more' / 'deep') in tree.files.watched_folders
     (tree.package / 'more').rename(tree.package / 'other')
     assert tree.changes('src/arm/more', 'src/arm/other') == [
         'deleted src/arm/more/deep/a.cpp',
@@ -203,7 +205,7 @@ def test_folders_come_and_go(tree: Tree) -> None:
     shutil.rmtree(tree.package)
     gone = tree.changes('src/arm')
     assert gone == ['deleted src/arm/other/deep/a.cpp']
-    assert str(tree.package.parent) in tree.files.places
+    assert str(tree.package.parent) in tree.files.watched_folders
     tree.write('src/arm/a.cpp')
     assert tree.changes('src/arm') == ['new src/arm/a.cpp']
 
@@ -240,7 +242,7 @@ def test_files_go_by_the_names_that_are_watched(tree: Tree) -> None:
 def test_folders_beside_a_single_file_are_nobodys(tree: Tree) -> None:
     file = tree.write('elsewhere/a.yaml')
     tree.watch(file)
-    for name, needs_look in (
+    for name, needs_scan in (
         ('elsewhere/more', False),
         ('src/other', False),
         ('src/arm/more', True),
@@ -248,7 +250,7 @@ def test_folders_beside_a_single_file_are_nobodys(tree: Tree) -> None:
     ):
         folder = tree.root / name
         folder.mkdir(exist_ok=True)
-        assert tree.files.needs_look(str(folder)) == needs_look
+        assert tree.files.needs_scan(str(folder)) == needs_scan
 
 
 def test_links_in_circles_end(tree: Tree) -> None:
@@ -362,8 +364,8 @@ def test_what_is_told_is_what_happened(
                     paths.update(map(str, inside[: inside.index(folder)]))
                 if what == 'rmdir':
                     paths.add(str(folder / 'in'))
-            if any(map(files.needs_look, paths)):
-                found = files.look_again()
+            if any(map(files.needs_scan, paths)):
+                found = files.scan()
             else:
                 found = files.changes(paths)
             is_now = now(folder)

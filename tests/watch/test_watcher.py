@@ -374,7 +374,7 @@ def test_without_the_kernel_it_looks_itself(
         raise OSError(error)
 
     monkeypatch.setattr('watchfiles._rust_notify.RustNotify', fail)
-    monkeypatch.setattr(watcher, 'SHORT_PAUSE', 0.01)
+    monkeypatch.setattr(watcher, 'POLLING_INTERVAL', 0.01)
     (tmp_path / 'first').touch()
     told: list[Any] = []
     run(tmp_path, told)
@@ -392,7 +392,7 @@ def test_polling_can_be_asked_for(
 ) -> None:
     monkeypatch.setenv(watcher.POLLING_VARIABLE, 'true')
     monkeypatch.delattr('watchfiles._rust_notify.RustNotify')
-    monkeypatch.setattr(watcher, 'SHORT_PAUSE', 0.01)
+    monkeypatch.setattr(watcher, 'POLLING_INTERVAL', 0.01)
     (tmp_path / 'first').touch()
     told: list[Any] = []
     run(tmp_path, told)
@@ -414,8 +414,8 @@ def test_what_the_kernel_did_not_tell_is_found(
             """Leave it at that."""
 
     monkeypatch.setattr('watchfiles._rust_notify.RustNotify', Silent)
-    monkeypatch.setattr(watcher, 'PAUSE', 0.01)
-    monkeypatch.setattr(watcher, 'RARITY', 0)
+    monkeypatch.setattr(watcher, 'SCAN_INTERVAL', 0.01)
+    monkeypatch.setattr(watcher, 'SCAN_FACTOR', 0)
     (tmp_path / 'first').touch()
     told: list[Any] = []
     run(tmp_path, told)
