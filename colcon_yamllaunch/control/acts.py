@@ -21,9 +21,7 @@ if TYPE_CHECKING:
     # few launches are asked for these, or have components
     from colcon_yamllaunch.control.description import Description
     from colcon_yamllaunch.control.plan_tree import Branch
-    from colcon_yamllaunch.engine.components.component_task import (
-        ComponentTask,
-    )
+    from colcon_yamllaunch.engine.components.composition import ComponentTask
     from colcon_yamllaunch.engine.components.composition import Composition
     from colcon_yamllaunch.engine.elsewhere import Done
 

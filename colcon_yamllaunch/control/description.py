@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from colcon_yamllaunch.common.frozen import dataclass
-from colcon_yamllaunch.engine.components.component_task import ComponentTask
+from colcon_yamllaunch.engine.components.composition import ComponentTask
 from colcon_yamllaunch.plan.plan import Block
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process

@@ -18,9 +18,7 @@ from colcon_yamllaunch.plan.plan import Process
 
 if TYPE_CHECKING:
     # other terminals have none
-    from colcon_yamllaunch.engine.components.component_task import (
-        ComponentTask,
-    )
+    from colcon_yamllaunch.engine.components.composition import ComponentTask
     from colcon_yamllaunch.engine.engine import Engine
 
 _SCRIPTS = ('.py', '.sh')

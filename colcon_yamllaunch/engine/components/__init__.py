@@ -1,4 +1,11 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""Components and lifecycle nodes: what happens in the ROS graph, and when."""
+"""
+Components, lifecycle nodes and ROS time.
+
+`composition` has the components and their containers, `lifecycles` the
+lifecycle nodes, and `ros_timers` the timers on `/clock`. They receive calls of
+the supervisor and messages of the client program, and send it requests.
+`ros_client` is that program, which alone uses ROS, and `ros_link` runs it.
+"""

@@ -1,19 +1,19 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""The course of lifecycle nodes: their states, and what activates them."""
+"""Lifecycle nodes: their states, and the transitions that a launch makes."""
 
 from collections import deque
 from collections.abc import Callable
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.components.client_requests import has_ended
-from colcon_yamllaunch.engine.components.client_requests import Requests
-from colcon_yamllaunch.engine.components.lifecycle_task import LifecycleTask
-from colcon_yamllaunch.engine.components.patience import Patience
+from colcon_yamllaunch.engine.components.requests import has_ended
+from colcon_yamllaunch.engine.components.requests import Requests
+from colcon_yamllaunch.engine.components.requests import WaitWarnings
 from colcon_yamllaunch.engine.components.transitions import TRANSITIONS
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.tasks import RefusedError
@@ -22,10 +22,10 @@ from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Process
 
-#: Is called with None for success, else with the reason of the failure.
+#: Called with None for success, else with the reason of the failure.
 Reply = Callable[[str | None], None]
 
-# what leads from a state to a goal
+# the next transition from a state to a goal
 _STEPS = {
     ('unconfigured', 'active'): 'configure',
     ('unconfigured', 'inactive'): 'configure',
@@ -33,7 +33,7 @@ _STEPS = {
 }
 _GONE = 'it is no part of the launch any more'
 _OTHER_WISH = 'somebody asked for something else'
-# the states that a transition passes through, and where it ends well
+# the state during a transition, and that after its success
 _REACHED = {
     ('configuring', 'inactive'),
     ('activating', 'active'),
@@ -43,35 +43,71 @@ _REACHED = {
 }
 
 
+@dataclass(slots=True)
+class LifecycleTask:
+    """
+    A lifecycle node of the plan, and its state.
+
+    :param owner: Its process or component
+    :param node: Its full name, None where it is not known yet
+    :param state: The label of its state, such as `active`; None while it
+      does not run or its state is unknown
+    :param goal: The state that it is to reach when it starts: that of the
+      launch file, or the state that it had before it was respawned
+    :param is_running: Whether its process runs, or it is loaded
+    :param is_leaving: Whether its process was asked to end
+    :param is_anew: Whether its next goal is that of the launch file
+    :param is_driven: Whether it is on the way to its goal
+    :param request: The number of the transition that is under way
+    :param since: When the latest step to its goal was requested
+    """
+
+    owner: Process | Component
+    node: str | None
+    goal: str | None = None
+    state: str | None = None
+    is_running: bool = False
+    is_leaving: bool = False
+    is_anew: bool = False
+    is_driven: bool = False
+    request: int | None = None
+    since: float = 0.0
+
+    @property
+    def label(self) -> str:
+        """The label of its process or component."""
+        return self.owner.label
+
+
 class Lifecycles:
     """
     The lifecycle nodes of a launch.
 
-    One that is to be activated is brought there step by step, by the state
-    that it has, so it does not matter where it was when a client died.
+    A node reaches its goal step by step, each from the state that it has then,
+    so the death of a client does not matter.
     """
 
     def __init__(
         self,
         plan: Plan,
         requests: Requests,
-        tell: events.Listener,
+        emit: events.Listener,
         loop: Loop,
     ) -> None:
         self._requests = requests
-        self._tell = tell
+        self._emit = emit
         self._loop = loop
         self._given_up: str | None = None
         self._replies: dict[int, Reply] = {}
-        # what waits for a client, by the labels of the nodes
+        # requests that wait for a client, by the labels of the nodes
         self._wishes: dict[str, tuple[str, Reply]] = {}
-        # the transitions that the plan has, by the full names of the nodes;
-        # the first one of each is under way, or waits for the node
+        # the transitions of the plan, by the full names of the nodes; the
+        # first one of each was requested, or waits for the node
         self._planned: dict[str, deque[ChangeState]] = {}
         self._planned_since: dict[str, float] = {}
         self._planned_requests: dict[str, int] = {}
         self._by_label: dict[str, LifecycleTask] = {}
-        self._patience = Patience(loop)
+        self._warnings = WaitWarnings(loop)
         self._has_processes = False
         self.extend(plan)
 
@@ -81,7 +117,7 @@ class Lifecycles:
         return list(self._by_label.values())
 
     def extend(self, more: Plan) -> None:
-        """Take more into the plan."""
+        """Add processes and components to the plan."""
         self._has_processes |= any(True for _ in more.processes())
         owners: list[Process | Component] = [
             *more.processes(),
@@ -98,19 +134,19 @@ class Lifecycles:
         task = self._by_label.pop(label, None)
         if task is not None:
             self._drop(task, _GONE)
-            self._patience.forget(label)
+            self._warnings.cancel(label)
 
     def of_label(self, label: str) -> LifecycleTask | None:
-        """Return the lifecycle node of a process or component, if it is."""
+        """Return the lifecycle node of a process or component, if any."""
         return self._by_label.get(label)
 
     @property
     def is_busy(self) -> bool:
         """
-        Whether a node is on its way to its goal, or to be on its way.
+        Whether a node still has to reach its goal.
 
-        One that is elsewhere gets a while to come, or ever so long if
-        nothing was started.
+        A node elsewhere may take a while to appear, or any time if nothing was
+        started.
         """
         now = self._loop.time()
         return any(t.is_driven and t.is_running for t in self.tasks) or any(
@@ -120,7 +156,7 @@ class Lifecycles:
         )
 
     def process_started(self, process: Process) -> None:
-        """Follow the node of a process, and bring it to its goal."""
+        """Follow the node of a process to its goal."""
         task = self._by_label.get(process.label)
         if task is not None:
             self.up(task, task.node)
@@ -129,7 +165,7 @@ class Lifecycles:
         self, process: Process, ending: str, *, excused: bool
     ) -> None:
         """
-        Take the end of a process into account.
+        Handle the end of a process.
 
         :param excused: Whether its end is no failure to reach the goal
         """
@@ -145,12 +181,12 @@ class Lifecycles:
             self._fail(task, transition or 'configure', f'it {ending}')
 
     def up(self, task: LifecycleTask, node: str | None) -> None:
-        """Follow a node that runs now, and bring it to its goal."""
+        """Follow a node that runs now to its goal."""
         task.node = node
         task.state = None
         task.is_running = True
         task.is_leaving = False
-        # who was shut down comes back by a new start only
+        # a node that was shut down comes back by a new start only
         if task.is_anew or task.goal == 'finalized':
             task.goal = _first_goal(task.owner)
         task.is_anew = False
@@ -165,40 +201,39 @@ class Lifecycles:
             self._go_on(node)
 
     def down(self, task: LifecycleTask) -> None:
-        """Take into account that a node does not run any more."""
+        """Handle that a node does not run any more."""
         if task.is_running and task.node is not None:
             self._requests.gone(node=task.node)
             self._give_up(task.node)
         task.is_running = task.is_driven = False
         task.state = None
         self._drop(task, 'it ended')
-        self._patience.forget(task.label)
+        self._warnings.cancel(task.label)
 
     def leaves(self, label: str) -> None:
         """
-        Take into account that the process of a node is asked to end.
+        Note that the process of a node is asked to end.
 
-        The states that it passes through now are on the way to its end, so
-        nobody wants them to be restored.
+        Its states from now on lead to its end, and are not restored.
         """
         task = self._by_label.get(label)
         if task is not None:
             task.is_leaving = task.is_running
 
     def begins_anew(self, label: str) -> None:
-        """Have a node start with the goal of the launch file next time."""
+        """Start a node with the goal of the launch file next time."""
         task = self._by_label.get(label)
         if task is not None:
             task.is_anew = True
 
     def changed(self, node: str, state: str, before: str | None) -> None:
-        """Take into account which state a node has, and had before."""
+        """Handle a new state of a node."""
         for task in self.tasks:
             if task.node == node and task.is_running:
                 self._changed(task, node, state, before)
 
     def change_state(self, name: str, transition: str, reply: Reply) -> None:
-        """Have a node make a transition; see `Composition.change_state`."""
+        """Request a transition; see `Composition.change_state`."""
         task = self._named(name)
         if transition not in TRANSITIONS:
             raise RefusedError(f"there is no transition '{transition}'")
@@ -207,19 +242,19 @@ class Lifecycles:
         if self._requests.is_ready:
             self._wish(task, transition, reply)
         else:
-            # it comes soon, and what is not started yet may run then
+            # a client comes soon, and the node may run by then
             self._drop(task, _OTHER_WISH)
             self._wishes[task.label] = transition, reply
 
     def change_as_planned(self, entry: ChangeState) -> None:
         """
-        Have a node make a transition, after those that it had before.
+        Make a transition of the plan, after those before it.
 
-        It may be one that is no part of the launch.
+        The node may be no part of the launch.
         """
         if entry.transition not in TRANSITIONS:
             task = self._of_node(entry.node)
-            self._tell_of_failure(entry, task, 'there is no such transition')
+            self._report_failure(entry, task, 'there is no such transition')
             return
         waiting = self._planned.setdefault(entry.node, deque())
         waiting.append(entry)
@@ -242,7 +277,7 @@ class Lifecycles:
                 reply(str(error))
 
     def client_died(self) -> None:
-        """Take into account that requests have been lost."""
+        """Note that requests have been lost."""
         self._planned_requests.clear()
         for task in self.tasks:
             if task.label not in self._wishes:
@@ -259,11 +294,11 @@ class Lifecycles:
             self._go_on(node)
 
     def end_turn(self) -> None:
-        """Say of which nodes nothing comes."""
+        """Warn of nodes that do not reach their goal."""
         for task in self.tasks:
             if not (task.is_driven and task.is_running):
-                self._patience.forget(task.label)
-            elif self._patience.is_over(task.label, task.since):
+                self._warnings.cancel(task.label)
+            elif self._warnings.is_due(task.label, task.since):
                 text = (
                     f'{task.label}: waiting for {task.node} to become '
                     f'{task.goal}'
@@ -274,12 +309,12 @@ class Lifecycles:
                     )
                 else:
                     text += f'; it is {task.state}'
-                self._tell(events.Warned(text))
+                self._emit(events.Warned(text))
         for node, since in self._planned_since.items():
             is_elsewhere = self._of_node(node) is None
-            if is_elsewhere and self._patience.is_over(node, since):
+            if is_elsewhere and self._warnings.is_due(node, since):
                 transition = self._planned[node][0].transition
-                self._tell(
+                self._emit(
                     events.Warned(
                         f'waiting for {node}, to {transition} it; nothing in '
                         'this launch provides it'
@@ -299,19 +334,19 @@ class Lifecycles:
         self, task: LifecycleTask, transition: str, reply: Reply
     ) -> None:
         """
-        Have a node make a transition that a user asked for.
+        Request a transition for a user.
 
         :raises RefusedError: when it does not run
         """
         if not task.is_running or task.node is None:
             raise RefusedError(f'{task.label} does not run')
         self._drop(task, _OTHER_WISH)
-        # who decides on the states from now on is the user
+        # from now on, the user decides on its states
         task.is_driven = False
         self._ask(task, transition, reply)
 
     def _go_on(self, node: str) -> None:
-        """Ask for the next transition of a node that the plan has."""
+        """Request the next transition of the plan for a node."""
         waiting = self._planned.get(node)
         if not waiting or node in self._planned_requests:
             return
@@ -319,14 +354,14 @@ class Lifecycles:
         entry = waiting[0]
         if self._given_up is not None:
             self._give_up(node)
-            self._tell_of_failure(entry, task, self._given_up)
+            self._report_failure(entry, task, self._given_up)
             return
         if not self._requests.is_ready or not (
             task is None or task.is_running
         ):
             return
         if task is not None:
-            # the plan says itself what comes next
+            # the plan decides on its next states
             self._drop(task, _OTHER_WISH)
             task.is_driven = False
             if task.state == TRANSITIONS[entry.transition].goal:
@@ -344,7 +379,7 @@ class Lifecycles:
             self._give_up(node)
             if not has_ended(answer):
                 reason = str(answer.get('reason') or 'it was refused')
-                self._tell_of_failure(entry, task, reason)
+                self._report_failure(entry, task, reason)
 
         self._planned_requests[node] = self._requests.ask(
             'change_state', answered, node=node, transition=entry.transition
@@ -354,17 +389,17 @@ class Lifecycles:
         self, task: LifecycleTask, state: str, *, is_wish: bool
     ) -> None:
         """
-        Take into account that a transition succeeded.
+        Handle the success of a transition.
 
-        :param is_wish: Whether the user asked for it, rather than the launch
+        :param is_wish: Whether the user requested it, rather than the launch
         """
         task.state = state
         if is_wish:
             task.goal = state
-        self._tell(events.PartChanged(task.owner, lifecycle=state))
+        self._emit(events.PartChanged(task.owner, lifecycle=state))
 
     def _made(self, node: str) -> None:
-        """Go on after a transition that the plan has."""
+        """Go on after a transition of the plan."""
         waiting = self._planned[node]
         waiting.popleft()
         if waiting:
@@ -374,20 +409,20 @@ class Lifecycles:
             self._give_up(node)
 
     def _give_up(self, node: str) -> None:
-        """Forget the transitions of a node that the plan has."""
+        """Forget the transitions of the plan for a node."""
         self._planned.pop(node, None)
         self._planned_since.pop(node, None)
-        self._patience.forget(node)
+        self._warnings.cancel(node)
         self._requests.cancel(self._planned_requests.pop(node, None))
 
-    def _tell_of_failure(
+    def _report_failure(
         self, entry: ChangeState, task: LifecycleTask | None, reason: str
     ) -> None:
         if task is not None:
             self._fail(task, entry.transition, reason)
             return
         place = events.shown(entry.position)
-        self._tell(
+        self._emit(
             events.Warned(
                 f"the transition '{entry.transition}' of {entry.node} "
                 f'failed: {reason} (from {place})'
@@ -406,7 +441,7 @@ class Lifecycles:
         before: str | None,
     ) -> None:
         if before is None and state == task.state:
-            # it was only looked at once more
+            # it is no news
             self._drive(task)
             return
         task.state = state
@@ -414,11 +449,11 @@ class Lifecycles:
         if (before, state) in _REACHED and is_wish:
             # somebody else decided so
             task.goal = state
-        self._tell(events.StateChanged(task.owner, node, state, before))
+        self._emit(events.StateChanged(task.owner, node, state, before))
         self._drive(task)
 
     def _drive(self, task: LifecycleTask) -> None:
-        """Take the next step to the goal, unless one is under way."""
+        """Request the next step to the goal, unless one is open."""
         if not task.is_driven or task.request is not None:
             return
         if task.state == task.goal:
@@ -469,7 +504,7 @@ class Lifecycles:
             self._fail(task, transition, reason)
 
     def _drop(self, task: LifecycleTask, reason: str) -> None:
-        """Take the transition back that is under way, if one is."""
+        """Cancel the open transition, if there is one."""
         number, task.request = task.request, None
         if number is not None:
             self._requests.cancel(number)
@@ -481,7 +516,7 @@ class Lifecycles:
             reply(reason)
 
     def _fail(self, task: LifecycleTask, transition: str, reason: str) -> None:
-        self._tell(
+        self._emit(
             events.TransitionFailed(
                 task.owner, task.node or task.label, transition, reason
             )
@@ -495,5 +530,5 @@ class Lifecycles:
 
 
 def _first_goal(owner: Process | Component) -> str | None:
-    """Return the state that the launch file wants a node to have."""
+    """Return the goal of a node in the launch file."""
     return 'active' if owner.autostart else None

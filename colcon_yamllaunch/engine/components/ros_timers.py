@@ -6,8 +6,8 @@
 from collections.abc import Callable
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.engine.components.client_requests import Requests
-from colcon_yamllaunch.engine.components.patience import Patience
+from colcon_yamllaunch.engine.components.requests import Requests
+from colcon_yamllaunch.engine.components.requests import WaitWarnings
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.loop import TimerHandle
 from colcon_yamllaunch.engine.loop import Timers
@@ -17,33 +17,33 @@ _CLOCK = '/clock'
 
 class RosTimers:
     """
-    What is due at a ROS time.
+    Timers on ROS time.
 
-    Seconds are counted from the first time that is told after a timer was
-    set, if none was told before. Where the clock is set back, as when a
-    simulation begins anew, what has passed has passed.
+    Seconds count from the first time that arrives after a timer was set, if
+    none arrived before. A clock that is set back, as when a simulation starts
+    again, does not undo the time that has passed.
     """
 
     def __init__(
         self,
         requests: Requests,
-        tell: events.Listener,
+        emit: events.Listener,
         loop: Loop,
     ) -> None:
         self._requests = requests
-        self._tell = tell
+        self._emit = emit
         self._loop = loop
         self._timers = Timers()
-        # what /clock told last, and how much of it has passed
-        self._told: float | None = None
+        # the last time of /clock, and the seconds that have passed
+        self._last: float | None = None
         self._passed = 0.0
         self._is_followed = False
         self._is_over = False
         self._since = 0.0
-        self._patience = Patience(loop)
+        self._warnings = WaitWarnings(loop)
 
     def add(self, seconds: float, action: Callable[[], None]) -> TimerHandle:
-        """Have something done in so many seconds."""
+        """Call `action` in so many seconds."""
         if not self._timers.pending():
             self._since = self._loop.time()
         handle = self._timers.add(self._passed + seconds, action)
@@ -55,38 +55,36 @@ class RosTimers:
         return handle
 
     def clock(self, seconds: float) -> None:
-        """Take into account which time it is."""
-        if self._told is not None:
-            self._passed += max(0.0, seconds - self._told)
-        self._told = seconds
+        """Handle a new time."""
+        if self._last is not None:
+            self._passed += max(0.0, seconds - self._last)
+        self._last = seconds
         self._timers.run_due(self._passed)
 
     def client_is_ready(self) -> None:
-        """Follow the clock if there is need."""
+        """Follow the clock if there is a timer."""
         self._follow()
 
     def client_died(self) -> None:
-        """Take into account that nobody follows the clock."""
+        """Note that no client follows the clock."""
         self._is_followed = False
 
     def cancel(self) -> None:
-        """Give the timers up, as nobody tells the time any more."""
+        """Cancel all timers, as no time arrives any more."""
         self._is_over = True
         for handle in self._timers.pending():
             handle.cancel()
 
     def end_turn(self) -> None:
-        """Call what is due, and warn when no time comes."""
+        """Call due timers, and warn if no time arrives."""
         self._timers.run_due(self._passed)
         pending = self._timers.pending()
         if not pending:
-            self._patience.forget(_CLOCK)
-        elif self._told is None and self._patience.is_over(
-            _CLOCK, self._since
-        ):
+            self._warnings.cancel(_CLOCK)
+        elif self._last is None and self._warnings.is_due(_CLOCK, self._since):
             number = f'{len(pending)} timers wait'
             who = number if len(pending) > 1 else 'a timer waits'
-            self._tell(
+            self._emit(
                 events.Warned(
                     f'{who} for ROS time, but nothing comes on the topic '
                     f'{_CLOCK}: does the simulation, or ros2 bag play with '

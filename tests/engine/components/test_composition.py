@@ -6,7 +6,7 @@
 import signal
 
 from colcon_yamllaunch.engine import limits
-from colcon_yamllaunch.engine.components.load_request import load_request
+from colcon_yamllaunch.engine.components.composition import load_request
 from colcon_yamllaunch.engine.events import Loaded
 from colcon_yamllaunch.engine.events import LoadFailed
 from colcon_yamllaunch.engine.events import RosLost
