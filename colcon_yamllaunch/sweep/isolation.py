@@ -21,6 +21,7 @@ from contextlib import suppress
 import errno
 import fcntl
 import os
+from pathlib import Path
 import signal
 import socket
 import struct
@@ -167,10 +168,11 @@ def enter_own_network(*, again: bool = False) -> None:
     except PermissionError:
         _call('unshare', _CLONE_NEWUSER | _CLONE_NEWNET | _CLONE_NEWNS)
         # without this nobody without privileges may map groups
+        folder = Path('/proc/self')
         with suppress(OSError):
-            _write('/proc/self/setgroups', 'deny')
-        _write('/proc/self/uid_map', f'{uid} {uid} 1')
-        _write('/proc/self/gid_map', f'{gid} {gid} 1')
+            (folder / 'setgroups').write_text('deny')
+        (folder / 'uid_map').write_text(f'{uid} {uid} 1')
+        (folder / 'gid_map').write_text(f'{gid} {gid} 1')
     _start_loopback()
     with suppress(OSError):
         # later mounts outside appear here, but not the other way round
@@ -248,11 +250,3 @@ def _start_loopback() -> None:
 def _address(text: str) -> bytes:
     """Return an IPv4 address as struct sockaddr."""
     return struct.pack('HH4s8x', socket.AF_INET, 0, socket.inet_aton(text))
-
-
-def _write(path: str, text: str) -> None:
-    descriptor = os.open(path, os.O_WRONLY)
-    try:
-        os.write(descriptor, text.encode())
-    finally:
-        os.close(descriptor)

@@ -22,9 +22,7 @@ from colcon_yamllaunch.sweep.results import Code
 from colcon_yamllaunch.sweep.results import ResultsFolder
 from colcon_yamllaunch.sweep.results import RunResult
 from colcon_yamllaunch.sweep.results import shown_path
-from colcon_yamllaunch.sweep.results import SweepJournal
 from colcon_yamllaunch.sweep.table import Run
-from colcon_yamllaunch.sweep.table import RunTable
 
 #: Seconds between two drawings of the line in a terminal.
 _INTERVAL = 0.1
@@ -55,8 +53,6 @@ class Progress:
     def __init__(
         self,
         stream: TextIO,
-        table: RunTable,
-        journal: SweepJournal,
         folder: ResultsFolder,
         reports: SweepReports,
         *,
@@ -68,19 +64,18 @@ class Progress:
         self._stream = stream
         self._is_terminal = _is_terminal(stream)
         self._color = color and self._is_terminal
-        self._table = table
-        self._journal = journal
+        self._table = folder.definition.table
+        self._journal = folder.journal
         self._folder = folder
         self._reports = reports
         self._quiet = quiet
         self._code = code
-        self._versions = {r.fingerprint for r in journal.results.values()}
+        results = folder.results.values()
+        self._versions = {result.fingerprint for result in results}
         self._clock = clock
         self._begin = clock()
-        self._before = len(journal.results)
-        self._failures = sum(
-            not result.succeeded for result in journal.results.values()
-        )
+        self._before = len(results)
+        self._failures = sum(not result.succeeded for result in results)
         self._told = 0
         self._running = 0
         self._waiting = ''

@@ -20,7 +20,6 @@ from pathlib import Path
 import statistics
 import time
 
-from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.sweep.plots import histogram
 from colcon_yamllaunch.sweep.plots import MAXIMUM_POINTS
@@ -32,9 +31,9 @@ from colcon_yamllaunch.sweep.plots import share_bar
 from colcon_yamllaunch.sweep.plots import spread_text
 from colcon_yamllaunch.sweep.results import number_of
 from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.results import SweepDefinition
 from colcon_yamllaunch.sweep.results import versions_of
 from colcon_yamllaunch.sweep.table import Run
-from colcon_yamllaunch.sweep.table import RunTable
 
 _STYLE = Path(__file__).with_name('report.css')
 #: Rows of the tables with runs; results.csv has all.
@@ -56,43 +55,48 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 _Share = tuple[str, int, int]
 
 
-@dataclass(frozen=True, slots=True)
-class Page:
-    """
-    The content of the page.
+class _Page:
+    """The content of the page; see :func:`report_page`."""
 
-    :param title: The package and the launch file
-    :param command: The command, as it was typed
-    :param metrics: The names of the metrics
-    :param log_of: Returns the path of the logs of a run, relative to the page,
-      or None if there are none
-    :param made: When, in seconds since the epoch
-    """
-
-    title: str
-    command: str
-    table: RunTable
-    results: Mapping[int, RunResult]
-    metrics: tuple[str, ...]
-    log_of: Callable[[int], str | None]
-    made: float
-
-    def done(self) -> list[tuple[Run, RunResult]]:
-        """Return the runs that are done."""
-        return [
-            (run, self.results[run.number])
+    def __init__(
+        self,
+        definition: SweepDefinition,
+        results: Mapping[int, RunResult],
+        log_of: Callable[[int], str | None],
+    ) -> None:
+        self.table = definition.table
+        self.metrics = tuple(definition.metrics)
+        self.results = results
+        self.log_of = log_of
+        #: The runs that are done.
+        self.done = [
+            (run, results[run.number])
             for run in self.table.runs
-            if run.number in self.results
+            if run.number in results
         ]
 
 
-def report_page(page: Page) -> str:
-    """Return the page."""
-    return '\n'.join(_page(page)) + '\n'
+def report_page(
+    definition: SweepDefinition,
+    results: Mapping[int, RunResult],
+    log_of: Callable[[int], str | None],
+    made: float,
+) -> str:
+    """
+    Return the page.
+
+    :param log_of: Returns the path of the log of a run, relative to the page,
+      or None if there is none
+    :param made: When, in seconds since the epoch
+    """
+    page = _Page(definition, results, log_of)
+    return '\n'.join(_parts(page, definition, made)) + '\n'
 
 
-def _page(page: Page) -> Iterator[str]:
-    title = escape(one_line(page.title))
+def _parts(
+    page: _Page, definition: SweepDefinition, made: float
+) -> Iterator[str]:
+    title = escape(one_line(definition.title))
     yield f"""\
 <!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
@@ -101,7 +105,7 @@ def _page(page: Page) -> Iterator[str]:
 <title>{title} - colcon sweep</title>
 <style>{_STYLE.read_text(encoding='utf-8')}</style></head><body>
 <h1>{title}</h1>
-<pre>{escape(one_line(page.command))}</pre>"""
+<pre>{escape(one_line(definition.command))}</pre>"""
     yield from _totals(page)
     yield from _versions(page)
     if page.results and page.table.varied:
@@ -111,19 +115,19 @@ def _page(page: Page) -> Iterator[str]:
         yield '</div>'
     yield from _measures(page)
     yield from _repeats(page)
-    if failed := [(run, r) for run, r in page.done() if not r.succeeded]:
+    if failed := [(run, r) for run, r in page.done if not r.succeeded]:
         yield '<h2>Runs that did not succeed</h2>'
         yield from _runs(page, failed)
-    if done := page.done():
+    if page.done:
         yield '<h2>All runs</h2><details>'
-        yield f'<summary>{len(done):,} runs</summary>'
-        yield from _runs(page, done)
+        yield f'<summary>{len(page.done):,} runs</summary>'
+        yield from _runs(page, page.done)
         yield '</details>'
-    made = time.strftime('%Y-%m-%d %H:%M', time.localtime(page.made))
-    yield f'<p>Made by colcon sweep, {made}.</p></body></html>'
+    date = time.strftime('%Y-%m-%d %H:%M', time.localtime(made))
+    yield f'<p>Made by colcon sweep, {date}.</p></body></html>'
 
 
-def _totals(page: Page) -> Iterator[str]:
+def _totals(page: _Page) -> Iterator[str]:
     total, done = len(page.table.runs), len(page.results)
     results = page.results.values()
     numbers = {'runs': f'{total:,}'}
@@ -141,7 +145,7 @@ def _totals(page: Page) -> Iterator[str]:
     yield '</dl>'
 
 
-def _versions(page: Page) -> Iterator[str]:
+def _versions(page: _Page) -> Iterator[str]:
     """Show the version of the code, and warn if there are several."""
     versions = versions_of(page.results.values())
     if len(versions) == 1 and 'not recorded' not in versions:
@@ -162,7 +166,7 @@ def _versions(page: Page) -> Iterator[str]:
     yield '<p>To do all runs again: --again all</p></div>'
 
 
-def _success(page: Page, name: str) -> Iterator[str]:
+def _success(page: _Page, name: str) -> Iterator[str]:
     """Show how many runs succeeded with each value of an argument."""
     shares, left_out = _shares(page, name)
     yield f'<div class="card"><h3>{_text(name)}</h3>'
@@ -186,7 +190,7 @@ def _success(page: Page, name: str) -> Iterator[str]:
     yield '</div>'
 
 
-def _shares(page: Page, name: str) -> tuple[list[_Share], int]:
+def _shares(page: _Page, name: str) -> tuple[list[_Share], int]:
     """
     Return the shares of an argument, and how many values are left out.
 
@@ -194,7 +198,7 @@ def _shares(page: Page, name: str) -> tuple[list[_Share], int]:
     remain.
     """
     groups: dict[str, list[bool]] = {}
-    for run, result in page.done():
+    for run, result in page.done:
         group = groups.setdefault(run.arguments[name], [])
         group.append(result.succeeded)
     shares = [(value, sum(g), len(g)) for value, g in groups.items()]
@@ -219,9 +223,9 @@ def _shares(page: Page, name: str) -> tuple[list[_Share], int]:
     ], 0
 
 
-def _measures(page: Page) -> Iterator[str]:
+def _measures(page: _Page) -> Iterator[str]:
     """Plot the metrics and the time, alone and by arguments."""
-    done = page.done()
+    done = page.done
     if not done:
         return
     found: dict[str, dict[int, float]] = {}
@@ -260,7 +264,7 @@ def _measures(page: Page) -> Iterator[str]:
 
 
 def _by_argument(
-    page: Page, argument: str, name: str, values: Mapping[int, float]
+    page: _Page, argument: str, name: str, values: Mapping[int, float]
 ) -> Iterator[str]:
     runs = [run for run in page.table.runs if run.number in values]
     texts = list(dict.fromkeys(run.arguments[argument] for run in runs))
@@ -284,7 +288,7 @@ def _by_argument(
     yield _card(plot, caption.strip())
 
 
-def _point(page: Page, run: Run, x: float, ys: Mapping[int, float]) -> Point:
+def _point(page: _Page, run: Run, x: float, ys: Mapping[int, float]) -> Point:
     title = f'run {run.number}: {one_line(page.table.title(run))}'
     good = page.results[run.number].succeeded
     return Point(x, ys[run.number], good, title)
@@ -315,11 +319,11 @@ def _card(plot: str, caption: str) -> str:
     return f'<figure class="card">{plot}{shown}</figure>'
 
 
-def _repeats(page: Page) -> Iterator[str]:
+def _repeats(page: _Page) -> Iterator[str]:
     """Show mean and spread of the runs with the same arguments."""
     names = page.table.varied
     groups: dict[tuple[str, ...], list[RunResult]] = {}
-    for run, result in page.done():
+    for run, result in page.done:
         key = tuple(run.arguments[name] for name in names)
         groups.setdefault(key, []).append(result)
     if page.table.repeats < 2 or not groups:
@@ -353,7 +357,7 @@ def _spread(found: Iterable[float | None]) -> str:
     return spread_text(*mean_and_deviation(values)) if values else ''
 
 
-def _runs(page: Page, runs: Sequence[tuple[Run, RunResult]]) -> Iterator[str]:
+def _runs(page: _Page, runs: Sequence[tuple[Run, RunResult]]) -> Iterator[str]:
     is_repeated = page.table.repeats > 1
     is_mixed = len(versions_of(page.results.values())) > 1
 

@@ -4,6 +4,7 @@
 """The reports of a sweep: `results.csv`, `junit.xml` and `report.html`."""
 
 from collections import Counter
+from collections.abc import Callable
 from collections.abc import Iterable
 from collections.abc import Iterator
 from collections.abc import Mapping
@@ -18,7 +19,6 @@ from colcon_yamllaunch.observers.junit import junit_case
 from colcon_yamllaunch.observers.junit import junit_document
 from colcon_yamllaunch.observers.junit import junit_outcome
 from colcon_yamllaunch.observers.log_files import COMMON_LOG
-from colcon_yamllaunch.sweep.report_page import Page
 from colcon_yamllaunch.sweep.report_page import report_page
 from colcon_yamllaunch.sweep.results import JUNIT
 from colcon_yamllaunch.sweep.results import MESSAGES
@@ -48,21 +48,12 @@ _CONTROL = re.compile(r'[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]')
 
 
 class SweepReports:
-    """
-    Writes `results.csv`, `junit.xml` and `report.html`.
+    """Writes `results.csv`, `junit.xml` and `report.html` of a folder."""
 
-    :param results: The results so far; it grows
-    """
-
-    def __init__(
-        self,
-        definition: SweepDefinition,
-        folder: ResultsFolder,
-        results: Mapping[int, RunResult],
-    ) -> None:
-        self._definition = definition
+    def __init__(self, folder: ResultsFolder) -> None:
         self._folder = folder
-        self._results = results
+        self._table = folder.definition.table
+        self._results = folder.results
         self._started = time.time()
         self._next = time.monotonic() + _INTERVAL
 
@@ -84,40 +75,18 @@ class SweepReports:
 
         :raises UserError: when they cannot be written
         """
-        definition, results = self._definition, self._results
-        table, path = definition.table, self._folder.path
-        title = ' '.join(definition.target)
-        names = [Path(word).name for word in definition.target]
-        class_name = '.'.join(n.partition('.')[0] or n for n in names)
-        folders = {
-            run.number: self._folder.run_folder(run.number)
-            for run in table.runs
-        }
-
-        def log_of(number: int) -> str | None:
-            for name in (COMMON_LOG, MESSAGES):
-                file = folders[number] / name
-                if file.exists():
-                    return str(file.relative_to(path))
-            return None
-
-        page = Page(
-            title,
-            definition.command,
-            table,
-            results,
-            tuple(definition.metrics),
-            log_of,
-            time.time(),
+        definition, path = self._folder.definition, self._folder.path
+        page = report_page(
+            definition, self._results, self._log_of, time.time()
         )
-        table_text = results_csv(table, results, definition.metrics)
+        table = results_csv(self._table, self._results, definition.metrics)
         report = junit_report(
-            title, class_name, table, results, folders, self._started
+            definition, self._results, self._folder.run_folder, self._started
         )
         try:
-            write_text(path / RESULTS, table_text)
+            write_text(path / RESULTS, table)
             write_text(path / JUNIT, report)
-            write_text(path / REPORT, report_page(page))
+            write_text(path / REPORT, page)
         except OSError as e:
             raise UserError(
                 f'{path} cannot be written: {e.strerror or e}',
@@ -125,20 +94,28 @@ class SweepReports:
                 'goes on',
             ) from e
 
+    def _log_of(self, number: int) -> str | None:
+        """Return the path of the log of a run, from the page on."""
+        for name in (COMMON_LOG, MESSAGES):
+            file = self._folder.run_folder(number) / name
+            if file.exists():
+                return str(file.relative_to(self._folder.path))
+        return None
+
     def is_enough(self, required: float | None) -> bool:
         """
         Return whether enough runs succeeded.
 
         :param required: Their share, from 0 to 1; None for all
         """
-        total = len(self._definition.table.runs)
+        total = len(self._table.runs)
         share = 1.0 if required is None else required
         # 95% of 20 is 19, whatever floating point makes of it
         return self._outcomes()['succeeded'] + 1e-9 >= share * total
 
     def summary(self, required: float | None) -> list[str]:
         """Return the lines at the end of the sweep."""
-        total = len(self._definition.table.runs)
+        total = len(self._table.runs)
         outcomes = self._outcomes()
         succeeded = outcomes['succeeded']
         others = {
@@ -188,21 +165,20 @@ def _percent(share: float) -> str:
 
 
 def junit_report(
-    title: str,
-    class_name: str,
-    table: RunTable,
+    definition: SweepDefinition,
     results: Mapping[int, RunResult],
-    logs: Mapping[int, object],
+    folder_of: Callable[[int], Path],
     started: float,
 ) -> bytes:
     """
     Return a JUnit report with a case for each run.
 
-    :param title: The package and the launch file
-    :param class_name: The name under which the cases are grouped
-    :param logs: The folder for the logs of each run
+    :param folder_of: Returns the folder for the logs of a run
     :param started: When, in seconds since the epoch
     """
+    table = definition.table
+    names = [Path(word).name for word in definition.target]
+    class_name = '.'.join(n.partition('.')[0] or n for n in names)
     cases = []
     for run in table.runs:
         result = results.get(run.number)
@@ -213,7 +189,7 @@ def junit_report(
             outcome = junit_outcome(
                 'failure' if result.outcome == 'failed' else 'error',
                 result.reason,
-                f'{result.reason}\n\nlogs: {logs[run.number]}',
+                f'{result.reason}\n\nlogs: {folder_of(run.number)}',
                 'run',
             )
         seconds = 0.0 if result is None else result.seconds
@@ -221,7 +197,7 @@ def junit_report(
             junit_case(table.title(run), class_name, seconds, outcome)
         )
     total = sum(result.seconds for result in results.values())
-    return junit_document(title, class_name, started, total, cases)
+    return junit_document(definition.title, class_name, started, total, cases)
 
 
 def results_csv(

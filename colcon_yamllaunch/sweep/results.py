@@ -170,6 +170,11 @@ class SweepDefinition:
     metrics: Mapping[str, str]
 
     @property
+    def title(self) -> str:
+        """The package and the launch file, for people."""
+        return ' '.join(self.target)
+
+    @property
     def fingerprint(self) -> str:
         """The same for the same sweep, and for no other."""
         runs = [[r.arguments, r.repeat] for r in self.table.runs]
@@ -190,24 +195,38 @@ class ResultsFolder:
     """
     The folder of one sweep, locked as long as this process uses it.
 
+    An existing folder must be of this sweep.
+
     :param path: Where it is
+    :param say: Called with a message if another sweep still holds the lock
+    :raises UserError: when it cannot be written, has the results of another
+      sweep, or other files, or is in use
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._lock = -1
-
-    def open(
-        self, definition: SweepDefinition, say: Callable[[str], None]
+    def __init__(
+        self,
+        path: Path,
+        definition: SweepDefinition,
+        say: Callable[[str], None],
     ) -> None:
-        """
-        Make the folder, or check that an existing one is of this sweep.
+        self.path = path
+        self.definition = definition
+        self._lock = -1
+        try:
+            self._open(say)
+            self.journal = SweepJournal(path / JOURNAL)
+        except UserError:
+            self._unlock()
+            raise
 
-        :param say: Called with a message if another sweep still holds the lock
-        :raises UserError: when it cannot be written, has the results of
-          another sweep, or other files, or is in use
-        """
+    @property
+    def results(self) -> Mapping[int, RunResult]:
+        """The results so far, by the number of the run."""
+        return self.journal.results
+
+    def _open(self, say: Callable[[str], None]) -> None:
         path, file = self.path, self.path / _DEFINITION
+        definition = self.definition
         try:
             path.mkdir(parents=True, exist_ok=True)
             self._lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
@@ -283,7 +302,11 @@ class ResultsFolder:
                 return
 
     def close(self) -> None:
-        """Unlock the folder."""
+        """Close the journal, and unlock the folder."""
+        self.journal.close()
+        self._unlock()
+
+    def _unlock(self) -> None:
         if self._lock != -1:
             os.close(self._lock)
             self._lock = -1

@@ -14,9 +14,9 @@ from colcon_yamllaunch.sweep.plots import Point
 from colcon_yamllaunch.sweep.plots import scatter
 from colcon_yamllaunch.sweep.plots import share_bar
 from colcon_yamllaunch.sweep.plots import ticks
-from colcon_yamllaunch.sweep.report_page import Page
 from colcon_yamllaunch.sweep.report_page import report_page
 from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.results import SweepDefinition
 from colcon_yamllaunch.sweep.table import run_table
 from colcon_yamllaunch.sweep.table import RunTable
 from hypothesis import given
@@ -68,17 +68,18 @@ def read(page: str) -> Reader:
 def page_of(
     table: RunTable, results: dict[int, RunResult], *metrics: str
 ) -> str:
-    return report_page(
-        Page(
-            'my_pkg sim.yaml',
-            'colcon sweep my_pkg sim.yaml',
-            table,
-            results,
-            metrics,
-            lambda number: f'runs/{number:04}/launch.log',
-            0.0,
-        )
+    definition = SweepDefinition(
+        'colcon sweep my_pkg sim.yaml',
+        ('my_pkg', 'sim.yaml'),
+        table,
+        {},
+        dict.fromkeys(metrics, ''),
     )
+
+    def log_of(number: int) -> str:
+        return f'runs/{number:04}/launch.log'
+
+    return report_page(definition, results, log_of, 0.0)
 
 
 def test_what_a_page_shows() -> None:
@@ -210,9 +211,8 @@ def test_whatever_is_written_is_text() -> None:
         1: RunResult(1, 'failed', NASTY, 1.0, {'<b>': '3'}),
         2: RunResult(2, 'succeeded', '', 1.0, {'<b>': '4'}),
     }
-    page = report_page(
-        Page(NASTY, NASTY, table, results, ('<b>',), lambda _: NASTY, 0.0)
-    )
+    definition = SweepDefinition(NASTY, (NASTY,), table, {}, {'<b>': ''})
+    page = report_page(definition, results, lambda _: NASTY, 0.0)
     reader = read(page)
     assert 'script' not in reader.tags
     assert 'b' not in reader.tags

@@ -11,6 +11,7 @@ import os
 from pathlib import Path
 import re
 import signal
+import stat
 
 from colcon_yamllaunch.common.errors import UserError
 from colcon_yamllaunch.plan.plan import Plan
@@ -18,8 +19,10 @@ from colcon_yamllaunch.sweep import slurm_runner
 from colcon_yamllaunch.sweep.progress import Progress
 from colcon_yamllaunch.sweep.results import ResultsFolder
 from colcon_yamllaunch.sweep.results import RunResult
+from colcon_yamllaunch.sweep.results import SweepDefinition
 from colcon_yamllaunch.sweep.run import Goal
 from colcon_yamllaunch.sweep.run import PlannedRun
+from colcon_yamllaunch.sweep.run import read_metric
 from colcon_yamllaunch.sweep.run import Sweep
 from colcon_yamllaunch.sweep.slurm_client import Ending
 from colcon_yamllaunch.sweep.slurm_client import read_slurm_options
@@ -28,6 +31,8 @@ from colcon_yamllaunch.sweep.slurm_client import SlurmError
 from colcon_yamllaunch.sweep.slurm_runner import batch_script
 from colcon_yamllaunch.sweep.slurm_runner import reason_of
 from colcon_yamllaunch.sweep.slurm_runner import SlurmRunner
+from colcon_yamllaunch.sweep.slurm_task import Common
+from colcon_yamllaunch.sweep.slurm_task import environment_here
 from colcon_yamllaunch.sweep.slurm_task import SlurmFiles
 from colcon_yamllaunch.sweep.table import Run
 from colcon_yamllaunch.sweep.table import run_table
@@ -117,12 +122,14 @@ class Case:
     """A sweep with a Slurm that the test plays."""
 
     def __init__(self, folder: Path, runs: int, size: int = 1001) -> None:
-        self.runs = run_table({'seed': f'1..{runs}'}).runs
+        table = run_table({'seed': f'1..{runs}'})
+        definition = SweepDefinition('', ('a.yaml',), table, {}, {})
+        self.folder = ResultsFolder(folder, definition, print)
+        self.runs = table.runs
         self.files = SlurmFiles(folder)
         self.files.make()
         self.slurm = PlayedSlurm(self.files, size)
         self.seen = Seen()
-        self.folder = ResultsFolder(folder)
 
     def runner(self, jobs: int | None = None) -> SlurmRunner:
         options = read_slurm_options('--on', 'slurm:partition=cpu,time=10')
@@ -286,3 +293,40 @@ def test_a_script_is_plain_sh(tmp_path: Path) -> None:
     assert script.startswith('#!/bin/sh\n')
     assert "'\"'\"'" in script
     assert os.system(f"sh -n <<'END'\n{script}END") == 0
+
+
+def test_what_slurm_sets_is_added() -> None:
+    user = {'PATH': '/bin', 'HOME': '/home/me', 'LANG': 'C'}
+    sourced = {**user, 'PATH': '/ws/bin:/bin', 'AMENT_PREFIX_PATH': '/ws'}
+    here = {
+        **user,
+        'PATH': '/usr/bin',
+        'HOME': '/home/me',
+        'LANG': 'de',
+        'CUDA_VISIBLE_DEVICES': '1',
+        'SLURM_JOB_ID': '7',
+    }
+    common = Common(Goal(), sourced, user)
+    assert environment_here(common, here) == {
+        'PATH': '/ws/bin:/bin',
+        'HOME': '/home/me',
+        'LANG': 'de',
+        'AMENT_PREFIX_PATH': '/ws',
+        'CUDA_VISIBLE_DEVICES': '1',
+        'SLURM_JOB_ID': '7',
+    }
+
+
+def test_the_environment_is_nobody_elses(tmp_path: Path) -> None:
+    files = SlurmFiles(tmp_path)
+    files.make()
+    goal = Goal(timeout=3.0, metrics=(read_metric('--metric', 'a=(b)'),))
+    common = Common(goal, {'TOKEN': 'secret'}, {}, share_network=True)
+    files.write_common(common)
+    (path,) = files.folder.glob('*.json')
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    read = files.read_common()
+    assert read.environment == common.environment
+    assert read.goal.timeout == 3.0
+    assert read.goal.metrics[0].pattern.text == '(b)'
+    assert read.share_network

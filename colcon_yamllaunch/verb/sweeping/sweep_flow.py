@@ -16,10 +16,9 @@ from colcon_yamllaunch.sweep.local_runner import LocalRunner
 from colcon_yamllaunch.sweep.progress import Progress
 from colcon_yamllaunch.sweep.reports import refuse_columns_twice
 from colcon_yamllaunch.sweep.reports import SweepReports
-from colcon_yamllaunch.sweep.results import JOURNAL
 from colcon_yamllaunch.sweep.results import ResultsFolder
+from colcon_yamllaunch.sweep.results import RunResult
 from colcon_yamllaunch.sweep.results import SweepDefinition
-from colcon_yamllaunch.sweep.results import SweepJournal
 from colcon_yamllaunch.sweep.run import Goal
 from colcon_yamllaunch.sweep.run import NotBuiltError
 from colcon_yamllaunch.sweep.run import PlanError
@@ -28,7 +27,6 @@ from colcon_yamllaunch.sweep.run import Sweep
 from colcon_yamllaunch.sweep.table import read_table
 from colcon_yamllaunch.sweep.table import Run
 from colcon_yamllaunch.sweep.table import run_table
-from colcon_yamllaunch.sweep.table import RunTable
 from colcon_yamllaunch.verb.cli.messages import say
 from colcon_yamllaunch.verb.cli.messages import say_line
 from colcon_yamllaunch.verb.cli.option_table import AGAIN_ALL
@@ -105,14 +103,12 @@ class SweepFlow:
         )
         flow.command = 'colcon sweep'
         flow.target()
-        folder = ResultsFolder(self._results_path(definition))
-        folder.open(definition, say_line)
+        path = self._results_path(definition)
         with (
             closing(flow),
-            closing(folder),
-            closing(SweepJournal(folder.path / JOURNAL)) as journal,
+            closing(ResultsFolder(path, definition, say_line)) as folder,
         ):
-            return self._go_on(flow, definition, folder, journal)
+            return self._go_on(flow, folder)
 
     def _results_path(self, definition: SweepDefinition) -> Path:
         if self._options.results is not None:
@@ -123,67 +119,57 @@ class SweepFlow:
             base = logs.parent
         return base / _SWEEPS / definition.default_name
 
-    def _go_on(
-        self,
-        flow: LaunchFlow,
-        definition: SweepDefinition,
-        folder: ResultsFolder,
-        journal: SweepJournal,
-    ) -> int:
+    def _go_on(self, flow: LaunchFlow, folder: ResultsFolder) -> int:
         """Run the runs that have no result yet, and show a summary."""
-        options, table = self._options, definition.table
-        again = self._again(table, journal)
-        journal.forget(again)
+        options, runs = self._options, folder.definition.table.runs
+        again = self._again(folder.results)
+        folder.journal.forget(again)
         for number in again:
             folder.clear(number)
-        missing = [r for r in table.runs if r.number not in journal.results]
-        reports = SweepReports(definition, folder, journal.results)
+        missing = [run for run in runs if run.number not in folder.results]
+        reports = SweepReports(folder)
         progress = Progress(
             sys.stderr,
-            table,
-            journal,
             folder,
             reports,
             quiet=options.quiet,
             color=not (options.no_color or self._environment.get('NO_COLOR')),
             code=self._code.look,
         )
-        done = len(table.runs) - len(missing)
+        done = len(runs) - len(missing)
         if not missing:
             say(
-                f'all {len(table.runs):,} runs are done already; to do them '
+                f'all {len(runs):,} runs are done already; to do them '
                 'again: --again failed, or --again all'
             )
         elif done:
-            say(f'{done:,} of {len(table.runs):,} runs are done; going on')
-        stopped_by = None
-        if missing:
-            try:
+            say(f'{done:,} of {len(runs):,} runs are done; going on')
+        stopped_by = code = None
+        try:
+            if missing:
                 stopped_by = self._launch(flow, folder, missing, progress)
-            except GiveUpError as e:
-                progress.end()
-                if journal.results:
-                    # the error was shown; other runs have their results
-                    reports.write()
-                    for line in reports.summary(options.require):
-                        say(line)
-                return e.returncode
-            finally:
-                progress.end()
+        except GiveUpError as e:
+            # the error was shown; other runs may have their results
+            code = e.returncode
+            if not folder.results:
+                return code
+        finally:
+            progress.end()
         reports.write()
         for line in reports.summary(options.require):
             say(line)
         if stopped_by is not None:
             say('the same command goes on from here')
             return _SIGNALLED + stopped_by
-        return 0 if reports.is_enough(options.require) else 1
+        if code is None:
+            code = 0 if reports.is_enough(options.require) else 1
+        return code
 
-    def _again(self, table: RunTable, journal: SweepJournal) -> list[int]:
+    def _again(self, results: Mapping[int, RunResult]) -> list[int]:
         """Return the runs with a result that are to run again."""
-        results = journal.results
         match self._options.again:
             case str(again) if again == AGAIN_ALL:
-                return [r.number for r in table.runs if r.number in results]
+                return sorted(results)
             case str(again) if again == AGAIN_FAILED:
                 return [n for n, r in results.items() if not r.succeeded]
             case _:

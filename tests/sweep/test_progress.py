@@ -11,7 +11,6 @@ from colcon_yamllaunch.sweep.reports import SweepReports
 from colcon_yamllaunch.sweep.results import ResultsFolder
 from colcon_yamllaunch.sweep.results import RunResult
 from colcon_yamllaunch.sweep.results import SweepDefinition
-from colcon_yamllaunch.sweep.results import SweepJournal
 from colcon_yamllaunch.sweep.table import run_table
 import pytest
 
@@ -31,16 +30,13 @@ class Shown:
     ) -> None:
         self.table = run_table({'seed': f'1..{runs}'})
         definition = SweepDefinition('', ('a.yaml',), self.table, {}, {})
-        results = ResultsFolder(folder)
-        journal = SweepJournal(folder / 'journal.jsonl')
+        results = ResultsFolder(folder, definition, print)
         self.now = 0.0
         self.stream = stream
         self.progress = Progress(
             stream,
-            self.table,
-            journal,
             results,
-            SweepReports(definition, results, journal.results),
+            SweepReports(results),
             quiet=quiet,
             clock=lambda: self.now,
         )

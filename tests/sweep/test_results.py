@@ -199,14 +199,15 @@ def test_a_metric_with_the_name_of_a_column(name: str) -> None:
 
 
 def test_a_case_for_each_run() -> None:
-    logs = {run.number: f'/logs/{run.number}' for run in TABLE.runs}
     results = {
         1: GOOD,
         3: BAD,
         4: RunResult(4, 'error', 'no \0 such file'),
     }
-    report = junit_report('pkg a.yaml', 'pkg.a', TABLE, results, logs, 0.0)
+    sweep = SweepDefinition('', ('pkg', 'a.yaml'), TABLE, {}, {})
+    report = junit_report(sweep, results, lambda n: Path(f'/logs/{n}'), 0.0)
     suite = ElementTree.fromstring(report)[0]
+    assert (suite.get('name'), suite.get('package')) == ('pkg a.yaml', 'pkg.a')
     assert suite.get('tests') == '8'
     assert suite.get('failures') == suite.get('errors') == '1'
     assert suite.get('skipped') == '5'
@@ -220,43 +221,32 @@ def test_a_case_for_each_run() -> None:
 def test_a_folder_is_for_one_sweep(tmp_path: Path) -> None:
     said: list[str] = []
     path = tmp_path / 'some' / 'where'
-    folder = ResultsFolder(path)
-    folder.open(definition(), said.append)
-    folder.close()
-    # the same one goes on
-    folder.open(definition(), said.append)
-    folder.close()
+    for _ in range(2):
+        # the same one goes on
+        ResultsFolder(path, definition(), said.append).close()
     (path / 'journal.jsonl').write_text('{}\n')
     for other in (definition('1..3'), definition(timeout='5')):
         with pytest.raises(UserError, match='has the results of another'):
-            folder.open(other, said.append)
-        folder.close()
+            ResultsFolder(path, other, said.append)
     assert not said
 
 
 def test_a_folder_without_results_is_anybodys(tmp_path: Path) -> None:
     """The command may have had a mistake."""
     for values in ('1..2', '1..3'):
-        folder = ResultsFolder(tmp_path)
-        folder.open(definition(values), print)
-        (tmp_path / 'journal.jsonl').touch()
-        folder.close()
+        ResultsFolder(tmp_path, definition(values), print).close()
     (tmp_path / 'slurm').mkdir()
     (tmp_path / 'slurm' / 'arrays.json').touch()
     with pytest.raises(UserError, match='has the results of another'):
-        ResultsFolder(tmp_path).open(definition('1..4'), print)
+        ResultsFolder(tmp_path, definition('1..4'), print)
 
 
-def test_a_folder_with_something_else(tmp_path: Path) -> None:
+def test_folders_that_cannot_be_used(tmp_path: Path) -> None:
     (tmp_path / 'thesis.tex').touch()
     with pytest.raises(UserError, match='has other files than the results'):
-        ResultsFolder(tmp_path).open(definition(), print)
-
-
-def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
-    (tmp_path / 'file').touch()
+        ResultsFolder(tmp_path, definition(), print)
     with pytest.raises(UserError, match='cannot be written: Not a directory'):
-        ResultsFolder(tmp_path / 'file' / 'x').open(definition(), print)
+        ResultsFolder(tmp_path / 'thesis.tex' / 'x', definition(), print)
 
 
 def test_two_sweeps_in_one_folder(
@@ -264,14 +254,12 @@ def test_two_sweeps_in_one_folder(
 ) -> None:
     monkeypatch.setattr(results, '_LOCK_TIMEOUT', 0.2)
     monkeypatch.setattr(results, '_QUIET', 0.1)
-    first, second = ResultsFolder(tmp_path), ResultsFolder(tmp_path)
-    first.open(definition(), print)
+    first = ResultsFolder(tmp_path, definition(), print)
     said: list[str] = []
     with pytest.raises(UserError, match='another colcon sweep is at work'):
-        second.open(definition(), said.append)
+        ResultsFolder(tmp_path, definition(), said.append)
     assert said == [f'waiting for the colcon sweep in {tmp_path} to end']
     first.close()
-    second.close()
 
 
 def test_the_same_sweep_has_the_same_folder() -> None:
