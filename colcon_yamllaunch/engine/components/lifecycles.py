@@ -79,6 +79,21 @@ class LifecycleTask:
         return self.owner.label
 
 
+@dataclass(slots=True)
+class _Planned:
+    """
+    The transitions of the plan for a node.
+
+    :param entries: The first one was requested, or waits for the node
+    :param since: When it became the first one
+    :param request: Its number, if it was requested
+    """
+
+    entries: deque[ChangeState]
+    since: float
+    request: int | None = None
+
+
 class Lifecycles:
     """
     The lifecycle nodes of a launch.
@@ -101,11 +116,8 @@ class Lifecycles:
         self._replies: dict[int, Reply] = {}
         # requests that wait for a client, by the labels of the nodes
         self._wishes: dict[str, tuple[str, Reply]] = {}
-        # the transitions of the plan, by the full names of the nodes; the
-        # first one of each was requested, or waits for the node
-        self._planned: dict[str, deque[ChangeState]] = {}
-        self._planned_since: dict[str, float] = {}
-        self._planned_requests: dict[str, int] = {}
+        # by the full names of the nodes
+        self._planned: dict[str, _Planned] = {}
         self._by_label: dict[str, LifecycleTask] = {}
         self._warnings = WaitWarnings(loop)
         self._has_processes = False
@@ -150,8 +162,8 @@ class Lifecycles:
         """
         now = self._loop.time()
         return any(t.is_driven and t.is_running for t in self.tasks) or any(
-            not self._has_processes or now < since + limits.PATIENCE
-            for node, since in self._planned_since.items()
+            not self._has_processes or now < planned.since + limits.PATIENCE
+            for node, planned in self._planned.items()
             if self._of_node(node) is None
         )
 
@@ -173,12 +185,10 @@ class Lifecycles:
         if task is None:
             return
         missed = task.is_driven and task.is_running and not excused
-        transition = _STEPS.get(
-            (task.state or 'unconfigured', task.goal or '')
-        )
+        transition = _next_step(task)
         self.down(task)
         if missed:
-            self._fail(task, transition or 'configure', f'it {ending}')
+            self._fail(task, transition, f'it {ending}')
 
     def up(self, task: LifecycleTask, node: str | None) -> None:
         """Follow a node that runs now to its goal."""
@@ -256,10 +266,12 @@ class Lifecycles:
             task = self._of_node(entry.node)
             self._report_failure(entry, task, 'there is no such transition')
             return
-        waiting = self._planned.setdefault(entry.node, deque())
-        waiting.append(entry)
-        if len(waiting) == 1:
-            self._planned_since[entry.node] = self._loop.time()
+        if entry.node in self._planned:
+            self._planned[entry.node].entries.append(entry)
+        else:
+            self._planned[entry.node] = _Planned(
+                deque([entry]), self._loop.time()
+            )
             self._go_on(entry.node)
 
     def client_is_ready(self) -> None:
@@ -278,7 +290,8 @@ class Lifecycles:
 
     def client_died(self) -> None:
         """Note that requests have been lost."""
-        self._planned_requests.clear()
+        for planned in self._planned.values():
+            planned.request = None
         for task in self.tasks:
             if task.label not in self._wishes:
                 self._drop(task, 'the ROS client ended, and starts again')
@@ -286,7 +299,8 @@ class Lifecycles:
     def client_given_up(self, reason: str) -> None:
         """Give up with the client."""
         self._given_up = reason
-        self._planned_requests.clear()
+        for planned in self._planned.values():
+            planned.request = None
         for task in self.tasks:
             self._drop(task, reason)
             self._fail_for_good(task, reason)
@@ -310,10 +324,10 @@ class Lifecycles:
                 else:
                     text += f'; it is {task.state}'
                 self._emit(events.Warned(text))
-        for node, since in self._planned_since.items():
+        for node, planned in self._planned.items():
             is_elsewhere = self._of_node(node) is None
-            if is_elsewhere and self._warnings.is_due(node, since):
-                transition = self._planned[node][0].transition
+            if is_elsewhere and self._warnings.is_due(node, planned.since):
+                transition = planned.entries[0].transition
                 self._emit(
                     events.Warned(
                         f'waiting for {node}, to {transition} it; nothing in '
@@ -347,11 +361,11 @@ class Lifecycles:
 
     def _go_on(self, node: str) -> None:
         """Request the next transition of the plan for a node."""
-        waiting = self._planned.get(node)
-        if not waiting or node in self._planned_requests:
+        planned = self._planned.get(node)
+        if planned is None or planned.request is not None:
             return
         task = self._of_node(node)
-        entry = waiting[0]
+        entry = planned.entries[0]
         if self._given_up is not None:
             self._give_up(node)
             self._report_failure(entry, task, self._given_up)
@@ -369,7 +383,7 @@ class Lifecycles:
                 return
 
         def answered(answer: Mapping[str, Any]) -> None:
-            del self._planned_requests[node]
+            planned.request = None
             if answer.get('ok'):
                 if task is not None:
                     goal = TRANSITIONS[entry.transition].goal
@@ -381,7 +395,7 @@ class Lifecycles:
                 reason = str(answer.get('reason') or 'it was refused')
                 self._report_failure(entry, task, reason)
 
-        self._planned_requests[node] = self._requests.ask(
+        planned.request = self._requests.ask(
             'change_state', answered, node=node, transition=entry.transition
         )
 
@@ -400,20 +414,20 @@ class Lifecycles:
 
     def _made(self, node: str) -> None:
         """Go on after a transition of the plan."""
-        waiting = self._planned[node]
-        waiting.popleft()
-        if waiting:
-            self._planned_since[node] = self._loop.time()
+        planned = self._planned[node]
+        planned.entries.popleft()
+        if planned.entries:
+            planned.since = self._loop.time()
             self._go_on(node)
         else:
             self._give_up(node)
 
     def _give_up(self, node: str) -> None:
         """Forget the transitions of the plan for a node."""
-        self._planned.pop(node, None)
-        self._planned_since.pop(node, None)
         self._warnings.cancel(node)
-        self._requests.cancel(self._planned_requests.pop(node, None))
+        planned = self._planned.pop(node, None)
+        if planned is not None:
+            self._requests.cancel(planned.request)
 
     def _report_failure(
         self, entry: ChangeState, task: LifecycleTask | None, reason: str
@@ -524,11 +538,16 @@ class Lifecycles:
 
     def _fail_for_good(self, task: LifecycleTask, reason: str) -> None:
         if task.is_driven and task.is_running:
-            step = _STEPS.get((task.state or 'unconfigured', task.goal or ''))
-            self._fail(task, step or 'configure', reason)
+            self._fail(task, _next_step(task), reason)
         task.is_driven = False
 
 
 def _first_goal(owner: Process | Component) -> str | None:
     """Return the goal of a node in the launch file."""
     return 'active' if owner.autostart else None
+
+
+def _next_step(task: LifecycleTask) -> str:
+    """Return the transition that a node on the way to its goal needs."""
+    state = task.state or 'unconfigured'
+    return _STEPS.get((state, task.goal or ''), 'configure')

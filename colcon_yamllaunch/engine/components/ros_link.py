@@ -2,15 +2,17 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The process that speaks with ROS for a launch, and the pipes to it.
+The process of `ros_client`, and the pipes to it.
 
-It runs `ros_client` with the Python of the sourced environment, which may be
-another than ours. What passes are JSON objects, one a line.
+It runs with the Python of the sourced environment, which may be another than
+ours. Messages are JSON objects, one a line.
 """
 
 from collections.abc import Callable
 from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
+import glob
 import json
 import os
 from pathlib import Path
@@ -20,9 +22,6 @@ import time
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.components.composition import Composition
-from colcon_yamllaunch.engine.components.ros_needs import are_beside
-from colcon_yamllaunch.engine.components.ros_needs import missing_packages
-from colcon_yamllaunch.engine.components.ros_needs import needed_packages
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.output.json_pipes import JsonPipes
@@ -31,9 +30,20 @@ from colcon_yamllaunch.engine.process.pythons import pythons
 from colcon_yamllaunch.engine.process.restarts import Restarts
 from colcon_yamllaunch.engine.process.spawn import StartError
 from colcon_yamllaunch.plan.plan import Plan
+from colcon_yamllaunch.plan.plan import Timer
 
-#: What the process runs; it imports nothing of this package.
+#: The program; it imports nothing of this package.
 PROGRAM = Path(__file__).with_name('ros_client.py')
+
+#: The features that need the Python packages; all need rclpy.
+_PURPOSES = {
+    'composition_interfaces': 'components',
+    'rcl_interfaces': 'components',
+    'lifecycle_msgs': 'lifecycle nodes',
+    'rosgraph_msgs': 'timers on ROS time',
+}
+#: Packages on PyPI.
+_WHEELS = ('rclpy', 'rcl-interfaces', 'lifecycle-msgs', 'rosgraph-msgs')
 
 #: Starts a program with standard streams; returns its process group.
 Start = Callable[[list[str], tuple[int, int, int]], int]
@@ -45,7 +55,7 @@ class RosLink:
 
     :param environment: The environment that it runs in
     :param start: Starts it as a process of the launch
-    :param tell: Is told what happens
+    :param emit: Receives events
     :param log: The file for its standard error, or None
     """
 
@@ -55,37 +65,37 @@ class RosLink:
         environment: Mapping[str, str],
         loop: Loop,
         start: Start,
-        tell: events.Listener,
+        emit: events.Listener,
         log: Path | None,
     ) -> None:
         self._environment = environment
         self._pipes = JsonPipes(loop, self._take, log)
         self._start = start
-        self._tell = tell
+        self._emit = emit
         self._restarts = Restarts(loop, self.start)
         self._packages = needed_packages(plan)
         self._pythons = pythons(environment.get('PATH', os.defpath))
         self._python = self._first_found = 0
-        #: The course of what it is asked for.
-        self.composition = Composition(plan, self._pipes.send, tell, loop)
+        #: The components and lifecycle nodes of the launch.
+        self.composition = Composition(plan, self._pipes.send, emit, loop)
         #: The process group of the client, or 0 while there is none.
         self.pid = 0
-        #: Whether the environment has what is needed.
+        #: Whether the environment has the needed packages.
         self.is_found = are_beside(
             self._packages, self._pythons[0], environment
         )
-        # whether a client has said so, too
+        # whether a client confirmed that
         self._is_sure = False
         # of the first Python
         self._missing: list[str] | None = None
-        #: Why no launch is possible in this environment, if so.
+        #: Why no launch is possible in this environment, if any reason.
         self.error: str | None = None
         self._is_ready = False
         self._is_wanted = True
 
     def expect(self, more: Plan, *, is_late: bool) -> None:
         """
-        Take into account what else is needed from the next start on.
+        Add the needs of more entries, from the next start on.
 
         :param is_late: Whether the launch runs already, and so goes on even
           if the environment lacks it
@@ -111,8 +121,8 @@ class RosLink:
                 os.close(descriptor)
 
     def ended(self, outcome: Outcome) -> None:
-        """Take into account that the client ended."""
-        # what it said last counts
+        """Handle the end of the client."""
+        # its last messages count
         self._take()
         self._pipes.close()
         self.pid = 0
@@ -120,7 +130,7 @@ class RosLink:
             self._lost(str(outcome), was_killed=outcome.signal is not None)
 
     def hang_up(self) -> None:
-        """Have the client end, as nothing is asked of it any more."""
+        """Let the client end, as no requests follow."""
         self._restarts.cancel()
         self._is_wanted = False
         self._pipes.close()
@@ -134,7 +144,7 @@ class RosLink:
         while not has_ended(self.pid) and time.monotonic() < deadline:
             time.sleep(0.002)
         with suppress(ProcessLookupError, PermissionError):
-            # what it started, too
+            # with the processes that it started
             os.killpg(self.pid, signal.SIGKILL)
         with suppress(ChildProcessError):
             os.waitpid(self.pid, 0)
@@ -142,7 +152,7 @@ class RosLink:
 
     def _lost(self, ending: str, *, was_killed: bool = False) -> None:
         """
-        Take into account that there is no client, and what follows.
+        Handle that there is no client; start another one, or give up.
 
         :param was_killed: Whether a signal ended it, so that its Python may
           be right all the same
@@ -152,7 +162,7 @@ class RosLink:
         self.composition.client_died()
         is_last = self._python + 1 == len(self._pythons)
         if not (was_ready or was_killed or is_last):
-            # what it cannot import may be there for another one
+            # another Python may find what this one cannot import
             self._python += 1
             self._restarts.plan_at_once()
             return
@@ -168,14 +178,14 @@ class RosLink:
             )
             return
         text = f'the ROS client {ending}, and is started again'
-        self._tell(events.Warned(text))
+        self._emit(events.Warned(text))
 
     def _last_words(self) -> str:
         last = self._pipes.last_line()
         return f': {last}' if last else ''
 
     def _take(self) -> None:
-        """Take what the client said."""
+        """Handle the messages of the client."""
         for line in self._pipes.read():
             self._take_line(line)
         if self._pipes.is_at_end:
@@ -203,7 +213,7 @@ class RosLink:
             self.is_found = self._is_sure = True
             return
         if self._missing is None:
-            # what the others lack matters less
+            # the first Python matters most
             self._missing = missing
         is_last = self._python + 1 == len(self._pythons)
         if is_last and not self._is_sure:
@@ -211,5 +221,92 @@ class RosLink:
                 self._missing, self._pythons[0], self._environment
             )
             if self.is_found:
-                # the launch began, as it looked well
+                # the launch began, as the files looked complete
                 self.composition.client_given_up(self.error)
+
+
+def needed_packages(plan: Plan) -> list[str]:
+    """Return the Python packages of ROS that a launch needs."""
+    has_components = any(True for _ in plan.components())
+    needs = {
+        'rclpy': True,
+        'composition_interfaces': has_components,
+        'rcl_interfaces': has_components,
+        'lifecycle_msgs': any(p.is_lifecycle for p in plan.processes())
+        or any(c.is_lifecycle for c in plan.components())
+        or any(True for _ in plan.changes_of_state()),
+        'rosgraph_msgs': _has_ros_timer(plan),
+    }
+    return [name for name, is_needed in needs.items() if is_needed]
+
+
+def are_beside(
+    packages: Sequence[str], python: str, environment: Mapping[str, str]
+) -> bool:
+    """
+    Return whether files show that a Python finds packages.
+
+    That is faster than asking it. If False, it may find them all the same.
+
+    :param python: The path of the environment's Python
+    """
+    folders = [
+        f for f in environment.get('PYTHONPATH', '').split(':') if f[:1] == '/'
+    ]
+    prefix = os.path.dirname(os.path.dirname(python))
+    # of a virtual environment; it is unclear which of several versions counts
+    own = glob.glob(f'{glob.escape(prefix)}/lib/python3*/site-packages')
+    if len(own) == 1:
+        folders += own
+    return all(
+        any(os.path.isfile(f'{f}/{name}/__init__.py') for f in folders)
+        for name in packages
+    )
+
+
+def missing_packages(
+    missing: Sequence[str], python: str, environment: Mapping[str, str]
+) -> str:
+    """
+    Return an error about missing packages, with the fix.
+
+    :param python: The path of the environment's Python
+    """
+    names = ', '.join(f"'{name}'" for name in missing)
+    purposes = {_PURPOSES[m]: None for m in missing if m in _PURPOSES}
+    purpose = ' and '.join(purposes) or 'what it does in ROS'
+    packages = 'packages' if len(missing) > 1 else 'package'
+    text = (
+        f'for {purpose} this launch needs the Python {packages} {names}, '
+        f'which {python} does not find in the environment that was sourced. '
+    )
+    distribution = environment.get('ROS_DISTRO')
+    dashed = [name.replace('_', '-') for name in missing]
+    if distribution:
+        packages = ' '.join(f'ros-{distribution}-{n}' for n in dashed)
+        text += f'Install what is missing: sudo apt install {packages}'
+    else:
+        wheels = ' '.join(f'ros-{name}' for name in dashed if name in _WHEELS)
+        source = [m for m in missing if m.replace('_', '-') not in _WHEELS]
+        ways = []
+        if wheels:
+            ways.append(f'pip install {wheels}')
+        if source:
+            ways.append(f'build {" and ".join(source)} in the workspace')
+        text += (
+            'Source ROS 2 (source /opt/ros/DISTRO/setup.bash), or, with the '
+            f'wheels: {", and ".join(ways)}'
+        )
+    depends = ''.join(f'<exec_depend>{m}</exec_depend>' for m in missing)
+    return f'{text}. In package.xml: {depends}'
+
+
+def _has_ros_timer(plan: Plan) -> bool:
+    pending = list(plan.entries)
+    while pending:
+        entry = pending.pop()
+        if isinstance(entry, Timer):
+            if entry.on_ros_time:
+                return True
+            pending.extend(entry.entries)
+    return False

@@ -3,9 +3,9 @@
 
 """What launches need of the ROS environment."""
 
-from colcon_yamllaunch.engine.components.ros_needs import are_beside
-from colcon_yamllaunch.engine.components.ros_needs import missing_packages
-from colcon_yamllaunch.engine.components.ros_needs import needed_packages
+from colcon_yamllaunch.engine.components.ros_link import are_beside
+from colcon_yamllaunch.engine.components.ros_link import missing_packages
+from colcon_yamllaunch.engine.components.ros_link import needed_packages
 from colcon_yamllaunch.plan.plan import ChangeState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Plan
