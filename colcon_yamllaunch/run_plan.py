@@ -228,7 +228,7 @@ def run_plan(
         )
         terminal = OwnTerminal(
             present(presentation, screen, whole, display, stack),
-            whole,
+            state,
             display,
             screen,
             guard,

@@ -8,7 +8,7 @@ import os
 
 from colcon_yamllaunch.common.process_scan import read_process
 from colcon_yamllaunch.engine.process import cgroup
-from colcon_yamllaunch.terminal.board import MUCH_CPU
+from colcon_yamllaunch.terminal.status_model import MUCH_CPU
 
 _TICKS = os.sysconf('SC_CLK_TCK')
 

@@ -8,13 +8,15 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.control.acts import Acts
+from colcon_yamllaunch.engine.state import ComponentState
+from colcon_yamllaunch.engine.state import ProcessState
 from colcon_yamllaunch.engine.tasks import RefusedError
 from colcon_yamllaunch.terminal.attachment import Attachment
-from colcon_yamllaunch.terminal.board import Board
 from colcon_yamllaunch.terminal.key_meanings import cannot_be_typed_at
 from colcon_yamllaunch.terminal.keys import Act
 from colcon_yamllaunch.terminal.keys import DOWN
 from colcon_yamllaunch.terminal.keys import Keys
+from colcon_yamllaunch.terminal.status_model import StatusModel
 
 if TYPE_CHECKING:
     # few launches are asked
@@ -32,14 +34,14 @@ class KeyActs:
     def __init__(
         self,
         acts: Acts,
-        board: Board,
+        model: StatusModel,
         keys: Keys,
         attachment: Attachment,
         show: Callable[[Iterable[str]], None],
         page: Callable[[str, str | None], None],
     ) -> None:
         self._acts = acts
-        self._board = board
+        self._model = model
         self._keys = keys
         self._attachment = attachment
         self._show = show
@@ -48,8 +50,8 @@ class KeyActs:
     def do(self, act: Act) -> None:
         """Do something with a process or component."""
         label = act.label
-        row = self._board.row(label)
-        if act.action in ('stop', 'kill') and row and row.phase in DOWN:
+        part = self._model.part(label)
+        if act.action in ('stop', 'kill') and part and part.condition in DOWN:
             self._keys.tell(f'{label} does not run')
         try:
             match act.action:
@@ -99,9 +101,9 @@ class KeyActs:
         self._show(description_lines(told))
 
     def _no_keyboard(self, label: str) -> str:
-        row = self._board.row(label)
+        part = self._model.part(label)
         return cannot_be_typed_at(
             label,
-            is_process=row is None or row.is_process,
-            runs=bool(row and row.group),
+            is_process=not isinstance(part, ComponentState),
+            runs=isinstance(part, ProcessState) and part.pid is not None,
         )

@@ -12,9 +12,9 @@ from typing import Any
 from typing import Literal
 
 from colcon_yamllaunch.common.frozen import dataclass
+from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.observers.line_filter import Filtering
 from colcon_yamllaunch.observers.log_levels import Level
-from colcon_yamllaunch.terminal.board import Board
 from colcon_yamllaunch.terminal.input_line import InputLine
 from colcon_yamllaunch.terminal.key_decoder import KeyDecoder
 from colcon_yamllaunch.terminal.key_meanings import FOR_ALL
@@ -26,6 +26,7 @@ from colcon_yamllaunch.terminal.keyboard import ESCAPE
 from colcon_yamllaunch.terminal.keyboard import ESCAPE_NAME
 from colcon_yamllaunch.terminal.name_search import matching
 from colcon_yamllaunch.terminal.status_block import View
+from colcon_yamllaunch.terminal.status_model import StatusModel
 
 #: What is done with one process.
 Action = OneAction | Literal['detach']
@@ -84,18 +85,18 @@ class Keys:
     """
     Makes commands of what is typed.
 
-    :param board: Has the processes
+    :param model: Has the processes
     :param names_of: Returns further names of a process by its label
     :param can_type_at: Tells whether a process takes keys now, by its label
     """
 
     def __init__(
         self,
-        board: Board,
+        model: StatusModel,
         names_of: Callable[[str], Iterable[str]],
         can_type_at: Callable[[str], bool],
     ) -> None:
-        self._board = board
+        self._model = model
         self._names_of = names_of
         self._can_type_at = can_type_at
         self._decoder = KeyDecoder()
@@ -252,7 +253,7 @@ class Keys:
         if self._chosen is not None:
             return f'{self._meant_by_keys(self._chosen)}  Esc none'
         first, rest = _HINT.split('  ', 1)
-        if self._board.errors:
+        if self._model.state.errors:
             rest = rest.replace('q stop', 'E errors  q stop')
         if self.can_watch:
             rest = rest.replace('q stop', 'w watch  q stop')
@@ -261,16 +262,16 @@ class Keys:
 
     def _meant_by_keys(self, label: str) -> str:
         """Return what keys mean for a process as it is now."""
-        row = self._board.row(label)
-        is_down = row is not None and row.phase in DOWN
+        part = self._model.part(label)
+        is_down = part is not None and part.condition in DOWN
         left_out: set[OneAction] = set()
         if is_down:
             left_out |= {'stop', 'kill'}
-        if row is not None and not row.is_process:
+        if isinstance(part, ComponentState):
             left_out |= {'kill', 'attach', 'mute', 'only', 'debug'}
         if is_down or not self._can_type_at(label):
             left_out.add('attach')
-        if self._board.stopping:
+        if self._model.state.stopping:
             left_out |= {'restart', 'debug'}
         words: dict[OneAction, str] = {}
         if is_down:
@@ -287,7 +288,8 @@ class Keys:
 
     def _process_keys(self) -> str:
         """Return the keys of the processes, in short."""
-        keys = [row.key for row in self._board.rows if row.key]
+        given = self._model.keys
+        keys = [given[p.label] for p in self._model.parts if p.label in given]
         if len(keys) < 2:
             return ''.join(keys)
         return f'{keys[0]}-{keys[-1]}'
@@ -333,13 +335,13 @@ class Keys:
                     else 'lines have their time from now on'
                 )
             case 'M':
-                labels = {r.label for r in self._board.rows if r.is_process}
+                labels = {p.label for p in self._model.state.processes}
                 is_quiet = labels <= filtering.muted
                 muted = frozenset(() if is_quiet else labels)
                 self._filter(muted=muted)
             case 'w':
                 yield 'watch'
-            case 'E' if not self._board.errors:
+            case 'E' if not self._model.state.errors:
                 self._note = 'no build has failed'
             case 'E':
                 yield 'errors'
@@ -354,7 +356,7 @@ class Keys:
                     self._note = 'all is shown again'
                 self.filtering = Filtering(times=filtering.times)
             case _:
-                label = self._board.label_of(key)
+                label = self._model.label_of(key)
                 if label is not None:
                     self._chosen = label
                 elif key in _ACTIONS or key in ('m', 'o'):
@@ -372,11 +374,11 @@ class Keys:
     # for one
 
     def _press_for_one(self, label: str, key: str) -> Iterator[Command]:
-        row = self._board.row(label)
+        part = self._model.part(label)
         self._chosen = None
-        if row is None:
+        if part is None:
             return
-        if key in ('m', 'o') and not row.is_process:
+        if key in ('m', 'o') and isinstance(part, ComponentState):
             self._note = only_its_container_writes(label)
         elif key == 'm':
             self._filter(muted=self.filtering.muted ^ {label})
@@ -388,8 +390,8 @@ class Keys:
             yield 'help'
         elif key in _ACTIONS:
             yield Act(_ACTIONS[key], label)
-        elif self._board.label_of(key) is not None:
-            self._chosen = self._board.label_of(key)
+        elif self._model.label_of(key) is not None:
+            self._chosen = self._model.label_of(key)
         elif key in _FOR_ALL:
             yield from self._press_for_all(key)
         elif key == 'q':
@@ -442,9 +444,8 @@ class Keys:
         """Return the labels that are meant, the best first."""
         before = self._names
         self._names = {
-            row.label: before.get(row.label)
-            or (row.label, *self._names_of(row.label))
-            for row in self._board.rows
+            label: before.get(label) or (label, *self._names_of(label))
+            for label in self._model.state.by_label
         }
         return matching(self._line.text, self._names)
 

@@ -18,11 +18,11 @@ from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.output.writer import Writer
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.observers.display import Display
 from colcon_yamllaunch.observers.display import is_same_terminal
 from colcon_yamllaunch.observers.screen import Screen
-from colcon_yamllaunch.plan.plan import Plan
 
 if TYPE_CHECKING:
     from colcon_yamllaunch.terminal.local_attachment import LocalAttachment
@@ -49,7 +49,7 @@ class OwnTerminal:
     def __init__(
         self,
         show: events.Listener,
-        plan: Plan,
+        state: LaunchState,
         display: Display,
         screen: Screen,
         guard: GuardLink,
@@ -71,7 +71,7 @@ class OwnTerminal:
             self.show = self._attachment.handle
         if has_status:
             self._session = _session(
-                plan,
+                state,
                 display,
                 screen,
                 guard,
@@ -106,7 +106,7 @@ def _attachment(
 
 
 def _session(
-    plan: Plan,
+    state: LaunchState,
     display: Display,
     screen: Screen,
     guard: GuardLink,
@@ -128,7 +128,7 @@ def _session(
         # what would be shown of keys would be in the block
         keyboard = Keyboard(display.descriptor, takes_keys=False)
     return TerminalSession(
-        plan.entries,
+        state,
         display.writer,
         screen,
         guard,

@@ -13,15 +13,15 @@ from colcon_yamllaunch.common.printable import one_line
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.outcome import signal_name
-from colcon_yamllaunch.terminal.board import Board
-from colcon_yamllaunch.terminal.board import Countdown
-from colcon_yamllaunch.terminal.board import is_between_states
-from colcon_yamllaunch.terminal.board import is_settled
-from colcon_yamllaunch.terminal.board import Phase
-from colcon_yamllaunch.terminal.board import Row
+from colcon_yamllaunch.engine.state import Condition
+from colcon_yamllaunch.engine.state import Countdown
+from colcon_yamllaunch.engine.state import LaunchState
+from colcon_yamllaunch.engine.state import Part
+from colcon_yamllaunch.engine.state import UNKNOWN
 from colcon_yamllaunch.terminal.cells import cut
 from colcon_yamllaunch.terminal.cells import cut_inside
 from colcon_yamllaunch.terminal.cells import width
+from colcon_yamllaunch.terminal.status_model import StatusModel
 
 #: Lines that the block takes at most.
 MAXIMUM_LINES = 4
@@ -56,7 +56,7 @@ _HEALTHY = 2
 @dataclass(frozen=True, slots=True)
 class _Look:
     """
-    How a phase looks.
+    How a condition looks.
 
     :param sign: In a terminal that has more than ASCII
     :param plain_sign: In one that has not
@@ -72,8 +72,8 @@ class _Look:
     rank: int = _HEALTHY
 
 
-#: How each phase looks.
-LOOKS: dict[Phase, _Look] = {
+#: How each condition looks.
+LOOKS: dict[Condition, _Look] = {
     'waiting': _Look('○', '.', _DIM, _DIM),
     'starting': _Look('◌', ':', _YELLOW),
     'running': _Look('●', '*', _GREEN),
@@ -156,7 +156,7 @@ class Block:
 
 
 def block_of(
-    board: Board,
+    model: StatusModel,
     view: View,
     style: Style,
     now: float,
@@ -165,7 +165,7 @@ def block_of(
     """
     Return the status block.
 
-    :param now: The time by the clock of the board
+    :param now: The time by the clock of the launch
     :param waits_for: What the launch waits for, in one line
     """
     # the first column has the cursor, and the last is left free
@@ -176,7 +176,7 @@ def block_of(
         return _block([*lines, _painted(view.hint, _DIM, style)], style)
     typing = view.prompt is not None
     told = _told(view, style, columns, max(1, style.lines - typing - 1))
-    news = _news(board, view, style, now, waits_for)
+    news = _news(model.state, view, style, now, waits_for)
     if told and width(tail := _SPACE.join(('', *news))) <= columns - width(
         told[-1]
     ):
@@ -187,12 +187,12 @@ def block_of(
         news = [] if told else news
     hint = '' if told or typing else view.hint
     rows = style.lines - len(told) - bool(news or hint) - typing
-    if style.lines == 1 and not (typing or told or board.stopping):
+    if style.lines == 1 and not (typing or told or model.state.stopping):
         # the states matter more than what comes next
         news, hint, rows = [], '', 1
     lines = []
     if rows > 0:
-        lines += _processes(board, view, style, columns, rows)
+        lines += _processes(model, view, style, columns, rows)
     lines += told
     room = style.lines - len(lines) - typing
     lines += _last_lines(_SPACE.join(news), hint, style, columns, room)
@@ -210,11 +210,11 @@ def block_of(
     return Block((*block.lines, line), (len(block.lines), column))
 
 
-def next_change(board: Board, now: float) -> float | None:
+def next_change(state: LaunchState, now: float) -> float | None:
     """Return when the block is another one though nothing has happened."""
-    if board.changed is not None and not board.stopping:
-        return now + 1.0 - (now - board.changed) % 1.0
-    countdown = board.countdown
+    if state.changed is not None and not state.stopping:
+        return now + 1.0 - (now - state.changed) % 1.0
+    countdown = state.countdown
     if countdown is None or countdown.event.next_signal is None:
         return None
     return next_second(countdown.due, now) if countdown.due > now else None
@@ -236,23 +236,23 @@ def _block(lines: Iterable[str], style: Style) -> Block:
 
 
 def _processes(
-    board: Board, view: View, style: Style, columns: int, count: int
+    model: StatusModel, view: View, style: Style, columns: int, count: int
 ) -> list[str]:
     """Return lines with all processes, or with those that matter most."""
-    rows = board.rows
+    parts = model.parts
     shortest = 4
-    is_few = len(rows) <= FEW_PROCESSES
+    is_few = len(parts) <= FEW_PROCESSES
     named = count if is_few else min(count, NAMED_LINES)
     # what cannot fit is not even tried
-    if len(rows) * shortest <= named * (columns + len(_GAP)):
-        lines = _packed([_chip(r, view, style) for r in rows], columns)
+    if len(parts) * shortest <= named * (columns + len(_GAP)):
+        lines = _packed([_chip(p, model, view, style) for p in parts], columns)
         if len(lines) <= named:
             return lines
-    ordered = sorted(rows, key=lambda row: _rank(row, view, board))
+    ordered = sorted(parts, key=lambda part: _rank(part, model, view))
     healthy = (True, _HEALTHY)
-    notable = sum(_rank(row, view, board) < healthy for row in ordered)
+    notable = sum(_rank(part, model, view) < healthy for part in ordered)
     most = min(notable, count * columns // shortest)
-    chips = [_chip(row, view, style) for row in ordered[:most]]
+    chips = [_chip(p, model, view, style) for p in ordered[:most]]
     best: list[str] = []
     for has_words in (True, False):
         low, high = 0, most
@@ -273,43 +273,41 @@ def _measured(text: str) -> _Chip:
     return text, width(text)
 
 
-def _rank(row: Row, view: View, board: Board) -> tuple[bool, int, int]:
-    rank = LOOKS[row.phase].rank
-    if row.cpu or (row.phase == 'running' and row.failure):
+def _rank(part: Part, model: StatusModel, view: View) -> tuple[bool, int, int]:
+    condition = part.condition
+    rank = LOOKS[condition].rank
+    if part.label in model.cpu or (condition == 'running' and part.failure):
         rank = min(rank, 1)
-    if row.phase == 'stopping' and board.stopping:
+    if condition == 'stopping' and model.state.stopping:
         rank = _HEALTHY
-    return row.label != view.chosen, rank, -row.turn
+    return part.label != view.chosen, rank, -part.turn
 
 
-def _chip(row: Row, view: View, style: Style) -> _Chip:
+def _chip(part: Part, model: StatusModel, view: View, style: Style) -> _Chip:
     """Return what is shown of one process."""
-    phase = row.phase
-    if phase == 'running' and is_between_states(row):
-        phase = 'starting'
-    look = LOOKS[phase]
+    condition, label = part.condition, part.label
+    look = LOOKS[condition]
     sign = look.plain_sign if style.ascii else look.sign
-    text = one_line(row.label)
+    text = one_line(label)
     text_colour = look.text_colour
-    if row.label in view.muted or (view.only and row.label not in view.only):
+    if label in view.muted or (view.only and label not in view.only):
         text = f'({text})'
         text_colour = text_colour or _DIM
     details = []
-    if row.starts > 1:
-        details.append(
-            (f'×{row.starts - 1}', _RED if row.failure else _YELLOW)
-        )
-    if row.cpu:
-        details.append((f'{row.cpu * 100:.0f}%', _YELLOW))
-    if row.lifecycle not in ('', 'active'):
-        details.append((row.lifecycle, _YELLOW))
-    if row.failure and (phase != 'running' or not row.starts > 1):
-        details.append((row.failure, _RED))
+    if part.restarts:
+        colour = _RED if part.failure else _YELLOW
+        details.append((f'×{part.restarts}', colour))
+    if label in model.cpu:
+        details.append((f'{model.cpu[label] * 100:.0f}%', _YELLOW))
+    if part.lifecycle not in (None, UNKNOWN, 'active'):
+        details.append((part.lifecycle or '', _YELLOW))
+    if part.failure and not (condition == 'running' and part.restarts):
+        details.append((part.failure, _RED))
     words = [(sign, look.colour), (text, text_colour), *details]
-    if row.key:
-        words.insert(0, (row.key, _BOLD))
+    if label in model.keys:
+        words.insert(0, (model.keys[label], _BOLD))
     plain = ' '.join(word for word, _ in words)
-    if row.label != view.chosen:
+    if label != view.chosen:
         painted = ' '.join(_painted(word, c, style) for word, c in words)
         return painted, width(plain)
     if style.color:
@@ -318,17 +316,17 @@ def _chip(row: Row, view: View, style: Style) -> _Chip:
 
 
 def _rest(
-    rows: Iterable[Row], style: Style, *, has_words: bool
+    parts: Iterable[Part], style: Style, *, has_words: bool
 ) -> list[_Chip]:
     """Count those that are not named."""
-    counts = Counter(row.phase for row in rows)
+    counts = Counter(part.condition for part in parts)
     chips = []
-    for phase, look in LOOKS.items():
-        if counts[phase]:
+    for condition, look in LOOKS.items():
+        if counts[condition]:
             sign = look.plain_sign if style.ascii else look.sign
             sign = _painted(sign, look.colour, style)
-            word = f' {phase}' if has_words else ''
-            chips.append(_measured(f'{sign} {counts[phase]}{word}'))
+            word = f' {condition}' if has_words else ''
+            chips.append(_measured(f'{sign} {counts[condition]}{word}'))
     return chips
 
 
@@ -384,25 +382,25 @@ def _told(view: View, style: Style, columns: int, count: int) -> list[str]:
 
 
 def _news(
-    board: Board, view: View, style: Style, now: float, waits_for: str
+    state: LaunchState, view: View, style: Style, now: float, waits_for: str
 ) -> list[str]:
     news = []
-    if board.stopping:
-        text = _stopping(board.countdown, now)
+    if state.stopping:
+        text = _stopping(state.countdown, now)
         if width(text) > style.columns - 2:
             # it was told when it began
             text = text.replace(_HURRIES, '')
         news.append(_painted(text, _YELLOW, style))
     else:
-        watched = board.watched
-        if watched is not None and not is_settled(watched):
+        watched = state.change
+        if watched is not None and not watched.is_final:
             text = _watched(watched, style)
-            if board.changed is not None and now >= board.changed + 1.0:
-                text = f'{math.floor(now - board.changed)} s {text}'
+            if state.changed is not None and now >= state.changed + 1.0:
+                text = f'{math.floor(now - state.changed)} s {text}'
             news.append(text)
         if waits_for:
             news.append(one_line(waits_for))
-        if watched is not None and is_settled(watched):
+        if watched is not None and watched.is_final:
             news.append(_watched(watched, style))
     if view.filter:
         news.append(_painted(one_line(view.filter), _YELLOW, style))
@@ -427,7 +425,7 @@ def _stopping(countdown: Countdown | None, now: float) -> str:
 
 def _watched(event: events.Watched | events.Checked, style: Style) -> str:
     failed = event.severity != 'INFO'
-    if not is_settled(event):
+    if not event.is_final:
         sign, colour = '…', _YELLOW
     elif failed:
         sign, colour = LOOKS['failed'].sign, _ALARM

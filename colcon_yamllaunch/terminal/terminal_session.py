@@ -24,14 +24,13 @@ from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.engine import Engine
 from colcon_yamllaunch.engine.exit_conditions import ExitConditions
 from colcon_yamllaunch.engine.output.channels import size_of
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.stopping.guard_link import GuardLink
 from colcon_yamllaunch.observers.line_filter import LineFilter
 from colcon_yamllaunch.observers.log_levels import FORMAT
 from colcon_yamllaunch.observers.screen import Screen
-from colcon_yamllaunch.plan.plan import Entry
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.terminal.attachment import Attachment
-from colcon_yamllaunch.terminal.board import Board
 from colcon_yamllaunch.terminal.cpu_shares import CpuShares
 from colcon_yamllaunch.terminal.foot import Foot
 from colcon_yamllaunch.terminal.key_acts import KeyActs
@@ -49,6 +48,7 @@ from colcon_yamllaunch.terminal.status_block import MAXIMUM_LINES
 from colcon_yamllaunch.terminal.status_block import next_change
 from colcon_yamllaunch.terminal.status_block import Style
 from colcon_yamllaunch.terminal.status_block import View
+from colcon_yamllaunch.terminal.status_model import StatusModel
 from colcon_yamllaunch.terminal.waits import waits
 from colcon_yamllaunch.terminal.watched_keyboard import WatchedKeyboard
 
@@ -74,7 +74,7 @@ class TerminalSession:
     """
     Has the terminal of a launch, as long as that is in its foreground.
 
-    :param entries: Those of the plan
+    :param state: The state of the launch
     :param foot: Writes to the terminal
     :param screen: Shows what happens, by `foot`
     :param guard: Is told of the terminal
@@ -89,7 +89,7 @@ class TerminalSession:
 
     def __init__(
         self,
-        entries: Iterable[Entry],
+        state: LaunchState,
         foot: Foot,
         screen: Screen,
         guard: GuardLink,
@@ -103,14 +103,14 @@ class TerminalSession:
         attach: str | None = None,
     ) -> None:
         #: What the block tells.
-        self.board = Board(entries, clock)
+        self.model = StatusModel(state)
         self._foot = foot
         self._screen = screen
         self._environment = environment
         self._filter = LineFilter(
             color=color, is_ascii=is_plain, form_of=self._form_of
         )
-        self._keys = Keys(self.board, self._names_of, self._can_type_at)
+        self._keys = Keys(self.model, self._names_of, self._can_type_at)
         self._attachment = Attachment(self._keys, screen, attach)
         # when an Esc has been a key
         self._escape_due: float | None = None
@@ -129,7 +129,7 @@ class TerminalSession:
         self._show: events.Listener = screen.handle
         self._shares = CpuShares()
         self._next_look = clock() + LOOK_INTERVAL
-        self._drawn_version = 0
+        self._drawn_version = (-1, 0)
         self._is_active = False
         # whether the cursor is in the block
         self._is_typing = False
@@ -152,7 +152,7 @@ class TerminalSession:
         self._engine = engine
         self._acts = KeyActs(
             acts,
-            self.board,
+            self.model,
             self._keys,
             self._attachment,
             self._tell,
@@ -197,8 +197,7 @@ class TerminalSession:
             # what was told last is in the way now
             self._keys.tell('')
         self._attachment.before(event)
-        self.board.handle(event)
-        if self.board.version != self._drawn_version:
+        if self.model.version != self._drawn_version:
             self._foot.touch()
         if self._is_active and isinstance(event, events.StillRunning):
             # the block counts down
@@ -287,7 +286,9 @@ class TerminalSession:
         import textwrap
 
         width = max(2, columns) - 1
-        lines = (one_line(line.expandtabs()) for line in self.board.errors)
+        lines = (
+            one_line(line.expandtabs()) for line in self.model.state.errors
+        )
         return [part for line in lines for part in textwrap.wrap(line, width)]
 
     def _tell(self, lines: Iterable[str]) -> None:
@@ -366,13 +367,14 @@ class TerminalSession:
             return None, now + FOREGROUND_INTERVAL
         if self._escape_due is not None and now >= self._escape_due:
             self._do(self._keys.settle())
-        board = self.board
+        model, state = self.model, self.model.state
         if now >= self._next_look:
-            groups, shares = self._groups_here(board)
+            groups = state.groups()
             pause = max(LOOK_INTERVAL, LOOK_SHARE * len(groups))
             self._next_look = now + pause
-            board.take_cpu({**shares, **self._shares.look(groups, now)})
-        self._drawn_version = board.version
+            shares = self._shares.look(groups, now)
+            model.measure({**self._shares_elsewhere(), **shares})
+        self._drawn_version = model.version
         size = size_of(self._foot.descriptor)
         style = Style(
             size.columns,
@@ -383,7 +385,7 @@ class TerminalSession:
         )
         waits_for, until = '', None
         if self._engine is not None:
-            is_idle = not board.groups()
+            is_idle = all(p.pid is None for p in state.processes)
             waits_for, until = waits(
                 self._engine, self._conditions, now, is_idle=is_idle
             )
@@ -397,30 +399,24 @@ class TerminalSession:
             changes = None if self._engine is None else self._engine.changes
             self._keys.can_watch = changes is not None
             view = self._keys.view(view.live)
-        block = block_of(board, view, style, now, waits_for)
+        block = block_of(model, view, style, now, waits_for)
         is_typing = block.cursor is not None
         if is_typing != self._is_typing:
             self._is_typing = is_typing
             self._guard.typing(is_typing)
         times = (
             self._next_look,
-            next_change(board, now),
+            next_change(state, now),
             until,
             self._escape_due,
             next_modes,
         )
         return block, min(time for time in times if time is not None)
 
-    def _groups_here(
-        self, board: Board
-    ) -> tuple[Mapping[str, int], Mapping[str, float]]:
-        """Return the groups of this machine, and the shares on others."""
-        groups = board.groups()
+    def _shares_elsewhere(self) -> Mapping[str, float]:
+        """Return what processes on other machines take of a processor."""
         elsewhere = None if self._engine is None else self._engine.elsewhere
-        if elsewhere is None:
-            return groups, {}
-        here = {k: g for k, g in groups.items() if not elsewhere.has(k)}
-        return here, elsewhere.cpu_shares()
+        return {} if elsewhere is None else elsewhere.cpu_shares()
 
     def _live(self) -> tuple[str, ...]:
         """Return the lines of output that may still change."""

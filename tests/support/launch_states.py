@@ -13,6 +13,7 @@ from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.engine.state import ProcessState
+from colcon_yamllaunch.plan.plan import Entry
 
 ABOUT = About('my_pkg demo.yaml', 'my_pkg', '/ws/demo.yaml', '/ws')
 
@@ -40,6 +41,13 @@ def component_state(
     }
     state = ComponentState(label, **{**known, **more})
     state.condition = more.get('condition', _condition_of(state))
+    return state
+
+
+def planned_state(*entries: Entry, now: float = 100.0) -> LaunchState:
+    """Return a launch of which nothing has been started yet."""
+    state = LaunchState(ABOUT, clock=lambda: now)
+    state.expect(entries)
     return state
 
 

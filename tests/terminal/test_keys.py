@@ -14,15 +14,16 @@ from colcon_yamllaunch.observers.log_levels import Level
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
-from colcon_yamllaunch.terminal.board import Board
 from colcon_yamllaunch.terminal.keys import Act
 from colcon_yamllaunch.terminal.keys import help_lines
 from colcon_yamllaunch.terminal.keys import Keys
 from colcon_yamllaunch.terminal.keys import Typed
+from colcon_yamllaunch.terminal.status_model import StatusModel
 from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
 import pytest
+from support.launch_states import planned_state
 
 PLACE = Position('/ws/demo.yaml', 14, 5)
 NAMES = {'kitchen': ('thermometer.py-1',)}
@@ -34,8 +35,8 @@ def yes(_):
 
 def keys_of(*labels):
     entries = [Process(n, ('true',), PLACE, '/') for n in labels]
-    board = Board(entries, lambda: 0.0)
-    return Keys(board, lambda label: NAMES.get(label, ()), yes)
+    model = StatusModel(planned_state(*entries))
+    return Keys(model, lambda label: NAMES.get(label, ()), yes)
 
 
 @pytest.fixture
@@ -120,15 +121,17 @@ def test_what_is_long_is_shown_page_by_page(keys):
 
 def test_the_errors_of_the_last_build_are_shown_if_there_are_any():
     entry = Process('a', ('true',), PLACE, '/')
-    board = Board([entry], lambda: 0.0)
-    keys = Keys(board, lambda _: (), yes)
+    model = StatusModel(planned_state(entry))
+    keys = Keys(model, lambda _: (), yes)
     assert typed(keys, 'E') == []
     assert keys.view().note == 'no build has failed'
-    board.handle(Watched('a.cpp changed: the build failed', True, 'a.cpp:1\n'))
+    model.state.apply(
+        Watched('a.cpp changed: the build failed', True, 'a.cpp:1\n')
+    )
     # which neither another change nor one that fails without a word is
-    board.handle(Watched('b.py changed: restarted b'))
-    board.handle(Watched('c.py changed: could not start c', True))
-    assert board.errors == ('a.cpp changed: the build failed', 'a.cpp:1')
+    model.state.apply(Watched('b.py changed: restarted b'))
+    model.state.apply(Watched('c.py changed: could not start c', True))
+    assert model.state.errors == ('a.cpp changed: the build failed', 'a.cpp:1')
     assert typed(keys, 'E') == ['errors']
     assert 'E errors' in keys.view().hint
 
@@ -183,7 +186,8 @@ def test_only_one(keys):
 
 def test_a_component_writes_by_its_container():
     component = Component('part', 'box', 'a::B', 'part', PLACE)
-    keys = Keys(Board([component], lambda: 0.0), lambda _: (), yes)
+    model = StatusModel(planned_state(component))
+    keys = Keys(model, lambda _: (), yes)
     for key in 'mo':
         assert typed(keys, f'1{key}') == []
         assert 'container' in keys.view().note
@@ -232,8 +236,8 @@ def test_all_is_shown_again(keys):
 
 
 def test_the_hint_is_about_now(process):
-    board = Board([process('a'), process('b')], lambda: 0.0)
-    keys = Keys(board, lambda _: (), yes)
+    model = StatusModel(planned_state(process('a'), process('b')))
+    keys = Keys(model, lambda _: (), yes)
     assert '? help  1-2 choose  / search' in keys.view().hint
     assert 'w watch' not in keys.view().hint
     keys.can_watch = True
@@ -241,18 +245,20 @@ def test_the_hint_is_about_now(process):
     typed(keys, '1m1o1')
     assert 'm unmute  o all' in keys.view().hint
     assert 's stop  r restart  k kill  a attach' in keys.view().hint
-    board.handle(Started(process('b'), 7))
-    board.handle(Exited(process('b'), 7, Outcome(code=3), 1.0, False, True))
+    model.state.apply(Started(process('b'), 7))
+    model.state.apply(
+        Exited(process('b'), 7, Outcome(code=3), 1.0, False, True)
+    )
     typed(keys, '2')
     assert keys.view().hint.startswith('r start  m mute  o only  d debug')
-    board.handle(ShuttingDown('interrupted'))
+    model.state.apply(ShuttingDown('interrupted'))
     assert keys.view().hint.startswith('m mute  o only  l log')
 
 
 def test_the_hint_has_what_is_possible(process):
     component = Component('part', 'box', 'a::B', 'part', PLACE)
-    board = Board([process('a'), component], lambda: 0.0)
-    keys = Keys(board, lambda _: (), lambda _: False)
+    model = StatusModel(planned_state(process('a'), component))
+    keys = Keys(model, lambda _: (), lambda _: False)
     typed(keys, '1')
     hint = keys.view().hint
     assert hint.startswith('s stop  r restart  k kill  m mute  o only')
@@ -410,10 +416,10 @@ def test_a_process_is_attached_within_what_was_typed(keys):
 
 
 def test_a_chosen_process_that_is_dropped(process):
-    board = Board([process('kitchen')], lambda: 0.0)
-    keys = Keys(board, lambda _: (), yes)
+    model = StatusModel(planned_state(process('kitchen')))
+    keys = Keys(model, lambda _: (), yes)
     typed(keys, '1')
-    board.handle(Dropped(process('kitchen')))
+    model.state.apply(Dropped(process('kitchen')))
     assert typed(keys, 's') == []
 
 

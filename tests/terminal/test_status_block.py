@@ -8,13 +8,14 @@ from signal import SIGINT
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.terminal.board import Board
 from colcon_yamllaunch.terminal.cells import width
 from colcon_yamllaunch.terminal.status_block import block_of
 from colcon_yamllaunch.terminal.status_block import next_change
 from colcon_yamllaunch.terminal.status_block import Style
 from colcon_yamllaunch.terminal.status_block import View
+from colcon_yamllaunch.terminal.status_model import StatusModel
 import pytest
+from support.launch_states import planned_state
 
 COLOURS = re.compile(r'\x1b\[[0-9;]*m')
 BAD = Outcome(code=3)
@@ -26,9 +27,9 @@ def board(process):
     """Return a function that makes the board of a launch."""
 
     def make(*labels):
-        made = Board([process(label) for label in labels], lambda: 100.0)
+        made = StatusModel(planned_state(*map(process, labels)))
         for pid, label in enumerate(labels, 100):
-            made.handle(events.Started(process(label), pid))
+            made.state.apply(events.Started(process(label), pid))
         return made
 
     return make
@@ -40,7 +41,7 @@ def fails(process):
 
     def fail(board, label, again=None):
         event = events.Exited(process(label), 7, BAD, 1.0, False, True, again)
-        board.handle(event)
+        board.state.apply(event)
 
     return fail
 
@@ -63,9 +64,9 @@ def test_the_state_of_each(board, process, fails):
     one = board('a', 'b', 'c', 'd')
     fails(one, 'b')
     fails(one, 'c', again=1.0)
-    one.handle(events.Started(process('c'), 300))
-    one.handle(events.StateChanged(process('d'), '/d', 'inactive', None))
-    one.take_cpu({'a': 1.5})
+    one.state.apply(events.Started(process('c'), 300))
+    one.state.apply(events.StateChanged(process('d'), '/d', 'inactive', None))
+    one.measure({'a': 1.5})
     assert lines(one) == [
         ' 1 ● a 150%  2 ✗ b exit 3  3 ● c ×1  4 ● d inactive'
     ]
@@ -104,7 +105,9 @@ def test_many_that_run_are_counted(board, process, fails):
     for columns in (40, 80, 120, 200):
         assert lines(one, columns) == [' ● 60 running']
     fails(one, 'node_7')
-    one.handle(events.Signalled(process('node_8'), 7, SIGINT, group=False))
+    one.state.apply(
+        events.Signalled(process('node_8'), 7, SIGINT, group=False)
+    )
     assert lines(one) == [' 8 ✗ node_7 exit 3  9 ◍ node_8  ● 58 running']
     # few are named
     assert lines(board('front', 'back', 'left', 'right'), 20) == [
@@ -115,14 +118,14 @@ def test_many_that_run_are_counted(board, process, fails):
     some = board(*(f'node_{n}' for n in range(12)))
     assert len(lines(some, 80)) == 2
     assert lines(some, 70) == [' ● 12 running']
-    one.handle(events.ShuttingDown('interrupted'))
+    one.state.apply(events.ShuttingDown('interrupted'))
     assert lines(one)[0] == ' 8 ✗ node_7 exit 3  ◍ 59 stopping'
 
 
 def test_news_leave_room_for_the_keys(board):
     one = board('a')
     news = 'double.py changed: restarted my_double (0.21 s)'
-    one.handle(events.Watched(news))
+    one.state.apply(events.Watched(news))
     view = View(hint='? help  / search  L level  q stop')
     keys = f' {view.hint}'
     assert lines(one, 120, view)[1:] == [f' ✓ {news}   {view.hint}']
@@ -158,8 +161,8 @@ def test_what_failed_or_changed_comes_first(board, process, fails):
     ended = events.Exited(
         process('node_120'), 7, Outcome(code=0), 1.0, False, False
     )
-    one.handle(ended)
-    one.take_cpu({'node_170': 0.9})
+    one.state.apply(ended)
+    one.measure({'node_170': 0.9})
     assert lines(one, 40, lines=3) == [
         ' ✗ node_150 exit 3  ● node_170 90%',
         ' ● 197 running  ✓ 1 ended',
@@ -193,38 +196,42 @@ def test_who_is_not_shown_is_in_parentheses(board):
 
 def test_the_countdown_of_stopping(board):
     one = board('a', 'b')
-    one.handle(events.ShuttingDown('interrupted'))
+    one.state.apply(events.ShuttingDown('interrupted'))
     assert lines(one)[-1] == ' stopping (Ctrl-C hurries)'
-    one.handle(events.StillRunning(('a', 'b'), 1, 2, 15, 3.5))
+    one.state.apply(events.StillRunning(('a', 'b'), 1, 2, 15, 3.5))
     assert lines(one)[-1] == (
         ' stopping, SIGTERM in 4 s (Ctrl-C hurries): a, b, 1 timer'
     )
     narrow = lines(one, 40)[-1]
     assert narrow == ' stopping, SIGTERM in 4 s: a, b, 1 tim…'
     # it is another text in half a second, and then each second
-    assert next_change(one, 100.0) == pytest.approx(100.5)
-    assert next_change(one, 100.5) == pytest.approx(101.5)
-    assert next_change(one, 104.0) is None
+    assert next_change(one.state, 100.0) == pytest.approx(100.5)
+    assert next_change(one.state, 100.5) == pytest.approx(101.5)
+    assert next_change(one.state, 104.0) is None
 
 
 def test_the_last_result_of_the_watch(board):
     one = board('a')
-    one.handle(events.Watched('no.py: nothing uses it', is_final=False))
+    one.state.apply(events.Watched('no.py: nothing uses it', is_final=False))
     assert lines(one)[-1] == ' … no.py: nothing uses it'
-    assert next_change(one, 100.0) is None
-    one.handle(events.Changed(('double.py',)))
-    one.handle(events.Watched('double.py changed: building', is_final=False))
+    assert next_change(one.state, 100.0) is None
+    one.state.apply(events.Changed(('double.py',)))
+    one.state.apply(
+        events.Watched('double.py changed: building', is_final=False)
+    )
     assert lines(one)[-1] == ' … double.py changed: building'
-    assert next_change(one, 100.0) == pytest.approx(101.0)
+    assert next_change(one.state, 100.0) == pytest.approx(101.0)
     assert lines(one, now=102.5)[-1] == ' 2 s … double.py changed: building'
-    assert next_change(one, 102.5) == pytest.approx(103.0)
-    one.handle(events.Watched('double.py changed: restarted a (0.21 s)'))
+    assert next_change(one.state, 102.5) == pytest.approx(103.0)
+    one.state.apply(events.Watched('double.py changed: restarted a (0.21 s)'))
     assert lines(one)[-1] == ' ✓ double.py changed: restarted a (0.21 s)'
-    assert next_change(one, 103.0) is None
+    assert next_change(one.state, 103.0) is None
     # which it is also when nothing follows from another one
-    one.handle(events.Watched('off: what is saved waits', is_paused=True))
+    one.state.apply(events.Watched('off: what is saved waits', is_paused=True))
     assert 'off' not in lines(one)[1]
-    one.handle(events.Watched('double.py changed: it failed', failed=True))
+    one.state.apply(
+        events.Watched('double.py changed: it failed', failed=True)
+    )
     assert lines(one)[-1] == ' ✗ double.py changed: it failed'
     assert lines(one, 20)[-1] == ' ✗ double.py chang…'
 
@@ -308,7 +315,7 @@ def test_a_low_terminal_has_little(board):
     noted = View(note='no such key', hint='? help')
     (line,) = lines(one, lines=1, view=noted)
     assert line.startswith(' no such key')
-    one.handle(events.ShuttingDown('interrupted'))
+    one.state.apply(events.ShuttingDown('interrupted'))
     assert lines(one, lines=1) == [' stopping (Ctrl-C hurries)']
 
 

@@ -17,9 +17,9 @@ from colcon_yamllaunch.engine.state import ComponentState
 from colcon_yamllaunch.engine.state import Condition
 from colcon_yamllaunch.engine.state import Part
 from colcon_yamllaunch.engine.state import ProcessState
-from colcon_yamllaunch.terminal.board import MUCH_CPU
 from colcon_yamllaunch.terminal.full_screen.launch_model import LaunchModel
 from colcon_yamllaunch.terminal.status_block import LOOKS
+from colcon_yamllaunch.terminal.status_model import MUCH_CPU
 
 #: The colour of each.
 _STYLES: Mapping[Condition, str] = {
