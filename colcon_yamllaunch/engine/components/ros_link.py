@@ -11,24 +11,18 @@ ours. Messages are JSON objects, one a line.
 from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
-from contextlib import suppress
 import glob
-import json
 import os
 from pathlib import Path
-import signal
-import time
+from typing import Any
 
 from colcon_yamllaunch.engine import events
 from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.components.composition import Composition
+from colcon_yamllaunch.engine.helper_process import HelperProcess
 from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.engine.outcome import Outcome
-from colcon_yamllaunch.engine.output.json_pipes import JsonPipes
-from colcon_yamllaunch.engine.process.children import has_ended
 from colcon_yamllaunch.engine.process.pythons import pythons
-from colcon_yamllaunch.engine.process.restarts import Restarts
-from colcon_yamllaunch.engine.process.spawn import StartError
 from colcon_yamllaunch.plan.plan import Plan
 from colcon_yamllaunch.plan.plan import Timer
 
@@ -69,17 +63,16 @@ class RosLink:
         log: Path | None,
     ) -> None:
         self._environment = environment
-        self._pipes = JsonPipes(loop, self._take, log)
         self._start = start
         self._emit = emit
-        self._restarts = Restarts(loop, self.start)
+        self._process = HelperProcess(
+            loop, self._spawn, self._take, self._lost, log
+        )
         self._packages = needed_packages(plan)
         self._pythons = pythons(environment.get('PATH', os.defpath))
         self._python = self._first_found = 0
         #: The components and lifecycle nodes of the launch.
-        self.composition = Composition(plan, self._pipes.send, emit, loop)
-        #: The process group of the client, or 0 while there is none.
-        self.pid = 0
+        self.composition = Composition(plan, self._process.send, emit, loop)
         #: Whether the environment has the needed packages.
         self.is_found = are_beside(
             self._packages, self._pythons[0], environment
@@ -91,7 +84,11 @@ class RosLink:
         #: Why no launch is possible in this environment, if any reason.
         self.error: str | None = None
         self._is_ready = False
-        self._is_wanted = True
+
+    @property
+    def pid(self) -> int:
+        """The process group of the client, or 0 while there is none."""
+        return self._process.pid
 
     def expect(self, more: Plan, *, is_late: bool) -> None:
         """
@@ -105,58 +102,35 @@ class RosLink:
         self.is_found |= is_late
 
     def start(self) -> None:
-        """Start the client; it comes up while the caller goes on."""
-        self._restarts.begin()
-        self._is_ready = False
-        streams = self._pipes.open()
-        try:
-            python = self._pythons[self._python]
-            argv = [python, str(PROGRAM), *self._packages]
-            self.pid = self._start(argv, streams)
-        except StartError as reason:
-            self._pipes.close()
-            self._lost(f'could not be started: {reason}')
-        finally:
-            for descriptor in streams:
-                os.close(descriptor)
+        """Start the client, without waiting until it is ready."""
+        self._process.start()
 
     def ended(self, outcome: Outcome) -> None:
         """Handle the end of the client."""
-        # its last messages count
-        self._take()
-        self._pipes.close()
-        self.pid = 0
-        if self._is_wanted and self.error is None:
-            self._lost(str(outcome), was_killed=outcome.signal is not None)
+        self._process.ended(outcome)
 
     def hang_up(self) -> None:
         """Let the client end, as no requests follow."""
-        self._restarts.cancel()
-        self._is_wanted = False
-        self._pipes.close()
+        self._process.stop()
 
     def close(self) -> None:
         """End the client, at the latest after a moment."""
-        self.hang_up()
-        if not self.pid:
-            return
-        deadline = time.monotonic() + limits.CLIENT_PATIENCE
-        while not has_ended(self.pid) and time.monotonic() < deadline:
-            time.sleep(0.002)
-        with suppress(ProcessLookupError, PermissionError):
-            # with the processes that it started
-            os.killpg(self.pid, signal.SIGKILL)
-        with suppress(ChildProcessError):
-            os.waitpid(self.pid, 0)
-        self.pid = 0
+        self._process.close(limits.CLIENT_PATIENCE)
 
-    def _lost(self, ending: str, *, was_killed: bool = False) -> None:
+    def _spawn(self, streams: tuple[int, int, int]) -> int:
+        self._is_ready = False
+        python = self._pythons[self._python]
+        return self._start([python, str(PROGRAM), *self._packages], streams)
+
+    def _lost(self, ending: str, was_killed: bool) -> None:
         """
         Handle that there is no client; start another one, or give up.
 
         :param was_killed: Whether a signal ended it, so that its Python may
           be right all the same
         """
+        if self.error is not None:
+            return
         was_ready = self._is_ready
         self._is_ready = False
         self.composition.client_died()
@@ -164,16 +138,16 @@ class RosLink:
         if not (was_ready or was_killed or is_last):
             # another Python may find what this one cannot import
             self._python += 1
-            self._restarts.plan_at_once()
+            self._process.restart_now()
             return
         if not was_ready and not was_killed:
             self._python = self._first_found
         if not self.is_found:
             self.error = f'the ROS client {ending}{self._last_words()}'
             return
-        if not self._restarts.plan():
+        if not self._process.restart_later():
             self.composition.client_given_up(
-                f'the ROS client ended {self._restarts.ends} times, at last '
+                f'the ROS client ended {self._process.ends} times, at last '
                 f'it {ending}{self._last_words()}'
             )
             return
@@ -181,29 +155,18 @@ class RosLink:
         self._emit(events.Warned(text))
 
     def _last_words(self) -> str:
-        last = self._pipes.last_line()
+        last = self._process.last_line()
         return f': {last}' if last else ''
 
-    def _take(self) -> None:
-        """Handle the messages of the client."""
-        for line in self._pipes.read():
-            self._take_line(line)
-        if self._pipes.is_at_end:
-            with suppress(ProcessLookupError, PermissionError):
-                os.killpg(self.pid, signal.SIGKILL)
-
-    def _take_line(self, line: bytes) -> None:
-        try:
-            message = json.loads(line)
-        except (ValueError, RecursionError):
-            return
+    def _take(self, message: dict[str, Any]) -> None:
+        """Handle a message of the client."""
         match message:
             case {'event': 'found', 'missing': [*missing]}:
                 self._found([str(name) for name in missing])
             case {'event': 'ready'}:
                 self._is_ready = True
                 self.composition.take(message)
-            case dict():
+            case _:
                 self.composition.take(message)
 
     def _found(self, missing: list[str]) -> None:

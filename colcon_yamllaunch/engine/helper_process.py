@@ -1,0 +1,200 @@
+# Copyright 2026 The colcon-yamllaunch authors
+# Licensed under the Apache License, Version 2.0
+
+"""Helper processes of a launch, which get requests and send messages."""
+
+from collections.abc import Callable
+from collections.abc import Mapping
+from contextlib import suppress
+import json
+import os
+from pathlib import Path
+import signal
+import time
+from typing import Any
+
+from colcon_yamllaunch.engine import limits
+from colcon_yamllaunch.engine.loop import Loop
+from colcon_yamllaunch.engine.loop import TimerHandle
+from colcon_yamllaunch.engine.outcome import Outcome
+from colcon_yamllaunch.engine.process.children import has_ended
+from colcon_yamllaunch.engine.process.descriptors import open_log
+from colcon_yamllaunch.engine.process.spawn import StartError
+
+#: Starts a process with standard streams; returns its process group.
+Spawn = Callable[[tuple[int, int, int]], int]
+
+
+class HelperProcess:
+    """
+    A process that serves the launch.
+
+    Requests and messages are JSON objects, one a line, on its standard input
+    and output. It ends with its input, so it does not outlive the launcher.
+    Its owner restarts it after pauses, each twice as long as the one before,
+    a few times in a row. Nothing here blocks, except :meth:`close`.
+
+    :param spawn: Starts it
+    :param handle: Is called with each message
+    :param lost: Is called when it could not be started or has ended, with the
+      predicate of a sentence, and whether a signal ended it
+    :param log: The file for its standard error, or None
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        spawn: Spawn,
+        handle: Callable[[dict[str, Any]], object],
+        lost: Callable[[str, bool], object],
+        log: Path | None,
+    ) -> None:
+        self._loop = loop
+        self._spawn = spawn
+        self._handle = handle
+        self._lost = lost
+        self._log = log
+        #: Its process ID and process group, or 0 while it does not run.
+        self.pid = 0
+        #: How often it has ended in a row.
+        self.ends = 0
+        self._is_wanted = True
+        self._started_at = 0.0
+        self._restart: TimerHandle | None = None
+        self._input = self._output = -1
+        self._unsent = self._unread = b''
+
+    def start(self) -> None:
+        """Start it, without waiting until it is ready."""
+        self._cancel_restart()
+        self._started_at = self._loop.time()
+        its_input, self._input = os.pipe()
+        self._output, its_output = os.pipe()
+        streams = its_input, its_output, open_log(self._log)
+        os.set_blocking(self._input, False)
+        os.set_blocking(self._output, False)
+        self._loop.add_reader(self._output, self._read)
+        try:
+            self.pid = self._spawn(streams)
+        except StartError as e:
+            self._close_pipes()
+            self._lost(f'could not be started: {e}', False)
+        finally:
+            for descriptor in streams:
+                os.close(descriptor)
+
+    def send(self, request: Mapping[str, Any]) -> None:
+        """Send a request, if it runs."""
+        if self._input != -1:
+            self._unsent += json.dumps(request).encode() + b'\n'
+            self._write()
+
+    def ended(self, outcome: Outcome) -> None:
+        """Note that it has ended, and was reaped."""
+        # its last messages count
+        self._read()
+        self._close_pipes()
+        self.pid = 0
+        if self._is_wanted:
+            self._lost(str(outcome), outcome.signal is not None)
+
+    def restart_later(self) -> bool:
+        """Start it again after a pause; return False if it ends too often."""
+        if self._loop.time() - self._started_at > limits.CLIENT_STEADY:
+            self.ends = 0
+        self.ends += 1
+        if self.ends > limits.CLIENT_RESTARTS:
+            return False
+        pause = limits.SHORTEST_PAUSE * 2.0 ** (self.ends - 1)
+        self._cancel_restart()
+        self._restart = self._loop.call_later(pause, self.start)
+        return True
+
+    def restart_now(self) -> None:
+        """Start it again without a pause, as another program."""
+        self._restart = self._loop.call_soon(self.start)
+
+    def stop(self) -> None:
+        """Close its input, so that it ends, and do not start it again."""
+        self._cancel_restart()
+        self._is_wanted = False
+        self._close_pipes()
+
+    def close(self, timeout: float = 0.0) -> None:
+        """
+        End it, and wait for that.
+
+        :param timeout: Seconds until it is killed with all that it started
+        """
+        self.stop()
+        if not self.pid:
+            return
+        deadline = time.monotonic() + timeout
+        while not has_ended(self.pid) and time.monotonic() < deadline:
+            time.sleep(0.002)
+        self._kill()
+        with suppress(ChildProcessError):
+            os.waitpid(self.pid, 0)
+        self.pid = 0
+
+    def last_line(self) -> str:
+        """Return the last line of its log, and where that is."""
+        if self._log is None:
+            return ''
+        with suppress(OSError):
+            text = self._log.read_bytes()[-limits.TAIL_BYTES :]
+            lines = text.decode(errors='replace').split('\n')
+            last = next((s for s in reversed(lines) if s.strip()), '')
+            return f'{last.strip()}; see {self._log}' if last else ''
+        return ''
+
+    def _cancel_restart(self) -> None:
+        if self._restart is not None:
+            self._restart.cancel()
+            self._restart = None
+
+    def _read(self) -> None:
+        while self._output != -1:
+            try:
+                data = os.read(self._output, limits.READ_SIZE)
+            except BlockingIOError:
+                return
+            if not data:
+                # it has ended, or closed its output for good
+                self._loop.remove_reader(self._output)
+                self._kill()
+                return
+            *lines, self._unread = (self._unread + data).split(b'\n')
+            for line in lines:
+                try:
+                    message = json.loads(line)
+                except (ValueError, RecursionError):
+                    continue
+                if isinstance(message, dict):
+                    self._handle(message)
+
+    def _write(self) -> None:
+        try:
+            while self._unsent:
+                count = os.write(self._input, self._unsent)
+                self._unsent = self._unsent[count:]
+        except BlockingIOError:
+            self._loop.add_writer(self._input, self._write)
+            return
+        except OSError:
+            # its end is noticed soon
+            self._unsent = b''
+        self._loop.remove_writer(self._input)
+
+    def _kill(self) -> None:
+        if self.pid:
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self.pid, signal.SIGKILL)
+
+    def _close_pipes(self) -> None:
+        for descriptor in (self._input, self._output):
+            if descriptor != -1:
+                self._loop.remove(descriptor)
+                os.close(descriptor)
+        self._input = self._output = -1
+        self._unsent = self._unread = b''
