@@ -220,11 +220,10 @@ def run_plan(
         state.expect(whole.entries)
         is_elsewhere = _nowhere if elsewhere is None else elsewhere.has
         failures = Failures(
-            log_files,
+            state,
             _adviser(
                 environment, owner_of, buffering, parameters_of, is_elsewhere
             ),
-            is_elsewhere,
         )
         terminal = OwnTerminal(
             present(presentation, screen, whole, display, stack),
@@ -411,7 +410,7 @@ def _finish(
     writer.flush()
     missed = conditions.failures()
     ended = events.Ended(
-        failures.exit_code or int(bool(missed or writer.error)),
+        int(bool(engine.state.has_failed or missed or writer.error)),
         (*failures.summary(), *(f'failed: {text}' for text in missed)),
         failures.reports(),
         conditions.verdicts(),

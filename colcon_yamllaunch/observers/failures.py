@@ -4,7 +4,6 @@
 """What failed in a launch, and the closing lines about it."""
 
 from collections.abc import Callable
-from collections.abc import Mapping
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,15 +12,11 @@ from colcon_yamllaunch.engine import limits
 from colcon_yamllaunch.engine.output.lines import bare
 from colcon_yamllaunch.engine.output_modes import SHOWN
 from colcon_yamllaunch.engine.process.core_dumps import find_core_dump
+from colcon_yamllaunch.engine.state import Failure
+from colcon_yamllaunch.engine.state import LaunchState
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
 
-Failure = (
-    events.Exited
-    | events.StartFailed
-    | events.LoadFailed
-    | events.TransitionFailed
-)
 #: Returns the package that has a Python module and that another package does
 #: not declare, or None; it gets the module and that other package.
 OwnerOf = Callable[[str, str | None], str | None]
@@ -29,47 +24,31 @@ OwnerOf = Callable[[str, str | None], str | None]
 
 class Failures:
     """
-    Listens for failures, and keeps the last output of each process.
+    Reports what failed in a launch, with the last output of each process.
 
-    A failure is forgotten when its process is started again, its component
-    loaded after all, or its lifecycle node activated. None is once the launch
-    stops: a machine may start a process again until it is told to stop.
-
-    :param log_files: The log file of a process by its label, if it has one
+    :param state: The state of the launch, which says what failed
     :param advise: Returns the way out of a failure, if it tells one; it gets
       the last lines that the process wrote
-    :param is_elsewhere: Tells whether a process, by its label, runs on
-      another machine, where no core dump is looked for
     """
 
     def __init__(
         self,
-        log_files: Mapping[str, Path],
+        state: LaunchState,
         advise: Callable[[events.Exited, Sequence[str]], str | None] = (
             lambda _event, _tail: None
         ),
-        is_elsewhere: Callable[[str], bool] = lambda _label: False,
     ) -> None:
+        self._state = state
         self._advise = advise
-        self._is_elsewhere = is_elsewhere
-        self._log_files = log_files
-        self._failures: dict[str, Failure] = {}
         self._tails: dict[str, bytes] = {}
         self._core_dumps: dict[str, str | None] = {}
-        # what failed that is no process, component or node
-        self._others: list[str] = []
-        # machines that are gone, with what is to be told of that
-        self._gone: dict[str, str] = {}
-        self._lost: list[events.Exited] = []
-        self._left_behind: dict[tuple[str, int], events.LeftBehind] = {}
         # how many lines of ours were shown after the last output of a
         # process, in all and until something was told about whom
         self._lines_after = 0
         self._told: dict[str, int] = {}
-        self._is_stopping = False
 
     def handle(self, event: events.Event) -> None:
-        """Listen to an event."""
+        """Listen to an event, which the state has applied."""
         self._lines_after += len(event.lines())
         match event:
             case events.Output():
@@ -77,89 +56,55 @@ class Failures:
                 if event.stream in SHOWN[event.process.output]:
                     self._lines_after = 0
                     self._told = {event.process.label: 0}
-            case events.ShuttingDown():
-                self._is_stopping = True
-            case events.Dropped():
-                self._forget(event.process.label)
             case events.Started():
-                self._forget(event.process.label)
                 self._tails.pop(event.process.label, None)
-            case events.Exited(outcome=outcome) if outcome.lost:
-                # that the machine is gone is said once
-                if not event.asked:
-                    self._lost.append(event)
-            case events.Exited(failed=True) | events.StartFailed():
-                self._failures[event.process.label] = event
-                self._look_for_core_dump(event)
-                self._note_reason(event)
-            case events.LoadFailed():
-                self._failures[event.component.label] = event
-                self._note_reason(event)
-            case events.Loaded():
-                self._forget(event.component.label)
+            case events.Exited(failed=True, outcome=outcome):
+                if not outcome.lost:
+                    self._look_for_core_dump(event)
+            case events.StartFailed():
+                self._core_dumps.pop(event.process.label, None)
+                self._told[event.process.label] = self._lines_after
             case events.TransitionFailed():
-                # that its process failed says more
-                self._failures.setdefault(event.process.label, event)
-                self._note_reason(event)
-            case events.StateChanged(state='active'):
-                self._forget(event.process.label)
-            case events.RosLost():
-                self._others.append(event.reason)
-            case events.HostLost():
-                self._others.append(event.text)
-            case events.MachineGone():
-                self._gone[event.machine] = event.text
-            case events.LinkBack(machine=name) if not self._is_stopping:
-                self._gone.pop(name, None)
-                self._lost = [e for e in self._lost if e.outcome.lost != name]
-            case events.PlanFailed():
-                self._others.append(event.problems[0])
-            case events.LeftBehind():
-                key = event.process.label, event.pid
-                self._left_behind[key] = event
+                self._told[event.process.label] = self._lines_after
+            case events.LoadFailed():
+                self._told[event.component.label] = self._lines_after
             case _:
                 return
 
     @property
-    def exit_code(self) -> int:
-        """1 if something failed, else 0."""
-        failed = self._failures or self._left_behind or self._all_others
-        return int(bool(failed))
-
-    @property
-    def _all_others(self) -> list[str]:
-        return [*self._others, *self._gone.values()]
+    def _others(self) -> list[str]:
+        return [*self._state.problems, *self._state.gone.values()]
 
     def reports(self) -> tuple[events.FailureReport, ...]:
         """Return what is known of each process that failed, in order."""
-        reports = [self._report(f) for f in self._failures.values()]
+        state = self._state
+        reports = [self._report(f) for f in state.failures.values()]
         reports += [
             events.FailureReport(
                 event.process,
                 f'{event.process.label} cannot be stopped, not even by '
                 f'SIGKILL; pid {event.pid} is left behind',
             )
-            for event in self._left_behind.values()
+            for event in state.left_behind.values()
         ]
         reports += [
             events.FailureReport(
                 event.process,
                 f'{event.process.label} was {event.outcome}',
                 tuple(self._tail(event.process.label)),
-                self._log_files.get(event.process.label),
+                self._log_file(event.process.label),
             )
-            for event in self._lost
+            for event in state.lost
         ]
-        others = self._all_others
-        reports += [events.FailureReport(None, text) for text in others]
+        reports += [events.FailureReport(None, text) for text in self._others]
         return tuple(reports)
 
     def summary(self) -> tuple[str, ...]:
         """Return the lines that name the first failure and those after it."""
-        others = tuple(f'failed: {text}' for text in self._all_others)
-        if not self._failures:
+        others = tuple(f'failed: {text}' for text in self._others)
+        if not self._state.failures:
             return others
-        first, *following = self._failures.values()
+        first, *following = self._state.failures.values()
         label = _owner(first).label
         report = self._report(first)
         lines = [f'failed: {self._description(first)}']
@@ -175,10 +120,6 @@ class Failures:
         lines += [f'then failed: {self._description(f)}' for f in following]
         return (*lines, *others)
 
-    def _forget(self, label: str) -> None:
-        if not self._is_stopping:
-            self._failures.pop(label, None)
-
     def _report(self, failure: Failure) -> events.FailureReport:
         if not isinstance(failure, events.Exited):
             text = _what_failed(failure)
@@ -189,7 +130,7 @@ class Failures:
             process,
             _what_failed(failure),
             tail,
-            self._log_files.get(process.label),
+            self._log_file(process.label),
             self._advise(failure, tail),
         )
 
@@ -200,10 +141,6 @@ class Failures:
             what = what.removesuffix(f': {_reason(failure)}')
         return f'{what} (from {position})'
 
-    def _note_reason(self, failure: Failure) -> None:
-        if _reason(failure) is not None:
-            self._told[_owner(failure).label] = self._lines_after
-
     def _stands_above(self, failure: Failure) -> bool:
         """Tell whether what would be told stands right above already."""
         told = self._told.get(_owner(failure).label)
@@ -211,19 +148,19 @@ class Failures:
             told is not None and self._lines_after - told <= limits.TAIL_LINES
         )
 
-    def _look_for_core_dump(
-        self, event: events.Exited | events.StartFailed
-    ) -> None:
-        found = None
-        is_here = not self._is_elsewhere(event.process.label)
-        if (
-            isinstance(event, events.Exited)
-            and event.outcome.core_dumped
-            and is_here
-        ):
-            cwd = event.process.cwd
-            found = find_core_dump(event.pid, cwd, event.seconds)
-        self._core_dumps[event.process.label] = found
+    def _look_for_core_dump(self, event: events.Exited) -> None:
+        label = event.process.label
+        part = self._state.by_label.get(label)
+        is_here = part is None or part.machine is None
+        self._core_dumps[label] = (
+            find_core_dump(event.pid, event.process.cwd, event.seconds)
+            if event.outcome.core_dumped and is_here
+            else None
+        )
+
+    def _log_file(self, label: str) -> Path | None:
+        log = self._state.log_files.get(label)
+        return None if log is None else Path(log)
 
     def _keep(self, event: events.Output) -> None:
         label = event.process.label
