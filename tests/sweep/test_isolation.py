@@ -48,7 +48,7 @@ def network() -> None:
 
 
 @pytest.mark.usefixtures('network')
-def test_a_network_of_ones_own() -> None:
+def test_a_process_can_enter_its_own_network() -> None:
     outside = socket.create_server(('127.0.0.1', 0))
     port = outside.getsockname()[1]
     uid = os.getuid()
@@ -93,7 +93,7 @@ def test_a_process_ends_with_its_parent() -> None:
         time.sleep(0.02)
 
 
-def test_a_guard_by_fork_is_called_otherwise() -> None:
+def test_forked_guard_does_not_name_us_in_ps() -> None:
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     guards = ForkedGuards()
     pid = guards.begin(its.fileno(), f'{1:016x}')
@@ -119,7 +119,7 @@ def test_a_guard_by_fork_is_called_otherwise() -> None:
     assert status == 0
 
 
-def test_a_guard_serves_one_launch_after_the_other() -> None:
+def test_forked_guard_serves_several_launches() -> None:
     guards = ForkedGuards()
     try:
         first = GuardLink(f'{1:016x}', guards)
@@ -139,7 +139,7 @@ def test_a_guard_serves_one_launch_after_the_other() -> None:
         os.waitpid(guards.pid, 0)
 
 
-def test_the_ports_of_all_are_free_for_dds() -> None:
+def test_dds_ports_of_all_domains_are_free() -> None:
     """The default port mapping of RTPS, and Linux's ephemeral ports."""
     for number in DOMAIN_IDS:
         # those of 45 participants
@@ -149,7 +149,7 @@ def test_the_ports_of_all_are_free_for_dds() -> None:
         assert not set(ports) & set(range(32768, 61000))
 
 
-def test_nobody_has_the_same(tmp_path: Path) -> None:
+def test_concurrent_runs_get_different_domains(tmp_path: Path) -> None:
     environment = {'TMPDIR': str(tmp_path), 'ROS_DOMAIN_ID': '7'}
     ids = DomainIds(environment, shared=True)
     taken = {ids.reserve() for _ in range(ids.count)}
@@ -166,7 +166,7 @@ def test_nobody_has_the_same(tmp_path: Path) -> None:
     ids.close()
 
 
-def test_in_networks_of_their_own_there_are_enough(tmp_path: Path) -> None:
+def test_separate_networks_may_share_domains(tmp_path: Path) -> None:
     ids = DomainIds({'TMPDIR': str(tmp_path)}, shared=False)
     taken = [ids.reserve() for _ in range(300)]
     assert None not in taken
@@ -174,7 +174,7 @@ def test_in_networks_of_their_own_there_are_enough(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_folder_of_somebody_else_is_not_used(tmp_path: Path) -> None:
+def test_domains_work_without_a_lock_folder(tmp_path: Path) -> None:
     ids = DomainIds({'TMPDIR': str(tmp_path / 'missing')}, shared=True)
     assert ids.reserve() == 1
     assert ids.reserve() == 2

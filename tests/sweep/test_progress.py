@@ -57,7 +57,7 @@ def shown(
     return Shown(folder, Tty() if tty else io.StringIO(), runs, quiet=quiet)
 
 
-def test_lines_now_and_then_without_a_terminal(tmp_path: Path) -> None:
+def test_progress_without_a_terminal_is_some_lines(tmp_path: Path) -> None:
     one = shown(tmp_path)
     one.progress.began(2)
     for one.now in range(30):
@@ -72,7 +72,7 @@ def test_lines_now_and_then_without_a_terminal(tmp_path: Path) -> None:
     ]
 
 
-def test_one_line_drawn_anew_in_a_terminal(
+def test_progress_on_a_terminal_is_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv('TERM', 'xterm')
@@ -91,7 +91,7 @@ def test_one_line_drawn_anew_in_a_terminal(
     )
 
 
-def test_some_failures_are_shown(tmp_path: Path) -> None:
+def test_only_the_first_failures_are_shown(tmp_path: Path) -> None:
     one = shown(tmp_path, runs=40, quiet=True)
     one.done(*range(1, 41), failed=True)
     one.progress.tick()
@@ -100,7 +100,7 @@ def test_some_failures_are_shown(tmp_path: Path) -> None:
     assert lines[-1] == 'more that fail are in results.csv'
 
 
-def test_hostile_texts_do_no_harm(tmp_path: Path) -> None:
+def test_control_characters_in_reasons_are_escaped(tmp_path: Path) -> None:
     one = shown(tmp_path)
     result = RunResult(1, 'failed', 'a\x1b[2Jb\nc')
     one.progress.done(one.table.runs[0], result)
@@ -108,7 +108,7 @@ def test_hostile_texts_do_no_harm(tmp_path: Path) -> None:
     assert '\x1b' not in one.text()
 
 
-def test_a_stream_that_is_gone(tmp_path: Path) -> None:
+def test_progress_on_a_closed_stream_is_ignored(tmp_path: Path) -> None:
     one = shown(tmp_path)
     one.stream.close()
     one.done(1, failed=True)

@@ -5,15 +5,12 @@
 
 from html.parser import HTMLParser
 from itertools import pairwise
-import math
 import re
 
 from colcon_yamllaunch.sweep.plots import histogram
 from colcon_yamllaunch.sweep.plots import number_text
 from colcon_yamllaunch.sweep.plots import Point
 from colcon_yamllaunch.sweep.plots import scatter
-from colcon_yamllaunch.sweep.plots import share_bar
-from colcon_yamllaunch.sweep.plots import ticks
 from colcon_yamllaunch.sweep.report_page import report_page
 from colcon_yamllaunch.sweep.results import RunResult
 from colcon_yamllaunch.sweep.results import SweepDefinition
@@ -82,7 +79,7 @@ def page_of(
     return report_page(definition, results, log_of, 0.0)
 
 
-def test_what_a_page_shows() -> None:
+def test_page_has_shares_plots_failures_and_logs() -> None:
     table = run_table({'seed': '1..30', 'world': 'lab,street'})
     results = {
         run.number: RunResult(
@@ -128,20 +125,6 @@ def test_repeats_have_mean_and_spread() -> None:
     assert 'class="mean"' not in page
 
 
-def test_a_share_of_nothing_has_no_bar() -> None:
-    bars = [share_bar(part) for part in (0.0, 0.5)]
-    assert [re.findall('class="good" width="([^"]+)', b) for b in bars] == [
-        *(['0.00'], ['50.00'])
-    ]
-    assert 'class="bad"' not in ''.join(bars)
-
-
-def test_a_lone_plot_is_no_larger_than_others() -> None:
-    page = page_of(run_table({'a': '1'}), {1: RunResult(1, 'succeeded')})
-    assert 'repeat(auto-fill' in page
-    assert 'repeat(auto-fit, minmax(min' not in page
-
-
 @pytest.mark.parametrize(
     'xs',
     [
@@ -151,7 +134,7 @@ def test_a_lone_plot_is_no_larger_than_others() -> None:
         [1.0, 2.0],
     ],
 )
-def test_titles_and_numbers_of_axes_do_not_overlap(xs: list[float]) -> None:
+def test_axis_labels_do_not_overlap(xs: list[float]) -> None:
     points = [Point(x, x, True, '') for x in xs]
     for plot in (histogram(xs, 'a'), scatter(points, 'a', 'b')):
         texts = re.findall(
@@ -170,7 +153,7 @@ def test_titles_and_numbers_of_axes_do_not_overlap(xs: list[float]) -> None:
             assert x + half < other - other_half
 
 
-def test_names_of_values_are_told_apart() -> None:
+def test_shortened_names_of_values_differ() -> None:
     names = [f'a_long_name_of_{end}' for end in ('one', 'two', 'three', 'x')]
     points = [Point(n, n, True, '') for n in range(len(names))]
     plot = scatter(points, 'a', 'b', names)
@@ -205,7 +188,7 @@ def test_a_page_loads_nothing() -> None:
         assert part in page
 
 
-def test_whatever_is_written_is_text() -> None:
+def test_all_texts_of_the_page_are_escaped() -> None:
     table = run_table({'a': f'{NASTY},b'})
     results = {
         1: RunResult(1, 'failed', NASTY, 1.0, {'<b>': '3'}),
@@ -220,7 +203,7 @@ def test_whatever_is_written_is_text() -> None:
     assert '\u202e' not in page
 
 
-def test_nothing_is_done_yet() -> None:
+def test_page_before_the_first_result() -> None:
     reader = read(page_of(run_table({'a': '1..3'}), {}, 'm'))
     assert 'done so far' in reader.text
     assert 'svg' not in reader.tags
@@ -238,20 +221,12 @@ def test_any_numbers_can_be_plotted(values: list[float]) -> None:
         assert 'inf"' not in plot
 
 
-@given(numbers, numbers)
-def test_ticks_are_few_and_between(a: float, b: float) -> None:
-    low, high = sorted((a, b))
-    found = ticks(low, high)
-    assert 1 <= len(found) <= 22
-    assert all(math.isfinite(t) for t in found)
-
-
-def test_numbers_as_people_write_them() -> None:
+def test_numbers_are_rounded_for_people() -> None:
     shown = [number_text(v) for v in (0.1 + 0.2, 1234.5, 5e-07, 20.0, -3.0)]
     assert shown == ['0.3', '1,234', '5e-07', '20', '-3']
 
 
-def test_many_values_are_summed_up() -> None:
+def test_many_values_are_binned_or_the_worst_remain() -> None:
     table = run_table({'seed': '1..1000'})
     results = {
         run.number: RunResult(

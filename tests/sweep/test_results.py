@@ -40,7 +40,7 @@ def definition(values: str = '1..2', **goal: str) -> SweepDefinition:
     )
 
 
-def test_the_journal_keeps_results(tmp_path: Path) -> None:
+def test_journal_restores_results(tmp_path: Path) -> None:
     path = tmp_path / 'journal.jsonl'
     journal = SweepJournal(path)
     journal.add(GOOD)
@@ -54,7 +54,7 @@ def test_the_journal_keeps_results(tmp_path: Path) -> None:
     assert list(SweepJournal(path).results) == [3]
 
 
-def test_a_line_that_is_torn_is_passed_over(tmp_path: Path) -> None:
+def test_torn_line_in_the_journal_is_ignored(tmp_path: Path) -> None:
     path = tmp_path / 'journal.jsonl'
     whole = json.dumps(to_json(GOOD)).encode() + b'\n'
     path.write_bytes(whole + b'not json\n[1]\n' + whole[:20])
@@ -65,7 +65,7 @@ def test_a_line_that_is_torn_is_passed_over(tmp_path: Path) -> None:
     assert SweepJournal(path).results == {1: GOOD, 3: BAD}
 
 
-def test_versions_of_the_code_differ_in_what_they_share(
+def test_code_versions_differ_in_shared_parts_only(
     tmp_path: Path,
 ) -> None:
     """Runs may use other files, which makes no other version."""
@@ -135,7 +135,7 @@ def test_unexpected_types_in_the_journal_are_skipped(
         max_leaves=8,
     )
 )
-def test_whatever_a_file_has_is_a_result_or_none(values: object) -> None:
+def test_any_json_is_a_result_or_none(values: object) -> None:
     result = result_from_json(values)
     assert result is None or result.run > 0
 
@@ -177,7 +177,7 @@ def test_results_as_a_table() -> None:
         ('\x1b[2J\x9b\0', '\\x1b[2J\\x9b\\x00'),
     ],
 )
-def test_no_value_of_the_table_is_run(value: str, written: str) -> None:
+def test_values_of_the_csv_are_no_formulas(value: str, written: str) -> None:
     table = run_table({'a': '1,2'})
     run = replace(table.runs[0], arguments={'a': value})
     result = RunResult(1, 'failed', value, 1.0, {'m': value})
@@ -192,13 +192,13 @@ def test_no_value_of_the_table_is_run(value: str, written: str) -> None:
 
 
 @pytest.mark.parametrize('name', ['seed', 'seconds', 'commit'])
-def test_a_metric_with_the_name_of_a_column(name: str) -> None:
+def test_metric_named_like_a_column_is_refused(name: str) -> None:
     with pytest.raises(UserError, match=f"a column '{name}' already"):
         refuse_columns_twice(['seed'], [name])
     refuse_columns_twice(['seed'], ['time'])
 
 
-def test_a_case_for_each_run() -> None:
+def test_junit_has_a_case_for_each_run() -> None:
     results = {
         1: GOOD,
         3: BAD,
@@ -231,7 +231,7 @@ def test_a_folder_is_for_one_sweep(tmp_path: Path) -> None:
     assert not said
 
 
-def test_a_folder_without_results_is_anybodys(tmp_path: Path) -> None:
+def test_folder_without_results_may_be_reused(tmp_path: Path) -> None:
     """The command may have had a mistake."""
     for values in ('1..2', '1..3'):
         ResultsFolder(tmp_path, definition(values), print).close()
@@ -241,7 +241,7 @@ def test_a_folder_without_results_is_anybodys(tmp_path: Path) -> None:
         ResultsFolder(tmp_path, definition('1..4'), print)
 
 
-def test_folders_that_cannot_be_used(tmp_path: Path) -> None:
+def test_unusable_results_folders_are_refused(tmp_path: Path) -> None:
     (tmp_path / 'thesis.tex').touch()
     with pytest.raises(UserError, match='has other files than the results'):
         ResultsFolder(tmp_path, definition(), print)
@@ -249,7 +249,7 @@ def test_folders_that_cannot_be_used(tmp_path: Path) -> None:
         ResultsFolder(tmp_path / 'thesis.tex' / 'x', definition(), print)
 
 
-def test_two_sweeps_in_one_folder(
+def test_second_sweep_in_a_folder_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(results, '_LOCK_TIMEOUT', 0.2)

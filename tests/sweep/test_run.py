@@ -21,7 +21,7 @@ def found(metric: str, *outputs: bytes) -> str | None:
     return next(iter(search.found.values()), None)
 
 
-def test_the_last_line_counts() -> None:
+def test_last_matching_line_is_the_metric() -> None:
     metric = r'time=reached after ([\d.]+) s'
     assert found(metric, b'nothing\n') is None
     assert found(metric, b'reached after 3.5 s\n') == '3.5'
@@ -29,7 +29,7 @@ def test_the_last_line_counts() -> None:
     assert found(metric, lines, b'reached after 4 s\nbye\n', b'x\n') == '4'
 
 
-def test_what_a_group_may_be() -> None:
+def test_metric_group_may_be_any_group() -> None:
     assert found('a=x=(?:on|(off)|(up))', b'x=up\n') == 'up'
     assert found('a=(.*)=', b'one=two=3\n') == 'one=two'
     assert found(r'a=^(\w+)$', b'\x1b[1mred\x1b[0m\n') == 'red'
@@ -37,7 +37,7 @@ def test_what_a_group_may_be() -> None:
     assert found(r'a=speed\s+(\d)', b'speed\n7\nspeed 8\n') == '8'
 
 
-def test_a_line_that_takes_too_long_has_no_value() -> None:
+def test_slow_regex_has_no_value() -> None:
     assert found('a=((a+)+)$', b'a' * 4000 + b'b\n') is None
 
 

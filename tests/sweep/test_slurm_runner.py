@@ -162,23 +162,20 @@ def test_options_of_sbatch() -> None:
         read_slurm_options('--on', 'slurm:-p=cpu')
 
 
-def test_an_array_is_no_larger_than_slurm_lets(tmp_path: Path) -> None:
-    case = Case(tmp_path, 25, size=10)
+def test_arrays_respect_the_maximum_array_size(tmp_path: Path) -> None:
+    case = Case(tmp_path / 'a', 25, size=10)
     case.runner().run(case.runs)
     assert [len(runs) for runs in case.slurm.submitted] == [10, 10, 5]
     assert len(case.seen.results) == 25
     assert '--array=0-4' in case.slurm.options[2]
     assert '--partition=cpu' in case.slurm.options[0]
     assert not list(case.files.done.iterdir())
+    other = Case(tmp_path / 'b', 5)
+    other.runner(jobs=2).run(other.runs)
+    assert '--array=0-4%2' in other.slurm.options[0]
 
 
-def test_jobs_at_a_time(tmp_path: Path) -> None:
-    case = Case(tmp_path, 5)
-    case.runner(jobs=2).run(case.runs)
-    assert '--array=0-4%2' in case.slurm.options[0]
-
-
-def test_what_slurm_does_not_take_is_tried_again(tmp_path: Path) -> None:
+def test_refused_submission_is_retried(tmp_path: Path) -> None:
     case = Case(tmp_path, 4, size=2)
     case.slurm.most = 1
     case.slurm.fates = {1: 'TIMEOUT'}
@@ -191,7 +188,7 @@ def test_what_slurm_does_not_take_is_tried_again(tmp_path: Path) -> None:
     assert len(case.seen.results) == 4
 
 
-def test_nothing_is_taken(tmp_path: Path) -> None:
+def test_first_refused_submission_is_an_error(tmp_path: Path) -> None:
     case = Case(tmp_path, 4)
     case.slurm.most = 0
     with pytest.raises(SlurmError, match='does not take the runs: AssocMax'):
@@ -210,7 +207,9 @@ def test_nothing_is_taken(tmp_path: Path) -> None:
         ('', 'Slurm has forgotten it'),
     ],
 )
-def test_tasks_that_fail(tmp_path: Path, state: str, reason: str) -> None:
+def test_failed_tasks_have_the_reason_of_slurm(
+    tmp_path: Path, state: str, reason: str
+) -> None:
     case = Case(tmp_path, 3)
     case.slurm.fates = {2: state}
     case.runner().run(case.runs)
@@ -219,7 +218,7 @@ def test_tasks_that_fail(tmp_path: Path, state: str, reason: str) -> None:
     assert case.seen.results[3].succeeded
 
 
-def test_what_the_task_wrote_is_told() -> None:
+def test_reason_has_the_last_line_of_the_task() -> None:
     ending = Ending('FAILED', '127:0', 'n7')
     assert 'exit code 127:0): there is no Python' in reason_of(
         ending, 'there is no Python on n7', Path('/x')
@@ -229,7 +228,7 @@ def test_what_the_task_wrote_is_told() -> None:
     )
 
 
-def test_cancelled_tasks_are_done_later(tmp_path: Path) -> None:
+def test_cancelled_tasks_have_no_result(tmp_path: Path) -> None:
     case = Case(tmp_path, 3)
     case.slurm.fates = {2: 'CANCELLED', 3: 'CANCELLED'}
     case.runner().run(case.runs)
@@ -256,7 +255,7 @@ def test_ctrl_c(tmp_path: Path) -> None:
     assert sorted(case.seen.results) == [1, 3]
 
 
-def test_what_slurm_has_is_taken_over(tmp_path: Path) -> None:
+def test_tasks_of_a_killed_sweep_are_taken_over(tmp_path: Path) -> None:
     case = Case(tmp_path, 4)
     case.files.write_arrays({7: [1, 2, 3]})
     case.files.write_result(RunResult(1, 'failed', 'it fell'))
@@ -267,7 +266,7 @@ def test_what_slurm_has_is_taken_over(tmp_path: Path) -> None:
     assert case.seen.lines == ['1 run is with Slurm already']
 
 
-def test_why_runs_wait_is_told_once(tmp_path: Path) -> None:
+def test_unusual_wait_reason_is_shown_once(tmp_path: Path) -> None:
     case = Case(tmp_path, 2)
     case.slurm.fates = {1: 'TIMEOUT', 2: 'TIMEOUT'}
     case.slurm.kept = {
@@ -295,7 +294,7 @@ def test_a_script_is_plain_sh(tmp_path: Path) -> None:
     assert os.system(f"sh -n <<'END'\n{script}END") == 0
 
 
-def test_what_slurm_sets_is_added() -> None:
+def test_task_environment_has_variables_of_slurm() -> None:
     user = {'PATH': '/bin', 'HOME': '/home/me', 'LANG': 'C'}
     sourced = {**user, 'PATH': '/ws/bin:/bin', 'AMENT_PREFIX_PATH': '/ws'}
     here = {
@@ -317,7 +316,7 @@ def test_what_slurm_sets_is_added() -> None:
     }
 
 
-def test_the_environment_is_nobody_elses(tmp_path: Path) -> None:
+def test_common_file_is_private_and_complete(tmp_path: Path) -> None:
     files = SlurmFiles(tmp_path)
     files.make()
     goal = Goal(timeout=3.0, metrics=(read_metric('--metric', 'a=(b)'),))

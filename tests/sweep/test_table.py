@@ -32,12 +32,6 @@ def test_all_combinations() -> None:
     assert table.title(table.runs[1]) == 'seed:=1 world:=street'
 
 
-def test_without_arguments_there_is_one_run() -> None:
-    table = run_table({})
-    assert [run.arguments for run in table.runs] == [{}]
-    assert table.title(table.runs[0]) == 'run 1'
-
-
 def test_repeats() -> None:
     table = run_table({'seed': '1..2'}, repeats=3)
     assert [(r.arguments['seed'], r.repeat) for r in table.runs] == [
@@ -47,7 +41,7 @@ def test_repeats() -> None:
     assert table.title(table.runs[4]) == 'seed:=2 (repeat 2)'
 
 
-def test_rows_of_a_file_with_ranges_beside() -> None:
+def test_table_rows_combine_with_ranges() -> None:
     file = parse_table('x,y,z\n1,2,0\n3,4,0\n', 'runs.csv')
     table = run_table({'seed': '7..8'}, file)
     assert [tuple(run.arguments.values()) for run in table.runs] == [
@@ -58,13 +52,13 @@ def test_rows_of_a_file_with_ranges_beside() -> None:
     assert table.varied == ('x', 'y', 'seed')
 
 
-def test_an_argument_in_both() -> None:
+def test_argument_in_table_and_command_is_refused() -> None:
     file = parse_table('x\n1\n', 'runs.csv')
     with pytest.raises(UserError, match=r"'x' is given twice: as 'x:=1..2'"):
         run_table({'x': '1..2'}, file)
 
 
-def test_too_many() -> None:
+def test_too_many_runs_are_refused() -> None:
     given = dict.fromkeys('abc', '1..1000')
     with pytest.raises(UserError, match=r'these are 1,000,000,000 runs'):
         run_table(given)
@@ -116,7 +110,7 @@ cells = st.text(
 
 
 @given(st.lists(st.tuples(cells, cells), min_size=1, max_size=9))
-def test_what_a_spreadsheet_writes_is_read(
+def test_table_from_a_spreadsheet_is_read(
     rows: list[tuple[str, str]],
 ) -> None:
     text = io.StringIO()
@@ -125,7 +119,7 @@ def test_what_a_spreadsheet_writes_is_read(
 
 
 @given(st.text(max_size=60))
-def test_whatever_is_in_it_is_a_table_or_an_error(text: str) -> None:
+def test_any_text_is_a_table_or_an_error(text: str) -> None:
     try:
         assert parse_table(text, 'x').rows
     except UserError as e:
@@ -167,7 +161,7 @@ def test_values(text: str, values: str | None) -> None:
     assert values_of('x', text) == expected
 
 
-def test_no_value_is_an_empty_one() -> None:
+def test_empty_text_is_one_empty_value() -> None:
     assert values_of('x', '') == ('',)
 
 
@@ -225,7 +219,7 @@ def test_a_range_of_whole_numbers_has_whole_numbers(a: int, b: int) -> None:
         unique=True,
     )
 )
-def test_a_list_has_what_is_written(items: list[str]) -> None:
+def test_list_has_the_written_items(items: list[str]) -> None:
     try:
         assert values_of('x', ','.join(items)) == tuple(items)
     except UserError as e:
@@ -233,7 +227,7 @@ def test_a_list_has_what_is_written(items: list[str]) -> None:
 
 
 @given(st.text(max_size=40))
-def test_whatever_is_written_is_values_or_an_error(text: str) -> None:
+def test_any_argument_is_values_or_an_error(text: str) -> None:
     try:
         assert values_of('x', text)
     except UserError as e:

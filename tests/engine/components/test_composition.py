@@ -77,7 +77,7 @@ def test_components_are_loaded_in_the_order_of_the_file(box):
     assert not failed(h)
 
 
-def test_a_request_has_all_of_the_component():
+def test_load_request_has_all_fields():
     asked = load_request(
         component(
             'a',
@@ -123,7 +123,7 @@ def test_a_request_has_all_of_the_component():
     }
 
 
-def test_a_value_that_is_no_json_fails_the_load(box):
+def test_invalid_parameter_value_fails_the_load(box):
     bad = SetParameter('n', '0x1', POSITION)
     h = begin(box(), component('a', parameters=(bad,)))
     h.ready()
@@ -133,7 +133,7 @@ def test_a_value_that_is_no_json_fails_the_load(box):
     assert '0x1' in reason
 
 
-def test_a_failed_load_leaves_the_others_alone(box):
+def test_failed_load_does_not_affect_others(box):
     h = begin(box(), component('a'), component('b'))
     h.ready('/box')
     h.answer('load', 'there is no such plugin')
@@ -145,7 +145,7 @@ def test_a_failed_load_leaves_the_others_alone(box):
     assert 'demo.yaml:7:9' in line
 
 
-def test_a_component_behind_a_timer_is_due_with_it(box):
+def test_component_in_a_timer_is_loaded_later(box):
     h = begin(box(), Timer(3.0, (component('a'),)))
     h.ready('/box')
     assert h.open('load') == []
@@ -153,7 +153,7 @@ def test_a_component_behind_a_timer_is_due_with_it(box):
     assert [r['name'] for r in h.open('load')] == ['a']
 
 
-def test_a_container_that_does_not_come_is_waited_for_ever_more_quietly(box):
+def test_missing_container_is_reported_ever_less_often(box):
     h = begin(box(), component('a'), component('b', '/far'))
     h.ready()
     h.after(4.9)
@@ -176,7 +176,7 @@ def test_a_container_that_does_not_come_is_waited_for_ever_more_quietly(box):
     assert len(warnings(h)) == count
 
 
-def test_the_launch_ends_with_its_processes_although_a_container_lacks(
+def test_launch_ends_despite_a_missing_container(
     process,
 ):
     h = begin(process('a'), component('lost', '/far'))
@@ -188,7 +188,7 @@ def test_the_launch_ends_with_its_processes_although_a_container_lacks(
     assert [label for label, _ in failed(h)] == ['lost']
 
 
-def test_a_load_that_is_under_way_is_finished_after_the_processes(process):
+def test_open_load_is_finished_after_the_processes(process):
     h = begin(process('a'), component('late', '/far'))
     h.ready('/far')
     h.exit('a')
@@ -199,7 +199,7 @@ def test_a_load_that_is_under_way_is_finished_after_the_processes(process):
     assert not failed(h)
 
 
-def test_without_processes_a_container_elsewhere_is_waited_for():
+def test_launch_without_processes_waits_for_a_container():
     h = begin(component('a', '/far'))
     h.after(3600.0)
     assert not h.supervisor.done
@@ -209,7 +209,7 @@ def test_without_processes_a_container_elsewhere_is_waited_for():
     assert h.supervisor.done
 
 
-def test_ctrl_c_drops_the_loads_silently(box):
+def test_ctrl_c_cancels_loads_silently(box):
     h = begin(box(), component('a'), component('b', '/far'))
     h.ready('/box')
     h.supervisor.stop('interrupted')
@@ -220,7 +220,7 @@ def test_ctrl_c_drops_the_loads_silently(box):
 
 
 @pytest.mark.hostile
-def test_a_container_that_dies_fails_its_open_loads_at_once(box, process):
+def test_container_that_dies_fails_its_open_loads(box, process):
     h = begin(process('other'), box(), component('a'), component('b'))
     h.ready('/box')
     h.loads(1)
@@ -284,7 +284,7 @@ def test_a_restart_of_the_container_brings_the_components_back(box):
     assert h.loads(1, 2) == ['/a', '/b']
 
 
-def test_what_was_stopped_comes_with_a_restart(box, process):
+def test_unloaded_component_is_loaded_by_a_restart(box, process):
     h = begin(process('other'), box(), component('a'))
     h.ready('/box')
     h.loads(1)
@@ -316,7 +316,7 @@ def test_a_component_is_unloaded_and_loaded_anew(box):
         h.composition.unload('b')
 
 
-def test_what_cannot_be_unloaded_stays(box):
+def test_failed_unload_keeps_the_component(box):
     h = begin(box(), component('a'))
     h.ready('/box')
     h.loads(5)
@@ -326,7 +326,7 @@ def test_what_cannot_be_unloaded_stays(box):
     assert 'a: could not be unloaded: no node found' in warnings(h)[0]
 
 
-def test_what_failed_cannot_be_stopped_whatever_its_container_does(box):
+def test_failed_component_cannot_be_unloaded(box):
     h = begin(box(), component('a'))
     h.ready('/box')
     h.answer('load', 'no such class')
@@ -337,7 +337,7 @@ def test_what_failed_cannot_be_stopped_whatever_its_container_does(box):
         h.composition.unload('a')
 
 
-def test_a_component_that_is_still_waited_for_can_be_stopped(box):
+def test_waiting_component_can_be_unloaded(box):
     h = begin(box(), component('a'), component('b'))
     h.ready()
     h.composition.unload('a')
@@ -354,7 +354,7 @@ def test_a_component_that_is_still_waited_for_can_be_stopped(box):
 
 
 @pytest.mark.hostile
-def test_another_client_asks_what_is_loaded(box):
+def test_new_client_lists_loaded_components(box):
     h = begin(box(), component('a'), component('b'), component('c'))
     h.ready('/box')
     h.loads(1)
@@ -373,7 +373,7 @@ def test_another_client_asks_what_is_loaded(box):
 
 
 @pytest.mark.hostile
-def test_a_client_before_the_container_is_there_loses_nothing(box):
+def test_client_that_dies_early_loses_no_load(box):
     h = begin(box(), component('a'))
     h.ready()
     h.asked.clear()
@@ -384,7 +384,7 @@ def test_a_client_before_the_container_is_there_loses_nothing(box):
 
 
 @pytest.mark.hostile
-def test_without_any_client_open_loads_fail(box):
+def test_open_loads_fail_without_a_client(box):
     h = begin(box(), component('a'), component('b'), Timer(9.0, ()))
     h.ready('/box')
     h.loads(1)
@@ -396,7 +396,7 @@ def test_without_any_client_open_loads_fail(box):
     assert h.supervisor.done
 
 
-def test_a_container_elsewhere_that_comes_back_gets_its_components(process):
+def test_returning_container_gets_its_components(process):
     h = begin(process('other'), component('a', '/far'))
     h.ready('/far')
     h.loads(1)
@@ -423,7 +423,7 @@ def test_containers_do_not_wait_for_one_another(box):
     assert phases(h) == ['waiting', 'loading']
 
 
-def test_a_plain_node_of_that_name_counts_as_the_container(process):
+def test_node_with_the_name_of_a_container_is_it(process):
     h = begin(process('plain', node_name='/box'), component('a'))
     assert h.composition.container_process(h.composition.task('a')).label == (
         'plain'
@@ -433,7 +433,7 @@ def test_a_plain_node_of_that_name_counts_as_the_container(process):
 
 
 @pytest.mark.hostile
-def test_an_end_that_ros_tells_first_is_the_end_of_the_process(box):
+def test_lost_container_in_ros_waits_for_its_process(box):
     h = begin(box(respawn=True), component('a'))
     h.ready('/box')
     h.answer('load', 'the container has ended')

@@ -154,7 +154,7 @@ def test_a_component_is_activated_once_it_is_loaded(process):
     activate(h, '/a')
 
 
-def test_another_client_goes_on_where_the_first_was(node):
+def test_new_client_continues_transitions(node):
     h = begin(node())
     goes(h, 'unconfigured')
     h.asked.clear()
@@ -185,7 +185,7 @@ def test_a_user_changes_the_state(node):
         h.composition.change_state('/lc', 'fly', said.append)
 
 
-def test_what_a_user_asks_for_before_there_is_a_client_waits_for_it(node):
+def test_early_request_waits_for_the_client(node):
     said = []
     h = History(node(autostart=False), node('lc-2', '/two', autostart=False))
     h.composition.change_state('lc-1', 'configure', said.append)
@@ -253,7 +253,7 @@ def test_a_component_that_is_loaded_anew_is_activated(process):
     activate(h, '/a')
 
 
-def test_what_a_node_does_because_it_ends_is_no_state_to_restore(process):
+def test_states_during_the_end_are_not_restored(process):
     h = begin(process('box-1', node_name='/box'), lifecycle_component())
     h.there('/box')
     h.loads(1)
@@ -283,7 +283,7 @@ def test_a_restarted_container_has_components_with_their_states(process):
     assert transitions(h) == []
 
 
-def test_a_node_that_is_none_is_said_to_be_waited_for(node):
+def test_node_without_lifecycle_services_is_reported(node):
     h = begin(node())
     h.after(5.1)
     (warned,) = h.happened(Warned)

@@ -92,14 +92,14 @@ def start(ros_parts: Path, environment: Environment) -> Iterator[Start]:
         container.stop(signal.SIGKILL)
 
 
-def test_it_can_be_read_by_old_pythons() -> None:
+def test_client_runs_with_python_3_8_syntax() -> None:
     # those of Humble and before
     text = Path(ros_client.__file__).read_text(encoding='utf-8')
     ast.parse(text, feature_version=(3, 8))
 
 
 @pytest.mark.full
-def test_what_is_missing_is_its_first_line_and_its_last() -> None:
+def test_client_reports_missing_packages_and_ends() -> None:
     with talking({}, ('json', 'no_such_module')) as talk:
         missing = talk.event(event='found')['missing']
         assert missing == ['no_such_module']
@@ -107,7 +107,9 @@ def test_what_is_missing_is_its_first_line_and_its_last() -> None:
         assert talk.lines == []
 
 
-def test_why_ros_does_not_start_is_told(environment: Environment) -> None:
+def test_client_reports_a_failed_start_of_ros(
+    environment: Environment,
+) -> None:
     strange = environment | {'ROS_DOMAIN_ID': 'mine'}
     with talking(strange, ('rclpy',)) as talk:
         text = talk.event(event='trouble')['text']
@@ -249,7 +251,7 @@ def test_container_that_is_late_dies_and_comes_back(
     assert talk.answer(slow) == ended
 
 
-def test_what_a_cancelled_load_brings_is_unloaded(
+def test_component_of_a_cancelled_load_is_unloaded(
     talk: Talk, start: Start
 ) -> None:
     start()
@@ -303,7 +305,7 @@ def test_states_are_followed_and_changed(talk: Talk, start: Start) -> None:
     assert not any(one.get('node') == '/other' for one in talk.lines)
 
 
-def test_answers_that_are_lost_are_found_out(talk: Talk, start: Start) -> None:
+def test_outcome_of_a_lost_answer_is_found(talk: Talk, start: Start) -> None:
     start('loses:=load_node')
     for number, loses in enumerate(['change_state', 'get_state'], 1):
         name = f'lc{number}'
@@ -320,7 +322,7 @@ def test_answers_that_are_lost_are_found_out(talk: Talk, start: Start) -> None:
     assert talk.result('list', container='/box')['nodes'] == nodes
 
 
-def test_clock_is_told_not_too_often(talk: Talk, start: Start) -> None:
+def test_clock_events_are_limited(talk: Talk, start: Start) -> None:
     assert talk.result('clock') == {'ok': True}
     start()
     assert talk.answer(talk.load('Ticking'))['ok']

@@ -62,7 +62,7 @@ def box(monkeypatch: pytest.MonkeyPatch) -> Box:
     return made
 
 
-def test_calls_wait_and_go_one_after_the_other(box: Box) -> None:
+def test_ordered_calls_are_sent_one_by_one(box: Box) -> None:
     box.asked(1)
     box.asked(2)
     assert box.is_unsettled
@@ -78,7 +78,7 @@ def test_calls_wait_and_go_one_after_the_other(box: Box) -> None:
     assert len(box.sent) == 2
 
 
-def test_a_server_that_is_not_connected_yet_is_looked_at_again(
+def test_unconnected_server_is_checked_again(
     box: Box,
 ) -> None:
     box.graph.is_ready = False
@@ -90,7 +90,7 @@ def test_a_server_that_is_not_connected_yet_is_looked_at_again(
     assert box.told == [True]
 
 
-def test_one_that_is_connected_before_it_is_named_gets_a_call_once(
+def test_server_named_late_gets_a_call_once(
     box: Box,
 ) -> None:
     box.asked(1)
@@ -105,7 +105,7 @@ def test_one_that_is_connected_before_it_is_named_gets_a_call_once(
     assert box.answers == {1: ENDED}
 
 
-def test_one_that_says_good_bye_fails_its_call_only(box: Box) -> None:
+def test_server_that_leaves_fails_its_own_call_only(box: Box) -> None:
     box.asked(1)
     box.asked(2)
     box.has(7)
@@ -116,7 +116,7 @@ def test_one_that_says_good_bye_fails_its_call_only(box: Box) -> None:
     assert box.sent == ['load 1', 'load 2']
 
 
-def test_one_that_has_ended_is_ignored_while_it_is_visible(box: Box) -> None:
+def test_ended_server_is_ignored_while_visible(box: Box) -> None:
     box.asked(1)
     box.has(7)
     box.lose()
@@ -135,7 +135,7 @@ def test_one_that_has_ended_is_ignored_while_it_is_visible(box: Box) -> None:
     assert box.told == [True, False, True]
 
 
-def test_what_went_to_one_that_was_gone_is_sent_again_once(box: Box) -> None:
+def test_call_to_an_ended_server_is_sent_again_once(box: Box) -> None:
     box.has(7)
     box.asked(1)
     box.has(7, 8)
@@ -148,7 +148,7 @@ def test_what_went_to_one_that_was_gone_is_sent_again_once(box: Box) -> None:
     assert box.sent == ['load 1', 'load 1']
 
 
-def test_a_late_response_to_what_was_sent_again_counts_once(box: Box) -> None:
+def test_late_response_to_a_repeated_call_counts_once(box: Box) -> None:
     box.has(7)
     box.asked(1)
     box.has(7, 8)
@@ -180,7 +180,7 @@ def test_running_call_is_cancelled_and_makes_room(box: Box) -> None:
     assert box.answers == {1: 'cancelled', 2: 'two'}
 
 
-def test_middleware_that_does_not_tell_servers_apart(box: Box) -> None:
+def test_middleware_without_server_identities(box: Box) -> None:
     box.graph.tells_servers = False
     box.asked(1)
     box.has(7)
@@ -196,13 +196,13 @@ def test_middleware_that_does_not_tell_servers_apart(box: Box) -> None:
     assert box.sent == ['load 1', 'load 2']
 
 
-def test_call_at_once_of_one_that_is_not_there_is_refused(box: Box) -> None:
+def test_immediate_call_of_a_missing_server_is_refused(box: Box) -> None:
     reasons: list[str] = []
     box.call(Call(1, 'load', 'list', reasons.append, reasons.append))
     assert reasons == ['not there']
 
 
-def test_each_service_is_connected_for_itself(box: Box) -> None:
+def test_each_service_has_its_own_connection(box: Box) -> None:
     reasons: list[str] = []
     box.graph.unconnected = {'list'}
     box.has(7)
@@ -232,7 +232,7 @@ def test_call_in_order_waits_for_its_own_service(box: Box) -> None:
     assert box.sent == ['list']
 
 
-def test_what_is_meant_for_one_is_not_sent_to_another(box: Box) -> None:
+def test_call_for_one_server_is_not_sent_to_another(box: Box) -> None:
     reasons: list[str] = []
     box.has(7)
     box.call(Call(1, 'load', 'unload 3', reasons.append, reasons.append))

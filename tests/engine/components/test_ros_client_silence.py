@@ -114,9 +114,7 @@ def _list(played: Played, **nodes: int) -> None:
     played.respond('list_nodes', full_node_names=names, unique_ids=ids)
 
 
-def test_change_that_was_made_is_told_by_the_state(
-    played: Played, node: LifecycleNode
-) -> None:
+def test_state_confirms_a_change(played: Played, node: LifecycleNode) -> None:
     _change(node, 'configure')
     played.waits(node, PATIENCE - 1)
     assert played.sent == ['change_state']
@@ -128,7 +126,7 @@ def test_change_that_was_made_is_told_by_the_state(
     assert len(played.sent) == 2
 
 
-def test_change_that_was_refused_is_told_by_the_state(
+def test_state_shows_a_refused_change(
     played: Played, node: LifecycleNode
 ) -> None:
     _change(node, 'activate')
@@ -143,7 +141,7 @@ def test_change_that_was_refused_is_told_by_the_state(
     assert played.answers == {1: {'ok': False, 'reason': reason}}
 
 
-def test_change_under_way_is_waited_for(
+def test_unfinished_change_is_waited_for(
     played: Played, node: LifecycleNode
 ) -> None:
     _change(node, 'configure')
@@ -155,7 +153,7 @@ def test_change_under_way_is_waited_for(
     assert played.answers == {1: {'ok': True}}
 
 
-def test_change_that_nothing_comes_of_is_given_up(
+def test_change_without_effect_is_given_up(
     played: Played, node: LifecycleNode
 ) -> None:
     _change(node, 'configure')
@@ -172,9 +170,7 @@ def test_change_that_nothing_comes_of_is_given_up(
     assert played.answers == {1: {'ok': True}}
 
 
-def test_answer_that_comes_late_counts(
-    played: Played, node: LifecycleNode
-) -> None:
+def test_late_answer_counts(played: Played, node: LifecycleNode) -> None:
     _change(node, 'configure')
     played.waits(node, PATIENCE)
     played.respond('change_state', success=True)
@@ -220,7 +216,7 @@ def test_load_in_a_busy_container_is_waited_for(
     assert played.answers == {1: {'ok': False, 'reason': 'It broke'}}
 
 
-def test_load_that_nothing_comes_of_is_given_up_and_never_sent_again(
+def test_load_without_effect_is_given_up_not_repeated(
     played: Played, box: Container
 ) -> None:
     _load(box, 1)
@@ -241,7 +237,7 @@ def test_load_that_nothing_comes_of_is_given_up_and_never_sent_again(
     assert list(played.answers) == [1]
 
 
-def test_load_that_is_given_up_is_not_taken_to_the_next_container(
+def test_abandoned_load_is_not_sent_to_the_next_container(
     played: Played, box: Container
 ) -> None:
     _load(box, 1)
@@ -253,7 +249,7 @@ def test_load_that_is_given_up_is_not_taken_to_the_next_container(
     assert played.sent == ['load_node']
 
 
-def test_unload_is_told_by_the_list(played: Played, box: Container) -> None:
+def test_list_confirms_an_unload(played: Played, box: Container) -> None:
     box.unload({'id': 1, 'unique_id': 3})
     box.unload({'id': 2, 'unique_id': 4})
     for n in range(LAST_DOUBT):

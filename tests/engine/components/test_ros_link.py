@@ -15,7 +15,7 @@ from colcon_yamllaunch.plan.position import Position
 COMPONENT = Component('a', 'p', 'P', '/box', Position('/ws/demo.yaml', 1, 1))
 
 
-def test_only_what_is_used_is_needed(process):
+def test_only_used_packages_are_needed(process):
     plain = process('plain')
     assert not Plan((plain, Timer(1.0, (plain,)))).needs_ros
     node = process('lc', is_lifecycle=True)
@@ -34,7 +34,7 @@ def test_only_what_is_used_is_needed(process):
             assert set(needed[2:]) <= {'rcl_interfaces'}
 
 
-def test_the_way_out_depends_on_where_ros_is_from():
+def test_fix_for_missing_packages_fits_the_installation():
     missing = ['lifecycle_msgs']
     text = missing_packages(missing, '/py', {'ROS_DISTRO': 'jazzy'})
     assert 'sudo apt install ros-jazzy-lifecycle-msgs' in text
@@ -47,7 +47,7 @@ def test_the_way_out_depends_on_where_ros_is_from():
     assert 'pip' not in text
 
 
-def test_what_files_show_is_not_asked_for(tmp_path):
+def test_packages_found_by_files(tmp_path):
     python = str(tmp_path / 'venv/bin/python3')
     own = tmp_path / 'venv/lib/python3.12/site-packages'
     (sourced := tmp_path / 'ros').mkdir()

@@ -39,7 +39,7 @@ def test_a_timer_runs_on_the_clock(history):
     assert not h.happened(Warned)
 
 
-def test_a_clock_that_is_set_back_loses_nothing(history):
+def test_clock_set_back_keeps_passed_time(history):
     h = history()
     clock(h, 50.0)
     clock(h, 52.0)
@@ -50,7 +50,7 @@ def test_a_clock_that_is_set_back_loses_nothing(history):
     assert h.started() == ['a', 'b']
 
 
-def test_a_clock_that_does_not_come_is_said(history):
+def test_missing_clock_is_reported(history):
     h = history()
     h.after(5.1)
     (warned,) = h.happened(Warned)
@@ -62,7 +62,7 @@ def test_a_clock_that_does_not_come_is_said(history):
     assert len(h.happened(Warned)) == 1
 
 
-def test_another_client_is_asked_for_the_clock(history):
+def test_new_client_follows_the_clock(history):
     h = history()
     clock(h, 10.0)
     clock(h, 12.0)
@@ -73,7 +73,7 @@ def test_another_client_is_asked_for_the_clock(history):
     assert h.started() == ['a', 'b']
 
 
-def test_without_any_client_the_launch_ends_all_the_same(history):
+def test_launch_with_timers_ends_without_a_client(history):
     h = history(ready=False)
     h.composition.client_given_up('it died')
     h.exit('a')

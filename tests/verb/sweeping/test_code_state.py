@@ -58,7 +58,7 @@ def test_commit_and_parts_follow_edits(tmp_path: Path, git: Git) -> None:
     assert first.parts.items() < more.parts.items()
 
 
-def test_files_beside_a_launch_file_count_if_tracked(
+def test_tracked_files_beside_a_launch_file_count(
     tmp_path: Path, git: Git
 ) -> None:
     for name in ('lib.sh', 'out.csv'):
@@ -72,7 +72,7 @@ def test_files_beside_a_launch_file_count_if_tracked(
     assert not found.commit
 
 
-def test_without_git_there_are_parts_alone(tmp_path: Path) -> None:
+def test_fingerprint_without_git_has_no_commit(tmp_path: Path) -> None:
     (tmp_path / 'a').touch()
     state = CodeState({'PATH': '', 'GIT_CEILING_DIRECTORIES': '/'})
     state.add_tracked(tmp_path)

@@ -106,7 +106,7 @@ def left(user: User) -> list[str]:
     return found
 
 
-def test_a_sweep(sim: User) -> None:
+def test_sweep_writes_results_logs_and_reports(sim: User) -> None:
     output = sweep(
         sim,
         *('sim.yaml', 'seed:=1..3', 'world:=lab,street'),
@@ -161,7 +161,7 @@ def test_the_same_command_goes_on_and_repeats(sim: User) -> None:
     assert 'reached after' not in logs[0].read_text()
 
 
-def test_an_edit_while_a_sweep_goes_on_counts_from_then_on(
+def test_edit_during_a_sweep_affects_later_runs(
     patient: User,
 ) -> None:
     words = ['sim.yaml', 'seed:=1..3', '--jobs', '1', '--results', 'r']
@@ -190,7 +190,7 @@ def test_a_required_share(sim: User) -> None:
     assert '95% are required: too few' in output
 
 
-def test_runs_do_not_meet(patient: User) -> None:
+def test_concurrent_runs_are_isolated(patient: User) -> None:
     """Each has a domain of its own, and a network where that can be."""
     text = PATIENT.replace(
         'touch',
@@ -228,7 +228,7 @@ def let_one_end(user: User) -> None:
     wait(lambda: len(list(user.root.glob('begun-*'))) == 3)
 
 
-def test_jobs_are_at_most_so_many(patient: User) -> None:
+def test_jobs_limit_concurrent_runs(patient: User) -> None:
     words = ['sim.yaml', 'seed:=1..5', '--jobs', '2', '--results', 'r']
     started = patient.start('colcon', 'sweep', *words)
     let_one_end(patient)
@@ -275,7 +275,7 @@ def test_ctrl_c_twice_kills(patient: User) -> None:
     assert not left(patient)
 
 
-def test_a_sweep_that_is_killed_leaves_nothing(patient: User) -> None:
+def test_killed_sweep_leaves_no_process_and_resumes(patient: User) -> None:
     launch = begun(patient)
     launch.process.kill()
     launch.end()
@@ -287,7 +287,7 @@ def test_a_sweep_that_is_killed_leaves_nothing(patient: User) -> None:
     assert '4 runs: 4 succeeded' in output
 
 
-def test_runs_of_one_worker_do_not_meet(sim: User) -> None:
+def test_consecutive_runs_of_a_worker_are_isolated(sim: User) -> None:
     """A process does one run after the other, each in new surroundings."""
     if reason_for_no_network():
         pytest.skip('runs share /dev/shm here')
@@ -300,7 +300,7 @@ def test_runs_of_one_worker_do_not_meet(sim: User) -> None:
         assert not (run / 'sim-1' / 'stdout.log').read_text()
 
 
-def test_a_worker_that_is_killed_in_a_later_run(patient: User) -> None:
+def test_killed_worker_is_an_error_of_its_run(patient: User) -> None:
     for seed in '1234':
         patient.write(f'go-{seed}', '')
     # there are two workers, and the one that has this run had others
@@ -322,16 +322,7 @@ def kill_children(launch: Launch) -> None:
         os.kill(int(child), signal.SIGKILL)
 
 
-def test_a_run_whose_launcher_is_killed(patient: User) -> None:
-    launch = begun(patient)
-    kill_children(launch)
-    patient.write('go-all', '')
-    assert launch.end() == 1
-    assert 'what launches it was killed by SIGKILL' in launch.output
-    wait(lambda: not left(patient))
-
-
-def test_a_terminal_has_one_line(patient: User) -> None:
+def test_terminal_shows_one_line_and_ctrl_c_stops(patient: User) -> None:
     words = ['sim.yaml', 'seed:=1..4', '--jobs', '2', '--results', 'r']
     environment = {**patient.environment, 'TERM': 'xterm'}
     terminal = Terminal(
@@ -347,7 +338,7 @@ def test_a_terminal_has_one_line(patient: User) -> None:
         terminal.close()
 
 
-def test_a_package_is_built_once(user: User) -> None:
+def test_packages_are_built_once_when_needed(user: User) -> None:
     """One that only some runs need is built when they come."""
     user.package('one')
     user.package('two')
@@ -402,7 +393,7 @@ def test_a_table_of_runs(sim: User) -> None:
     ]
 
 
-def test_without_networks_there_are_as_many_as_domains(user: User) -> None:
+def test_jobs_are_limited_to_domains_without_networks(user: User) -> None:
     user.write('a.yaml', 'launch:\n  - executable: {cmd: echo hello}\n')
     # root of a user namespace may say how many networks there may be in it
     script = (
