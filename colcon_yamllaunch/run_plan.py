@@ -414,6 +414,7 @@ def _finish(
         (*failures.summary(), *(f'failed: {text}' for text in missed)),
         failures.reports(),
         conditions.verdicts(),
+        engine.state,
     )
     engine.tell(ended)
     engine.finish(signals)

@@ -16,6 +16,7 @@ import os
 from pathlib import Path
 from typing import Any
 from typing import Literal
+from typing import TYPE_CHECKING
 
 from colcon_yamllaunch.common.frozen import dataclass
 from colcon_yamllaunch.engine import limits
@@ -25,6 +26,9 @@ from colcon_yamllaunch.engine.outcome import signal_name
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.plan import Process
 from colcon_yamllaunch.plan.position import Position
+
+if TYPE_CHECKING:
+    from colcon_yamllaunch.engine.state import LaunchState
 
 Stream = Literal['stdout', 'stderr']
 #: What is asked of a part of a launch.
@@ -1110,12 +1114,14 @@ class Ended(Event):
     :param summary: Lines that say what failed, if anything did
     :param failures: The processes that failed, in order
     :param verdicts: What came of what the launch was to achieve
+    :param state: The state of the launch
     """
 
     exit_code: int
     summary: tuple[str, ...] = ()
     failures: tuple[FailureReport, ...] = ()
     verdicts: tuple[Verdict, ...] = ()
+    state: 'LaunchState | None' = None
 
     @property
     def severity(self) -> str:

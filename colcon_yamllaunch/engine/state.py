@@ -137,6 +137,7 @@ class PartState:
     :param failure: How it failed last, in short; empty if it has not since
       somebody started it
     :param restarts: How often it has been started, or loaded, again
+    :param run_seconds: For how long it ran before, or was loaded, in all
     :param turn: The version of the launch state in which its condition
       changed last; 0 while it has only started
     :param is_kept_stopped: Whether it was stopped on request
@@ -156,6 +157,7 @@ class PartState:
     condition: Condition = 'starting'
     failure: str = ''
     restarts: int = 0
+    run_seconds: float = 0.0
     turn: int = 0
     is_kept_stopped: bool = False
     # when its phase began, by the clock of the state
@@ -688,6 +690,7 @@ class LaunchState:
         part.since = self.clock()
 
     def _exit(self, process: ProcessState, event: events.Exited) -> None:
+        process.run_seconds += event.seconds
         process.has_failed = event.failed
         process.was_asked = event.asked or process.is_signalled
         if event.failed:
@@ -752,6 +755,7 @@ class LaunchState:
                 self._begin(component)
                 component.failure = ''
                 component.node = event.full_name
+                component.run_seconds += event.seconds
                 self._enter(component, 'loaded')
             case events.LoadFailed():
                 component.failure = 'cannot load'

@@ -18,8 +18,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from colcon_yamllaunch.engine import events
-from colcon_yamllaunch.plan.plan import Component
-from colcon_yamllaunch.plan.plan import Process
+from colcon_yamllaunch.engine.state import ProcessState
 
 # what XML 1.0 has no place for (its production "Char")
 _NOT_IN_XML = re.compile(
@@ -29,7 +28,7 @@ _NOT_IN_XML = re.compile(
 
 class JUnitReport:
     """
-    Listens to a launch, and makes a report with one case a process.
+    Makes a report of a launch with one case a process.
 
     A component has one, too. The last run of a process that is respawned
     decides, as for the exit code.
@@ -44,37 +43,12 @@ class JUnitReport:
         self._name = name
         self._class_name = class_name
         self._started = started
-        self._processes: dict[str, Process | Component] = {}
-        self._seen: set[str] = set()
-        self._seconds: dict[str, float] = {}
         self._ended: events.Ended | None = None
-
-    def expect(self, processes: Iterable[Process | Component]) -> None:
-        """Take note of all that may be started or loaded."""
-        self._processes |= {p.label: p for p in processes}
 
     def handle(self, event: events.Event) -> None:
         """Listen to an event."""
-        match event:
-            case events.Planned():
-                self.expect(event.parts)
-            case events.Dropped():
-                self._processes.pop(event.process.label, None)
-            case events.Started():
-                self._seen.add(event.process.label)
-            case events.Exited():
-                label = event.process.label
-                before = self._seconds.get(label, 0.0)
-                self._seconds[label] = before + event.seconds
-            case events.Loaded():
-                label = event.component.label
-                self._seen.add(label)
-                before = self._seconds.get(label, 0.0)
-                self._seconds[label] = before + event.seconds
-            case events.Ended():
-                self._ended = event
-            case _:
-                return
+        if isinstance(event, events.Ended):
+            self._ended = event
 
     def document(self, seconds: float) -> bytes:
         """Return the report."""
@@ -95,16 +69,16 @@ class JUnitReport:
             None if f.process is None else f.process.label: f
             for f in self._ended.failures
         }
-        for process in self._processes.values():
-            label = process.label
+        state = self._ended.state
+        for label, part in state.by_label.items() if state else ():
             outcome = None
             if label in failures:
                 outcome = _failure(failures[label])
-            elif label not in self._seen:
-                is_process = isinstance(process, Process)
+            elif not part.is_begun:
+                is_process = isinstance(part, ProcessState)
                 what = 'started' if is_process else 'loaded'
                 outcome = junit_outcome('skipped', f'it was never {what}')
-            yield self._case(label, self._seconds.get(label, 0.0), outcome)
+            yield self._case(label, part.run_seconds, outcome)
         if None in failures:
             yield self._case('launch', 0.0, _failure(failures[None]))
         for verdict in self._ended.verdicts:

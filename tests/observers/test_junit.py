@@ -3,6 +3,7 @@
 
 """JUnit reports of replayed launches."""
 
+from dataclasses import replace
 from pathlib import Path
 import re
 from xml.etree import ElementTree
@@ -20,6 +21,7 @@ from colcon_yamllaunch.observers.junit import JUnitReport
 from colcon_yamllaunch.plan.plan import Component
 from colcon_yamllaunch.plan.position import Position
 import pytest
+from support.launch_states import planned_state
 
 # what both schemas ask for, see the module's docstring
 SUITE = {
@@ -54,9 +56,11 @@ def report():
 
     def make(*events, processes=(), name='my_pkg demo.yaml'):
         junit = JUnitReport(name, 'my_pkg.demo', 1_732_000_000.5)
-        junit.expect(processes)
+        state = planned_state(*processes)
         for event in events:
-            junit.handle(event)
+            state.apply(event)
+            if isinstance(event, Ended):
+                junit.handle(replace(event, state=state))
         root = ElementTree.fromstring(junit.document(12.3456))
         assert root.tag == 'testsuites'
         (suite,) = root

@@ -125,8 +125,6 @@ class PlanRun:
 
         observers: list[Listener] = [self._handle]
         if self._report is not None:
-            whole = plan if elsewhere is None else elsewhere.whole(plan)
-            self._report.expect((*whole.processes(), *whole.components()))
             observers.insert(0, self._report.handle)
         options = self._options
         verbosity: Verbosity = 'verbose' if options.verbose else 'normal'
