@@ -14,6 +14,7 @@
   evaluates.
 - `change_loop` ties these together and changes the launch; start reading
   there. `pending_changes` are the changes that it is handling.
+- `until_checks` checks `--until` after each change.
 
 `verb/launching/watch_flow.py` does the jobs of the worker.
 """

@@ -170,8 +170,8 @@ class Worker:
             self._connection.close()
             _become_worker(its_end, prepare, warm_up, clean_up)
         its_end.close()
-        self._loop = Loop()
-        self._handle: Callable[[object], None] = print
+        self._loop: Loop
+        self._handle: Callable[[object], None]
         self._messages: socket.socket | None = None
         self._answer = self._output = -1
         #: What the job has written so far.

@@ -229,6 +229,7 @@ def test_another_job_cancels_the_running_one(make_worker):
 def test_nothing_is_left_when_the_launcher_is_killed(tmp_path):
     program = f"""
 import os, signal, subprocess, sys, time
+from colcon_yamllaunch.engine.loop import Loop
 from colcon_yamllaunch.watch.worker import Worker
 
 def prepare(request, announce):
@@ -238,6 +239,7 @@ def prepare(request, announce):
     signal.pause()
 
 worker = Worker(prepare, lambda: None, lambda pid: None)
+worker.begin(Loop(), print)
 worker.ask(1)
 signal.pause()
 """

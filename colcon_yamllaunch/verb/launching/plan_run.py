@@ -181,9 +181,9 @@ class PlanRun:
                 options.for_,
                 begun=self._started,
             )
-        from colcon_yamllaunch.engine.check_rounds import CheckRounds
+        from colcon_yamllaunch.watch.until_checks import UntilChecks
 
-        return CheckRounds(options.until, options.timeout)
+        return UntilChecks(options.until, options.timeout)
 
     @contextmanager
     def timed(self) -> Iterator[None]:

@@ -3,7 +3,6 @@
 
 """What `--watch --until` says after each change, from replayed events."""
 
-from colcon_yamllaunch.engine.check_rounds import CheckRounds
 from colcon_yamllaunch.engine.events import Changed
 from colcon_yamllaunch.engine.events import Checked
 from colcon_yamllaunch.engine.events import Exited
@@ -13,6 +12,7 @@ from colcon_yamllaunch.engine.events import Started
 from colcon_yamllaunch.engine.events import Watched
 from colcon_yamllaunch.engine.outcome import Outcome
 from colcon_yamllaunch.engine.output.line_pattern import LinePattern
+from colcon_yamllaunch.watch.until_checks import UntilChecks
 import pytest
 
 
@@ -21,7 +21,7 @@ class Replay:
         self.now = 100.0
         self.process = process
         self.told = []
-        self.rounds = CheckRounds(
+        self.rounds = UntilChecks(
             map(LinePattern, until), timeout, lambda: self.now
         )
         self.rounds.tell = self.told.append

@@ -1,7 +1,7 @@
 # Copyright 2026 The colcon-yamllaunch authors
 # Licensed under the Apache License, Version 2.0
 
-"""What `--until` waits for, checked after each change of a file."""
+"""`--until` with `--watch`: a check after each change of a file."""
 
 from collections.abc import Callable
 from collections.abc import Iterable
@@ -14,17 +14,17 @@ from colcon_yamllaunch.engine.output.line_pattern import SearchTimeError
 from colcon_yamllaunch.engine.output.lines import bare
 
 
-class CheckRounds(ExitConditions):
+class UntilChecks(ExitConditions):
     """
-    Tells after each change whether all was seen, and ends no launch.
+    Reports after each change whether all expressions were seen.
 
-    What a process wrote counts for as long as it runs the code that wrote
-    that. So after a change only what was started anew has to prove itself.
+    A match counts until the process that wrote it restarts, so a check waits
+    only for processes that a change has restarted. It never ends the launch.
 
     :param until: Expressions; each must be found in a line of any process
-    :param timeout: Seconds within which all must have been found; without,
-      that must be so when everything has ended, or something has failed
-    :param clock: Returns seconds that never go back
+    :param timeout: Seconds within which all must be found; without it, a check
+      ends when all processes have ended, or one has failed
+    :param clock: The monotonic clock
     """
 
     def __init__(
@@ -37,8 +37,8 @@ class CheckRounds(ExitConditions):
         self._until = {pattern.text: pattern for pattern in until}
         self._limit = timeout
         self._now = clock
-        # the process that wrote what was found, and when the round was that
-        self._proofs: dict[str, tuple[str, float]] = {}
+        # the process that wrote each match, and after how many seconds
+        self._matches: dict[str, tuple[str, float]] = {}
         self._begun = 0.0
         self._is_open = False
         self._failures: list[str] = []
@@ -46,11 +46,11 @@ class CheckRounds(ExitConditions):
         self._has_run = False
 
     def begin(self) -> None:
-        """Begin the first round."""
+        """Begin the first check."""
         self._open()
 
     def handle(self, event: events.Event) -> None:
-        """Listen to an event."""
+        """Note an event of the launch."""
         match event:
             case events.Output():
                 self._look(event)
@@ -70,7 +70,7 @@ class CheckRounds(ExitConditions):
             case events.Restarted() | events.Dropped():
                 self._forget(event.process.label)
             case events.Changed():
-                # nothing is judged half way
+                # the next check begins once the change is handled
                 self._is_open = False
             case events.Watched(is_final=True, failed=False):
                 self._open()
@@ -78,7 +78,7 @@ class CheckRounds(ExitConditions):
                 return
 
     def due(self) -> float | None:
-        """Return when to ask for a reason to stop, on the clock, or None."""
+        """Return when the check ends, on the clock, or None."""
         if not (self._is_open and self._until):
             return None
         if self._is_decided:
@@ -86,11 +86,11 @@ class CheckRounds(ExitConditions):
         return None if self._limit is None else self._begun + self._limit
 
     def waited_for(self) -> tuple[str, ...]:
-        """Return what has not been seen in this round, if one is open."""
+        """Return the expressions that the current check waits for."""
         return tuple(self._missing) if self._is_open else ()
 
     def reason_to_stop(self) -> None:
-        """Tell what came of the round when that is clear; stop nothing."""
+        """Report the result of the check once it is known; stop nothing."""
         due = self.due()
         if due is None or self._now() < due:
             return
@@ -105,15 +105,15 @@ class CheckRounds(ExitConditions):
         )
 
     def verdicts(self) -> tuple[events.Verdict, ...]:
-        """Return what came of everything at last, in the order given."""
+        """Return the last result of each expression, in the order given."""
         return tuple(
             events.Verdict(
                 f'--until {text}',
-                self._proofs[text][1]
-                if text in self._proofs
+                self._matches[text][1]
+                if text in self._matches
                 else self._now() - self._begun,
                 None
-                if text in self._proofs
+                if text in self._matches
                 else f"'{text}' was not seen after the last change (--until)",
             )
             for text in self._until
@@ -121,7 +121,7 @@ class CheckRounds(ExitConditions):
 
     @property
     def _missing(self) -> list[str]:
-        return [text for text in self._until if text not in self._proofs]
+        return [text for text in self._until if text not in self._matches]
 
     @property
     def _is_decided(self) -> bool:
@@ -129,16 +129,16 @@ class CheckRounds(ExitConditions):
         return not self._missing or bool(self._failures) or has_ended
 
     def _open(self) -> None:
-        """Begin a round."""
+        """Begin a check."""
         self._begun = self._now()
         self._is_open = True
         self._failures.clear()
 
     def _forget(self, label: str) -> None:
-        """Forget what was found in the output of a process."""
-        for text, (writer, _) in list(self._proofs.items()):
+        """Forget the matches in the output of a process."""
+        for text, (writer, _) in list(self._matches.items()):
             if writer == label:
-                del self._proofs[text]
+                del self._matches[text]
 
     def _look(self, event: events.Output) -> None:
         if not self._missing:
@@ -151,4 +151,4 @@ class CheckRounds(ExitConditions):
                 is_found = False
             if is_found:
                 seconds = self._now() - self._begun
-                self._proofs[text] = event.process.label, seconds
+                self._matches[text] = event.process.label, seconds
