@@ -34,7 +34,7 @@ class Talk:
         self, environment: Mapping[str, str], needed: tuple[str, ...] = NEEDED
     ) -> None:
         self.process = subprocess.Popen(
-            ros_client.command(sys.executable, needed),
+            [sys.executable, ros_client.__file__, *needed],
             env=dict(environment),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

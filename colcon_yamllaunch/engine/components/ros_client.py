@@ -2,11 +2,11 @@
 # Licensed under the Apache License, Version 2.0
 
 """
-The program that talks ROS for a launch: containers, states, the clock.
+The program that uses ROS for a launch: containers, states, the clock.
 
-It runs with the Python of the sourced environment, from 3.8 on and Humble on,
-and is started by `command()`. It imports nothing of this project, and what is
-not of the standard library only once it has said what is missing.
+It runs with the Python of the sourced environment, from 3.8 on and Humble on;
+`ros_link` starts it. It imports nothing of this project, and other packages
+only after it has reported which of them are missing.
 
 It reads requests from its standard input and writes answers and events to its
 standard output, as JSON, one a line. It ends when its input does. Standard
@@ -16,15 +16,15 @@ launcher's.
 Events:
 
     {"event": "found", "missing": ["composition_interfaces"]}
-        the first line: which of the modules it was told to need are missing;
-        if any is, it ends
+        the first line: which of the modules in its arguments are missing; if
+        any is, it ends
     {"event": "ready"}
     {"event": "container", "container": "/box", "there": true}
         for each container named in a load or list, when its service comes
         (true) or goes; one that is replaced goes and comes
     {"event": "state", "node": "/a", "state": "inactive",
      "from": "configuring"}
-        `from` is null where nobody saw what it was
+        `from` is null if it is unknown
     {"event": "clock", "seconds": 12.5}
         at most 20 a second
     {"event": "trouble", "text": "…"}
@@ -45,11 +45,11 @@ that is false:
         has no answer; that request fails with the reason "cancelled" if it is
         still open. What a load that was cancelled too late brings is unloaded.
     {"id": 5, "do": "follow", "node": "/a"}
-        tells the states of a lifecycle node from now on
+        sends the states of a lifecycle node from now on
     {"id": 6, "do": "change_state", "node": "/a", "transition": "configure"}
         waits for the node, and for the changes that were asked before
     {"id": 7, "do": "clock"}
-        tells the time of /clock from now on
+        sends the time of /clock from now on
     {"id": 8, "do": "gone", "container": "/box"}
         (or "node") the process that had it has ended. Without this, one that
         crashed is noticed when the middleware gives it up, which takes Fast
@@ -57,16 +57,16 @@ that is false:
 
 The middleware may lose the response to a call: rmw_fastrtps drops it if the
 server has not found within 0.1 s who is to get it (ros2/rmw_fastrtps#392).
-What has become of a load, an unload or a change without a response is told
-from what the container lists, or from the node's state; it is not sent again.
+Without a response, the outcome of a load, an unload or a change follows from
+the list of the container, or from the state of the node; it is not sent again.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from collections.abc import Iterable
 import ctypes
+from dataclasses import dataclass
 import importlib
 import importlib.util
 import json
@@ -85,22 +85,21 @@ CLOCK_PERIOD = 0.05
 #: the last.
 FIRST_LOOK = 0.005
 LAST_LOOK = 2.5
-#: Seconds between two looks where changes of the graph are not told.
+#: Seconds between two looks if no event reports changes of the graph.
 POLL_PERIOD = 0.25
-#: Seconds until one that comes in the place of another one is connected, when
-#: what counts the connections still counts those of the other one.
+#: Seconds until a server that replaces another one is connected, while the
+#: number of connections still includes those of the other one.
 CONNECTING = 0.05
-#: Seconds until a node is asked whether it has the state that it was brought
-#: to, if it has not said so.
+#: Seconds until a node is asked for its state, if it has not reported the one
+#: that follows from a transition.
 SILENCE = 0.3
-#: Seconds without an answer after which it is found out what has become of a
-#: call, as the middleware may lose answers; each wait doubles.
+#: Seconds without an answer until the outcome of a call is looked for, as the
+#: middleware may lose answers; each wait doubles.
 PATIENCE = 5.0
-#: How often nothing must be found of what was asked until that is given up.
+#: How often that may find nothing until the call is given up.
 LAST_DOUBT = 3
 READ_SIZE = 1 << 16
-#: Neither a log file nor a topic for what ROS says of this program: its
-#: standard error does.
+#: Log messages go to standard error only, not to a file or a topic.
 QUIET = ('--disable-external-lib-logs', '--disable-rosout-logs')
 
 #: The number of a transition, where it has one whatever the state is
@@ -113,26 +112,15 @@ TRANSITIONS = {
     'deactivate': (4, ('active',), 'inactive'),
     'shutdown': (0, ('unconfigured', 'inactive', 'active'), 'finalized'),
 }
-#: The states that a node stays in, unlike those on the way between them.
+#: The states that a node stays in (primary states).
 STATES = {'unconfigured', 'inactive', 'active', 'finalized'}
-#: What stands for a server where the middleware does not tell one from the
-#: other.
+#: Stands for any server if the middleware has no identities of them.
 SOME_SERVER = b'?'
 
 if TYPE_CHECKING:
     # as code, this needs 3.9
     Json = dict[str, Any]
     Servers = frozenset[bytes]
-
-
-def command(python: str, needed: Iterable[str]) -> list[str]:
-    """
-    Return the command that runs this program.
-
-    :param python: The Python of the sourced environment
-    :param needed: The modules that it needs
-    """
-    return [python, os.path.abspath(__file__), *needed]
 
 
 class Refused(Exception):  # noqa: N818 - it is an answer
@@ -144,11 +132,11 @@ class Output:
 
     def __init__(self) -> None:
         self._descriptor = os.dup(1)
-        # whatever else is printed here, by whomever, is not for the engine
+        # other prints, by any library, are not for the engine
         os.dup2(2, 1)
 
     def tell(self, **fields: Any) -> None:
-        """Write a line, or end where nobody reads."""
+        """Write a line, or end if nobody reads."""
         data = (json.dumps(fields) + '\n').encode()
         try:
             while data:
@@ -159,9 +147,9 @@ class Output:
 
 class Input:
     """
-    Reads requests in a thread of its own, from before ROS is up.
+    Reads requests in a thread, from before ROS is up.
 
-    :param wake: Is called when there is something
+    :ivar wake: Called when there is a request
     """
 
     def __init__(self) -> None:
@@ -188,47 +176,40 @@ class Input:
                 self.wake()
 
 
+@dataclass(eq=False)
 class Call:
     """
     A call of a service.
 
     :param request: The id of the request that it is for, None for none
     :param service: The last part of the service's name
-    :param message: What is sent
-    :param answered: What to do with the response
-    :param refused: What to do with the reason why there is none
+    :param message: The request message
+    :param answered: Called with the response
+    :param refused: Called with the reason why there is none
     """
 
-    def __init__(
-        self,
-        request: int | None,
-        service: str,
-        message: Any,
-        answered: Callable[[Any], None],
-        refused: Callable[[str], None],
-    ) -> None:
-        self.request = request
-        self.service = service
-        self.message = message
-        self.answered = answered
-        self.refused = refused
-        self.future: Any = None
-        #: The state that the node had then, if that is known.
-        self.state: str | None = None
-        #: Who has got it.
-        self.servers: Servers = frozenset()
-        #: Whether it is not sent again, to whoever takes their place.
-        self.is_final = False
-        #: Finds out what has become of it. A call without this changes
-        #: nothing, and is just sent again.
-        self.find_out: Callable[[], None] | None = None
-        #: The call that does so.
-        self.question: Call | None = None
-        #: How often that found nothing.
-        self.doubts = 0
-        #: Seconds until that is done, and when.
-        self.patience = PATIENCE
-        self.due = 0.0
+    request: int | None
+    service: str
+    message: Any
+    answered: Callable[[Any], None]
+    refused: Callable[[str], None]
+    future: Any = None
+    #: The state that the node had then, if that is known.
+    state: str | None = None
+    #: The servers that have received it.
+    servers: Servers = frozenset()
+    #: Whether it is not sent again, to a server that takes their place.
+    is_final: bool = False
+    #: Finds out its outcome. A call without this changes nothing, and is just
+    #: sent again.
+    find_out: Callable[[], None] | None = None
+    #: The call that does so.
+    question: Call | None = None
+    #: How often that found nothing.
+    doubts: int = 0
+    #: Seconds until that is done, and when.
+    patience: float = PATIENCE
+    due: float = 0.0
 
 
 class Peer:
@@ -869,21 +850,6 @@ class Ros:
             reason = f'{type(e).__name__}: {e}'
             self.answer(number, ok=False, reason=reason)
 
-    def _load(self, request: Json) -> None:
-        self._container(request).load(request)
-
-    def _unload(self, request: Json) -> None:
-        self._container(request).unload(request)
-
-    def _list(self, request: Json) -> None:
-        self._container(request).list(request)
-
-    def _follow(self, request: Json) -> None:
-        self._lifecycle_node(request).follow(request)
-
-    def _change_state(self, request: Json) -> None:
-        self._lifecycle_node(request).change_state(request)
-
     def _cancel(self, request: Json) -> None:
         any(peer.cancel(request['request']) for peer in self._peers())
 
@@ -905,7 +871,7 @@ class Ros:
             self._look_now()
         return self._containers[name]
 
-    def _lifecycle_node(self, request: Json) -> LifecycleNode:
+    def _node(self, request: Json) -> LifecycleNode:
         name = request['node']
         if name not in self._nodes:
             self._nodes[name] = LifecycleNode(self, name)
@@ -953,13 +919,15 @@ class Ros:
         return max(0.0005, min(moments) - now) if moments else None
 
 
-_DOES: dict[str, Callable[[Ros, Json], None]] = {
-    'load': Ros._load,
-    'unload': Ros._unload,
-    'list': Ros._list,
+_DOES: dict[str, Callable[[Ros, Json], object]] = {
+    'load': lambda ros, request: ros._container(request).load(request),
+    'unload': lambda ros, request: ros._container(request).unload(request),
+    'list': lambda ros, request: ros._container(request).list(request),
+    'follow': lambda ros, request: ros._node(request).follow(request),
+    'change_state': lambda ros, request: ros._node(request).change_state(
+        request
+    ),
     'cancel': Ros._cancel,
-    'follow': Ros._follow,
-    'change_state': Ros._change_state,
     'clock': Ros._follow_clock,
     'gone': Ros._gone,
 }
